@@ -6,10 +6,10 @@ use std::error::Error;
 use std::path::Path;
 
 use args::{PictureFormat, RenderArgs};
-use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, TRAIL_CELLS, frame_indices};
-use mmsim_maze::{KnownMaze, Maze};
-use mmsim_protocol::State;
-use mmsim_recording::{HistoryReader, OpenError, ReadError, Recording};
+use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
+use mmsim_maze::{KnownMaze, Maze, MazeSize};
+use mmsim_protocol::{State, StateMessage};
+use mmsim_recording::{Course, HistoryReader, OpenError, ReadError, Recording, Transition};
 use mmsim_solvers::Distances;
 
 use crate::output::{note, replace};
@@ -76,7 +76,7 @@ fn draw_state(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureR
         let scene = Scene::from_map(&search.initial).with_truth(recording.maze());
         return still(args, scene.with_layers(search.layers));
     };
-    search.show(&mut recording.history().reader(), last, |scene| still(args, scene))?
+    search.show(&mut StateReader::new(recording), last, |scene| still(args, scene))?
 }
 
 fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureResult {
@@ -91,7 +91,7 @@ fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureRe
         let (frames, picture) = (indices.len(), args.output.path.display());
         note(format_args!("{picture}: drawing {frames} of {states} states, evenly spaced"));
     }
-    let mut reader = recording.history().reader();
+    let mut reader = StateReader::new(recording);
     let mut animation = None;
     for index in indices {
         search.show(&mut reader, index, |scene| {
@@ -143,29 +143,58 @@ impl<'a> RecordedSearch<'a> {
         })
     }
 
-    /// Calls `draw` with a [`Scene`] that shows state `index`.
+    /// Calls `draw` with a [`Scene`] that shows state `index`, which must not be before the state
+    /// that was read last.
     fn show<T>(
         &self,
-        reader: &mut HistoryReader<'_>,
+        reader: &mut StateReader<'_>,
         index: usize,
         draw: impl FnOnce(Scene<'_>) -> T,
     ) -> Result<T, String> {
-        let (size, mut trail) = (self.initial.size(), Vec::new());
-        for index in index.saturating_sub(TRAIL_CELLS - 1)..index {
-            let state = reader.get(index).and_then(|message| State::decode(message, size).ok());
-            trail.push(state.ok_or_else(|| unreadable(self.file))?.pose().cell);
-        }
-        let state = reader.get(index).and_then(|message| State::decode(message, size).ok());
-        let state = state.ok_or_else(|| unreadable(self.file))?;
-        trail.push(state.pose().cell);
+        let unreadable = || unreadable(self.file);
+        reader.advance(index).ok_or_else(unreadable)?;
+        let message = reader.history.get(index).ok_or_else(unreadable)?;
+        let state = State::decode(message, reader.size).map_err(|_| unreadable())?;
         let map = state.map(self.initial.start().cell, *self.initial.goals());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
-            .with_trail(&trail)
+            .with_trail(&reader.trail)
             .with_layers(self.layers);
         Ok(draw(scene))
+    }
+}
+
+/// Reads states in ascending order and keeps the trail of the mouse.
+struct StateReader<'a> {
+    history: HistoryReader<'a>,
+    size: MazeSize,
+    course: &'a Course,
+    trail: Trail,
+    /// The number of states in the trail.
+    states: usize,
+}
+
+impl<'a> StateReader<'a> {
+    fn new(recording: &'a Recording) -> Self {
+        let (history, size) = (recording.history(), recording.size());
+        let (course, trail) = (history.course(), Trail::new(size));
+        Self { history: history.reader(), size, course, trail, states: 0 }
+    }
+
+    /// Adds all states up to state `index` to the trail. Returns `None` if a state is invalid.
+    fn advance(&mut self, index: usize) -> Option<()> {
+        for index in self.states..=index {
+            let message = StateMessage::new(self.history.get(index)?, self.size).ok()?;
+            let pose = message.pose().ok()?;
+            match self.trail.last().map(|last| self.course.transition(last, pose)) {
+                Some(Transition::Move { .. }) => self.trail.move_to(pose, self.course.walls()),
+                Some(Transition::PutBack | Transition::Jump) | None => self.trail.jump_to(pose),
+            }
+            self.states = index + 1;
+        }
+        Some(())
     }
 }
 

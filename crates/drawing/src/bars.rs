@@ -195,7 +195,7 @@ fn style() -> String {
     let colours = |theme: Theme| {
         let colours = theme.colours();
         let (floor, text, bar, limit) =
-            (colours.floor, colours.number, colours.trail, colours.mistaken);
+            (colours.floor, colours.number, colours.trail.1, colours.mistaken);
         format!(
             ".floor{{fill:{floor}}}\ntext{{fill:{text}}}\n.first,.second{{fill:{bar}}}\n\
              .limit{{stroke:{limit}}}\n"

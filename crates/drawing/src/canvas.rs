@@ -55,8 +55,7 @@ impl Canvas {
         } else {
             vec![true; tiles.columns * tiles.rows]
         };
-        let is_wanted =
-            |part: &&Part| !part.is_element || tiles.indices(part.area).any(|tile| stale[tile]);
+        let is_wanted = |part: &&Part| tiles.indices(part.area).any(|tile| stale[tile]);
         let fresh = paint(&only(&drawing, &parts, is_wanted), scene.blank(self.pixmap.width())?)?;
         for tile in (0..stale.len()).filter(|&tile| stale[tile]) {
             tiles.copy(tile, &fresh, &mut self.pixmap);
@@ -166,6 +165,7 @@ mod tests {
     use super::*;
     use crate::scene::Layers;
     use crate::theme::Theme;
+    use crate::trail::Trail;
 
     /// A random change to the scene between two canvas updates.
     #[derive(Clone, Debug)]
@@ -195,7 +195,7 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             let maze = Maze::new(Walls::open(size), Cell::new(0, 0), CellSet::EMPTY).unwrap();
             let mut map = KnownMaze::unexplored(&maze);
-            let (mut weights, mut trail) = ([9; 64], Vec::new());
+            let (mut weights, mut trail) = ([9; 64], Trail::new(size));
             prop_assume!(Scene::from_map(&map).blank(width_px).is_ok());
             let mut canvas = Canvas::new(&Scene::from_map(&map), width_px).unwrap();
             for Change { walls, weights: heavier, mouse: (x, y), layers } in changes {
@@ -210,7 +210,7 @@ mod tests {
                 }
                 let heading = Heading::ALL[usize::from(x ^ y) % 4];
                 let mouse = Pose::new(Cell::new(x % size.width(), y % size.height()), heading);
-                trail.push(mouse.cell);
+                trail.move_to(mouse, None);
                 let scene = Scene::from_map(&map)
                     .with_truth(Some(&maze))
                     .with_mouse(mouse)

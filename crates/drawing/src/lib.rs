@@ -43,24 +43,29 @@ mod canvas;
 mod digits;
 mod geometry;
 mod heat;
+mod label;
 mod marks;
 mod page;
 mod palette;
+mod passages;
 mod pixels;
 mod scene;
 mod svg;
 mod theme;
 mod thumbnail;
+mod trail;
 mod walls;
 
 pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
 pub use bars::{Bar, BarChart, BarGroup};
 pub use digits::digits;
+pub use label::weight;
 pub use page::page_json;
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
-pub use scene::{Layers, Scene, TRAIL_CELLS};
+pub use scene::{Layers, Scene};
 pub use theme::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
+pub use trail::{Passage, Trail};
 
 /// Runs the code in the README of this crate.
 #[cfg(doctest)]

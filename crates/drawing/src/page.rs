@@ -2,19 +2,29 @@
 
 use crate::digits::{ADVANCE, DIGITS, decimals};
 use crate::heat::ramp;
+use crate::label::INFINITY;
+use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
 use crate::theme::Theme;
 
 /// Returns JSON with the tables that a web page needs to draw the same numbers and heat colours as
 /// this crate:
 ///
 /// ```json
-/// {"advance": 5, "digits": ["m…", … 10], "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
+/// {"advance": 5, "digits": ["m…", … 10], "infinity": "M…",
+///  "trail": {"ages": 6, "min_fade": 48, "lines": ["v-20", … 4], "arrows": ["m…", … 4]},
+///  "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
 /// The path of a number is the concatenation of the paths of its digits, each preceded by `M{x} 0`.
 /// For digit i of n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
 /// [`digits`](crate::digits)). The index of the colour for a weight w is round(63 · w / max(1, the
-/// largest weight)).
+/// largest weight)). The weight 255 is drawn as the path `infinity`, has no heat colour and does not
+/// count as the largest weight.
+///
+/// A trail is a list of n passages from a cell to a neighbouring cell, oldest first. The age of
+/// passage i, counted from 0, is `ages` − 1 − ⌊(n − 1 − i) · `ages` / max(n, `min_fade`)⌋. The path
+/// of a passage starts at the centre of a cell and continues with the line of its heading (north,
+/// east, south or west). If x and y of that cell are both even or both odd, an arrowhead follows.
 ///
 /// ```
 /// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"digits":["m2.5-3.4c"#));
@@ -22,9 +32,11 @@ use crate::theme::Theme;
 pub fn page_json() -> String {
     let colours = |theme| list(ramp(theme).into_iter().map(|colour| colour.to_string()));
     format!(
-        r#"{{"advance":{},"digits":{},"heat":{{"light":{},"dark":{}}}}}"#,
+        r#"{{"advance":{},"digits":{},"infinity":"{INFINITY}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
         list(DIGITS.map(String::from).into_iter()),
+        list(LINES.map(String::from).into_iter()),
+        list(ARROWS.map(String::from).into_iter()),
         colours(Theme::Light),
         colours(Theme::Dark),
     )

@@ -9,6 +9,7 @@ use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
 use crate::pixels::PictureError;
 use crate::scene::Scene;
+use crate::trail::Trail;
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
@@ -46,7 +47,7 @@ impl Palette {
             }
         }
         let theme = scene.theme;
-        let mut chosen = theme.colours().areas().to_vec();
+        let mut chosen = theme.colours().areas();
         if scene.layers.heat {
             chosen.extend(ramp(theme));
         }
@@ -107,7 +108,7 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
-    trail: Vec<Cell>,
+    trail: Trail,
 }
 
 impl Sheet {
@@ -129,12 +130,19 @@ impl Sheet {
             }
         }
         let maze = Maze::new(walls, start, size.central_cells());
-        let row = |y: u8| (0..size.width()).map(move |x| (x, y));
-        let trail = (0..size.height())
-            .step_by(2)
-            .flat_map(|y| row(y).map(|(x, y)| Cell::new(if y % 4 == 0 { x } else { 15 - x }, y)));
+        let mut trail = Trail::new(size);
+        for y in 0..size.height() {
+            for x in 0..size.width() {
+                let (x, heading) = if y % 2 == 0 {
+                    (x, Heading::East)
+                } else {
+                    (size.width() - 1 - x, Heading::West)
+                };
+                trail.move_to(Pose::new(Cell::new(x, y), heading), None);
+            }
+        }
         #[expect(clippy::unwrap_used, reason = "the start and the goals lie inside the maze")]
-        Self { maze: maze.unwrap(), map, trail: trail.collect() }
+        Self { maze: maze.unwrap(), map, trail }
     }
 
     /// Returns the sample scene with the theme and the layers of `like`.

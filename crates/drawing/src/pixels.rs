@@ -123,13 +123,17 @@ fn height_px(size: MazeSize, width_px: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, Heading, KnownMaze, Maze, WallState, Walls};
+    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, WallState, Walls};
 
     use super::*;
+    use crate::geometry::centre;
+    use crate::heat::tests::contrast;
     use crate::heat::{Rgb, ramp};
     use crate::palette::rgb;
+    use crate::passages::AGES;
     use crate::scene::Layers;
     use crate::theme::Theme;
+    use crate::trail::through;
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -166,11 +170,7 @@ mod tests {
             assert_eq!(at(&scene, 10, 10), colours.visited, "{theme:?}");
             assert_eq!(at(&scene, 10, 30), colours.start.0, "{theme:?}");
             assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
-            let pale = at(&scene, 30, 20);
-            assert!(
-                pale != colours.wall && pale != colours.floor,
-                "{theme:?}: unknown to the mouse"
-            );
+            assert!(at(&scene, 30, 20) != colours.wall, "{theme:?}: unknown to the mouse");
             assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
                 numbers: false,
@@ -183,9 +183,63 @@ mod tests {
     }
 
     #[test]
+    fn unknown_walls_are_visible_but_thin_at_the_default_size() {
+        let mut walls = Walls::open(MazeSize::CLASSIC);
+        walls.set(Cell::new(3, 3), Heading::East, true);
+        walls.set(Cell::new(9, 3), Heading::East, true);
+        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+        let mut map = KnownMaze::unexplored(&maze);
+        map.set_wall(Cell::new(9, 3), Heading::East, WallState::Present);
+        for theme in [Theme::Light, Theme::Dark] {
+            for is_visited in [false, true] {
+                if is_visited {
+                    for x in [3, 4, 9, 10] {
+                        map.visit(Cell::new(x, 3));
+                    }
+                }
+                let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_theme(theme);
+                let pixmap = scene.pixmap(640).unwrap();
+                let (_, y) = centre(scene.size, Cell::new(3, 3));
+                let y = (y + 2) * 640 / units(scene.size).0;
+                // The pixels from the middle of a cell to the middle of its eastern neighbour.
+                let across = |x: u8| {
+                    let [west, east] = [x, x + 1].map(|x| centre(scene.size, Cell::new(x, 3)).0);
+                    let [west, east] = [west, east].map(|x| (x + 2) * 640 / units(scene.size).0);
+                    let pixels = (west..=east).map(|x| rgb(pixmap.pixel(x, y).unwrap()));
+                    let pixels: Vec<Rgb> = pixels.collect();
+                    let contrasts = pixels.iter().map(|&pixel| contrast(pixel, pixels[0]));
+                    let ink: f64 = contrasts.clone().map(|contrast| contrast - 1.0).sum();
+                    (contrasts.fold(1.0, f64::max), ink)
+                };
+                let ((unknown, thin), (known, thick)) = (across(3), across(9));
+                assert!(unknown >= 3.0 && known > unknown, "{theme:?} {unknown} {known}");
+                assert!(thick > 2.0 * thin, "{theme:?} {thin} {thick}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_trail_is_faint_behind_numbers() {
+        let maze = maze();
+        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1), Cell::new(1, 1)]);
+        for theme in [Theme::Light, Theme::Dark] {
+            let scene = Scene::from_maze(&maze).with_trail(&trail).with_theme(theme);
+            let newest = theme.colours().trail(AGES - 1);
+            let at = |numbers, x, y| {
+                let layers = Layers { numbers, ..Layers::ALL };
+                at(&scene.clone().with_layers(layers), x, y)
+            };
+            assert_eq!([at(true, 9, 18), at(false, 9, 18)], [newest; 2], "between two cells");
+            assert_eq!(at(false, 9, 13), newest, "without numbers");
+            let behind = contrast(at(true, 9, 13), theme.colours().floor);
+            assert!(1.0 < behind && behind < 1.6, "{theme:?} {behind}");
+        }
+    }
+
+    #[test]
     fn layers_can_be_hidden() {
         let maze = maze();
-        let trail = [Cell::new(0, 0), Cell::new(0, 1)];
+        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
         let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
         let all = Layers::ALL;
         let pixels = |layers| scene.clone().with_layers(layers).pixmap(220).unwrap();
@@ -198,7 +252,7 @@ mod tests {
     fn the_svg_file_renders_like_the_png() {
         let maze = maze();
         let map = KnownMaze::unexplored(&maze);
-        let trail = [Cell::new(0, 0), Cell::new(0, 1)];
+        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
         for layers in [Layers::ALL, Layers { numbers: false, heat: false, trail: false }] {
             let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_layers(layers);
             let scene = scene.with_weights(|cell| cell.x).with_trail(&trail);

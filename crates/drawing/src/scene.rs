@@ -2,24 +2,25 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
+use crate::label::Label;
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
-
-/// The maximum number of trail cells in a drawing; older cells are omitted.
-pub const TRAIL_CELLS: usize = 500;
+use crate::trail::Trail;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.
 ///
-/// If a scene has no client's map, all walls are drawn at full strength in a file, but pale in a
-/// page, because the page adds a map later.
+/// If a scene has no client's map, all walls are drawn thick in a file, but thin in a page,
+/// because the page adds a map later.
 ///
 /// ```
-/// use mmsim_drawing::{Layers, Scene, Theme};
-/// use mmsim_maze::{Cell, Maze};
+/// use mmsim_drawing::{Layers, Scene, Theme, Trail};
+/// use mmsim_maze::{Cell, Heading, Maze, Pose};
 ///
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let trail = [Cell::new(0, 0), Cell::new(1, 0)];
+/// let mut trail = Trail::new(maze.size());
+/// trail.jump_to(maze.start());
+/// trail.move_to(Pose::new(Cell::new(1, 0), Heading::East), None);
 /// let scene = Scene::from_maze(&maze)
 ///     .with_trail(&trail)
 ///     .with_layers(Layers { heat: false, ..Layers::ALL })
@@ -35,10 +36,10 @@ pub struct Scene<'a> {
     pub(crate) truth: Option<&'a Maze>,
     pub(crate) map: Option<&'a KnownMaze>,
     pub(crate) mouse: Option<Pose>,
-    /// The number in each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
-    /// has no numbers.
-    pub(crate) numbers: Vec<Option<u16>>,
-    pub(crate) trail: &'a [Cell],
+    /// The label of each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
+    /// has no labels.
+    pub(crate) labels: Vec<Option<Label>>,
+    pub(crate) trail: Option<&'a Trail>,
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
@@ -89,14 +90,14 @@ impl<'a> Scene<'a> {
             truth: None,
             map: None,
             mouse: None,
-            numbers: Vec::new(),
-            trail: &[],
+            labels: Vec::new(),
+            trail: None,
             layers: Layers::default(),
             theme: Theme::default(),
         }
     }
 
-    /// Adds the true maze. Walls unknown to the client are drawn pale, and walls on the client's
+    /// Adds the true maze. Walls unknown to the client are drawn thin, and walls on the client's
     /// map that do not exist are marked as mistaken. A maze of a different size is ignored.
     pub fn with_truth(mut self, maze: Option<&'a Maze>) -> Self {
         self.truth = maze.filter(|maze| maze.size() == self.size);
@@ -110,25 +111,26 @@ impl<'a> Scene<'a> {
     }
 
     /// Adds the weight that the client assigned to each cell, shown as a number and as a heat
-    /// colour. If all weights are 0, no weights are shown.
+    /// colour. If all weights are 0, no weights are shown. The largest weight, 255, means that there
+    /// is no path: it is shown as ∞ and has no heat colour.
     pub fn with_weights(mut self, weight: impl Fn(Cell) -> u8) -> Self {
-        self.numbers = self.size.cells().map(|cell| Some(u16::from(weight(cell)))).collect();
-        if self.numbers.iter().all(|&number| number == Some(0)) {
-            self.numbers.clear();
-        }
+        let weights: Vec<u8> = self.size.cells().map(weight).collect();
+        let is_blank = weights.iter().all(|&weight| weight == 0);
+        let weights = if is_blank { Vec::new() } else { weights };
+        self.labels = weights.into_iter().map(|weight| Some(Label::from_weight(weight))).collect();
         self
     }
 
     /// Adds a number, such as a distance in steps, to each cell for which `number` returns a value.
     pub fn with_numbers(mut self, number: impl Fn(Cell) -> Option<u16>) -> Self {
-        self.numbers = self.size.cells().map(number).collect();
+        self.labels = self.size.cells().map(|cell| number(cell).map(Label::Number)).collect();
         self
     }
 
-    /// Adds the path of the mouse, starting with the oldest cell. Only the last [`TRAIL_CELLS`]
-    /// cells are drawn.
-    pub fn with_trail(mut self, cells: &'a [Cell]) -> Self {
-        self.trail = &cells[cells.len().saturating_sub(TRAIL_CELLS)..];
+    /// Adds the path of the mouse, which fades from its newest to its oldest part. A trail in a maze
+    /// of a different size is ignored.
+    pub fn with_trail(mut self, trail: &'a Trail) -> Self {
+        self.trail = Some(trail).filter(|trail| trail.size() == self.size);
         self
     }
 
@@ -152,14 +154,15 @@ impl<'a> Scene<'a> {
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
+    ///   <defs> the gradients of the trail
     ///   <rect class="floor"/>
     ///   <g class="cells"> <rect class="cell [start] [goal] [visited]" data-cell="x,y"/> …
     ///   <g class="heats"> <rect class="heat" data-cell="x,y" fill="#rrggbb or none"/> …
     ///   <g class="marks"> frames and badges of start and goals, which stay
-    ///   <polyline class="trail"/>
-    ///   <g class="numbers"> <path class="number" data-cell="x,y" d="digits or nothing"/> …
+    ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
     ///   <g class="walls"> <path class="wall [true] [known or mistaken]" data-wall="x,y,NESW"/> …
     ///   <path class="posts"/>
+    ///   <g class="numbers"> <path class="number" data-cell="x,y" d="digits or nothing"/> …
     ///   <path class="mouse [absent]" transform="translate(x y) rotate(degrees)"/>
     /// </svg>
     /// ```

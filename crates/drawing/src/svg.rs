@@ -1,16 +1,20 @@
 //! The SVG drawing.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::ops::Range;
 
 use mmsim_maze::{Cell, CellSet, Heading, Pose};
 
-use crate::digits::{decimals, digits};
+use crate::digits::decimals;
 use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
 use crate::heat::{self, Rgb};
+use crate::label::Label;
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
+use crate::passages;
 use crate::scene::{Layers, Scene};
 use crate::theme::file_style;
+use crate::trail::Trail;
 use crate::walls::{self, INVISIBLE};
 
 /// The purpose of a drawing.
@@ -32,15 +36,12 @@ pub(crate) struct Svg<'a> {
     parts: Vec<Part>,
 }
 
-/// A part of a drawing, and the area in which it is visible.
+/// An element of a drawing that can be omitted, and the area in which it is visible.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
-    /// The byte range of the part in the text.
+    /// The byte range of the element in the text.
     pub(crate) text: Range<usize>,
     pub(crate) area: Area,
-    /// True if the part consists of complete elements and can be omitted. A piece of the trail is
-    /// not a complete element.
-    pub(crate) is_element: bool,
 }
 
 impl<'a> Svg<'a> {
@@ -58,8 +59,8 @@ impl<'a> Svg<'a> {
         svg.heats();
         svg.marks();
         svg.trail();
-        svg.numbers();
         svg.walls();
+        svg.numbers();
         svg.mouse();
         svg.text.push_str("</svg>\n");
         (svg.text, svg.parts)
@@ -77,7 +78,7 @@ impl<'a> Svg<'a> {
         }
         let start = self.text.len();
         self.put(element);
-        self.parts.push(Part { text: start..self.text.len(), area, is_element: true });
+        self.parts.push(Part { text: start..self.text.len(), area });
     }
 
     /// Returns true if the drawing contains this layer.
@@ -106,7 +107,8 @@ impl<'a> Svg<'a> {
             self.put(format_args!("\n<style>\n{style}</style>"));
         }
         self.put(format_args!(
-            "\n<rect class=\"floor\" x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width}\" height=\"{height}\"/>\n"
+            "\n{}<rect class=\"floor\" x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width}\" height=\"{height}\"/>\n",
+            passages::gradients()
         ));
     }
 
@@ -135,12 +137,12 @@ impl<'a> Svg<'a> {
         if !self.has(|layers| layers.heat) {
             return;
         }
-        let Scene { size, ref numbers, theme, .. } = *self.scene;
+        let Scene { size, ref labels, theme, .. } = *self.scene;
         let ramp: Vec<Rgb> = heat::ramp(theme);
-        let largest = numbers.iter().copied().flatten().max().unwrap_or(0);
+        let largest = labels.iter().flatten().filter_map(Label::number).max().unwrap_or(0);
         self.put("<g class=\"heats\">\n");
         for (index, cell) in size.cells().enumerate() {
-            let number = numbers.get(index).copied().flatten();
+            let number = labels.get(index).and_then(|label| label.as_ref()?.number());
             let colour = number.map(|number| ramp[heat::step(number, largest)].to_string());
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
@@ -204,42 +206,52 @@ impl<'a> Svg<'a> {
             return;
         }
         let Scene { size, trail, .. } = *self.scene;
-        let inside = trail.iter().filter(|&&cell| size.contains(cell));
-        let corners: Vec<(u32, u32)> = inside.map(|&cell| corner(size, cell)).collect();
-        self.put("<polyline class=\"trail\" points=\"");
-        let mut last: Option<(usize, (u32, u32))> = None;
-        for corner in corners {
-            if last.is_some() {
-                self.put(" ");
-            }
-            let start = self.text.len();
-            self.put(format_args!("{},{}", corner.0 + PITCH / 2, corner.1 + PITCH / 2));
-            if let Some((start, before)) = last {
-                // A piece of the trail stays within its two cells and the cells between them.
-                let area = around(cell_area(before), cell_area(corner));
-                self.parts.push(Part { text: start..self.text.len(), area, is_element: false });
-            }
-            last = Some((start, corner));
+        let passages = trail.map(Trail::passages).unwrap_or_default();
+        let count = passages.len();
+        let passages: HashMap<_, _> = (passages.into_iter().enumerate())
+            .map(|(position, passage)| (passage.side(), (passage, passages::age(position, count))))
+            .collect();
+        self.put("<g class=\"trail\">\n");
+        for (cell, heading) in walls::inner_places(size) {
+            let (class, ink, path) = match passages.get(&(cell, heading)) {
+                Some(&(passage, age)) => (
+                    format!("passage age{age}"),
+                    format!(" stroke=\"url(#{})\"", passages::ink(heading, age)),
+                    passages::path(size, passage),
+                ),
+                None => ("passage".into(), String::new(), String::new()),
+            };
+            let [area, next] = [cell, cell.neighbour(heading).unwrap_or(cell)]
+                .map(|cell| cell_area(corner(size, cell)));
+            self.put_part(
+                around(area, next),
+                !path.is_empty(),
+                format_args!(
+                    "<path class=\"{class}\" data-passage=\"{},{},{}\"{ink} d=\"{path}\"/>\n",
+                    cell.x,
+                    cell.y,
+                    heading.letter()
+                ),
+            );
         }
-        self.put("\"/>\n");
+        self.put("</g>\n");
     }
 
     fn numbers(&mut self) {
         if !self.has(|layers| layers.numbers) {
             return;
         }
-        let Scene { size, ref numbers, .. } = *self.scene;
+        let Scene { size, ref labels, .. } = *self.scene;
         self.put("<g class=\"numbers\">\n");
         for (index, cell) in size.cells().enumerate() {
-            let number = numbers.get(index).copied().flatten();
+            let label = labels.get(index).and_then(Option::as_ref);
             let (x, y) = centre(size, cell);
-            // Numbers of four or more digits are scaled to fit.
-            let scale = match number {
-                Some(1000..) => format!(" scale({})", decimals(0.75)),
-                _ => String::new(),
+            let scale = match label.map_or(1.0, Label::scale) {
+                1.0 => String::new(),
+                scale => format!(" scale({})", decimals(scale)),
             };
-            let path = number.map(digits).unwrap_or_default();
-            self.put_part(cell_area(corner(size, cell)), number.is_some(), format_args!(
+            let path = label.map(Label::path).unwrap_or_default();
+            self.put_part(cell_area(corner(size, cell)), label.is_some(), format_args!(
                 "<path class=\"number\" data-cell=\"{},{}\" transform=\"translate({x} {y}){scale}\" d=\"{path}\"/>\n",
                 cell.x, cell.y
             ));
@@ -302,7 +314,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::digits::digits;
+    use crate::heat::ramp;
+    use crate::label::INFINITY;
     use crate::theme::Theme;
+    use crate::trail::through;
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -321,7 +337,7 @@ mod tests {
     fn the_drawing_of_a_small_maze_is_stable() {
         let maze = maze();
         let map = map(&maze);
-        let trail = [Cell::new(0, 0), Cell::new(0, 1)];
+        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
         let scene = Scene::from_map(&map)
             .with_truth(Some(&maze))
             .with_mouse(Pose::new(Cell::new(0, 1), Heading::East))
@@ -336,8 +352,8 @@ mod tests {
         let maze = maze();
         let svg = Scene::from_maze(&maze).page_svg();
         assert!(svg.contains(r#"class="mouse absent" transform="translate(10 30) rotate(0)""#));
-        assert!(svg.contains(r#"<polyline class="trail" points=""/>"#));
-        assert_eq!(svg.matches(r#" d=""/>"#).count(), 4, "numbers");
+        assert!(!svg.contains("passage age"));
+        assert_eq!(svg.matches(r#" d=""/>"#).count(), 8, "numbers and passages");
         assert_eq!(svg.matches(r#"fill="none""#).count(), 4);
         assert!(!svg.contains("known") && !svg.contains("style"));
     }
@@ -350,18 +366,48 @@ mod tests {
             Scene::from_maze(&maze).page_svg()
         );
         let svg = Scene::from_maze(&maze).with_weights(|cell| cell.x).page_svg();
-        assert_eq!(svg.matches(r#"fill="none""#).count() + svg.matches(r#" d=""/>"#).count(), 0);
+        assert_eq!((svg.matches(r#"fill="none""#).count(), numbers(&svg).len()), (0, 4));
+    }
+
+    /// Returns the paths of the numbers in a drawing.
+    fn numbers(svg: &str) -> Vec<&str> {
+        let lines = svg.lines().filter(|line| line.contains(r#"class="number""#));
+        let paths = lines.map(|line| line.rsplit('"').nth(1).unwrap());
+        paths.filter(|path| !path.is_empty()).collect()
+    }
+
+    #[test]
+    fn the_weight_255_is_infinite_and_has_no_heat_colour() {
+        let maze = maze();
+        let weight = |cell: Cell| if cell == Cell::new(1, 1) { 255 } else { cell.x + cell.y };
+        let svg = Scene::from_maze(&maze).with_weights(weight).page_svg();
+        assert_eq!(numbers(&svg), [&digits(0), &digits(1), &digits(1), INFINITY]);
+        assert!(svg.contains(r#"data-cell="1,1" x="20" y="0" width="20" height="20" fill="none""#));
+        assert_eq!(svg.matches(r#"fill="none""#).count(), 1);
+        let warmest = ramp(Theme::Light)[63].to_string();
+        assert_eq!(svg.matches(&warmest).count(), 2, "1 is the largest weight");
+        let numbered = Scene::from_maze(&maze).with_numbers(|_| Some(255)).page_svg();
+        assert_eq!(numbers(&numbered), [&digits(255)[..]; 4]);
+    }
+
+    #[test]
+    fn numbers_are_above_all_lines() {
+        let svg = Scene::from_maze(&maze()).page_svg();
+        let places = ["trail", "walls", "posts", "numbers"]
+            .map(|class| svg.find(&format!("class=\"{class}\"")).unwrap());
+        assert!(places.is_sorted(), "{places:?}");
     }
 
     #[test]
     fn items_outside_the_maze_are_ignored() {
         let maze = maze();
-        let outside = [Cell::new(0, 0), Cell::new(7, 0)];
+        let wide = MazeSize::new(8, 1).unwrap();
+        let outside = through(wide, &[Cell::new(0, 0), Cell::new(1, 0)]);
         let scene = Scene::from_maze(&maze)
             .with_trail(&outside)
             .with_mouse(Pose::new(Cell::new(2, 0), Heading::North));
         let svg = scene.page_svg();
-        assert!(svg.contains(r#"points="10,30"/>"#) && svg.contains("absent"));
+        assert!(!svg.contains("passage age") && svg.contains("absent"));
         let far = Cell::new(200, 200);
         let map = KnownMaze::new(maze.size(), far, [far].into_iter().collect());
         let svg = Scene::from_map(&map).svg();

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::digits;
 use crate::heat::Rgb;
+use crate::passages::AGES;
 
 /// A colour theme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -20,22 +21,21 @@ pub enum Theme {
 pub(crate) struct Colours {
     pub(crate) floor: Rgb,
     pub(crate) visited: Rgb,
-    /// The colour of known walls and, with less opacity, of unknown walls.
     pub(crate) wall: Rgb,
+    /// The colour of walls that are not on the client's map.
+    pub(crate) unknown: Rgb,
     pub(crate) mistaken: Rgb,
     /// The colours of the start cell and of its frame.
     pub(crate) start: (Rgb, Rgb),
     /// The colours of the goal cells and of their frame.
     pub(crate) goal: (Rgb, Rgb),
-    pub(crate) trail: Rgb,
+    /// The colours of the oldest and of the newest passages of the trail.
+    pub(crate) trail: (Rgb, Rgb),
     pub(crate) number: Rgb,
     pub(crate) mouse: Rgb,
     /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
-    /// The opacity of walls that are not on the client's map.
-    pub(crate) unknown_opacity: &'static str,
     pub(crate) post_opacity: &'static str,
-    pub(crate) trail_opacity: &'static str,
 }
 
 const fn rgb(hex: u32) -> Rgb {
@@ -49,33 +49,31 @@ impl Theme {
         match self {
             Self::Light => Colours {
                 floor: rgb(0x00fd_fdfc),
-                visited: rgb(0x00e9_eff8),
+                visited: rgb(0x00d6_e4f7),
                 wall: rgb(0x001b_2430),
+                unknown: rgb(0x0070_7a8a),
                 mistaken: rgb(0x00d0_1c50),
                 start: (rgb(0x00cb_ebe2), rgb(0x0005_6b5c)),
                 goal: (rgb(0x00ec_dcf7), rgb(0x007a_2ba8)),
-                trail: rgb(0x0025_63eb),
+                trail: (rgb(0x0086_a5e8), rgb(0x0025_63eb)),
                 number: rgb(0x002a_3442),
                 mouse: rgb(0x001d_4fd7),
                 rim: rgb(0x00ff_ffff),
-                unknown_opacity: ".24",
                 post_opacity: ".2",
-                trail_opacity: ".6",
             },
             Self::Dark => Colours {
                 floor: rgb(0x0013_1820),
-                visited: rgb(0x001f_2937),
+                visited: rgb(0x0024_364f),
                 wall: rgb(0x00e8_edf4),
+                unknown: rgb(0x007a_8698),
                 mistaken: rgb(0x00ff_b02e),
                 start: (rgb(0x0011_4a43), rgb(0x006f_e3cd)),
                 goal: (rgb(0x0043_2560), rgb(0x00d9_a8f7)),
-                trail: rgb(0x0058_a6ff),
+                trail: (rgb(0x003f_6597), rgb(0x0058_a6ff)),
                 number: rgb(0x00e2_e8f0),
                 mouse: rgb(0x007d_b8ff),
                 rim: rgb(0x000b_0f15),
-                unknown_opacity: ".25",
                 post_opacity: ".2",
-                trail_opacity: ".7",
             },
         }
     }
@@ -83,9 +81,21 @@ impl Theme {
 
 impl Colours {
     /// Returns the colours that are drawn without transparency.
-    pub(crate) const fn areas(&self) -> [Rgb; 11] {
-        let Self { floor, visited, wall, mistaken, start, goal, number, mouse, rim, .. } = *self;
-        [floor, visited, wall, mistaken, start.0, start.1, goal.0, goal.1, number, mouse, rim]
+    pub(crate) fn areas(&self) -> Vec<Rgb> {
+        let Self { floor, visited, wall, unknown, mistaken, number, mouse, rim, .. } = *self;
+        let areas = [floor, visited, wall, unknown, mistaken, number, mouse, rim];
+        let marks = [self.start.0, self.start.1, self.goal.0, self.goal.1];
+        areas.into_iter().chain(marks).chain((0..AGES).map(|age| self.trail(age))).collect()
+    }
+
+    /// Returns the colour of the passages of the trail with this age.
+    pub(crate) fn trail(&self, age: usize) -> Rgb {
+        let (Rgb(old_red, old_green, old_blue), Rgb(red, green, blue)) = self.trail;
+        let mix = |old: u8, new: u8| {
+            let (old, new, last) = (usize::from(old), usize::from(new), AGES - 1);
+            u8::try_from((old * (last - age) + new * age + last / 2) / last).unwrap_or(u8::MAX)
+        };
+        Rgb(mix(old_red, red), mix(old_green, green), mix(old_blue, blue))
     }
 }
 
@@ -95,15 +105,16 @@ fn shapes() -> String {
     format!(
         "\
 .maze .floor,.maze .cell,.maze .heat{{shape-rendering:crispEdges}}
-.maze path,.maze polyline{{fill:none;stroke:none;stroke-linecap:round;stroke-linejoin:round}}
+.maze path{{fill:none;stroke-linecap:round;stroke-linejoin:round}}
 .maze .cell{{fill:none}}
 .maze .wall{{stroke-width:2;stroke-linecap:square}}
-.maze .wall.true{{stroke-linecap:butt}}
-.maze .wall.known{{stroke-linecap:square;stroke-opacity:1}}
+.maze .wall.true{{stroke-width:1.2;stroke-linecap:butt}}
+.maze .wall.known{{stroke-width:2;stroke-linecap:square}}
 .maze .wall.mistaken{{stroke-linecap:butt;stroke-dasharray:4 3;stroke-dashoffset:-1}}
 .maze .mark{{stroke-width:1.4}}
 .maze .letter{{stroke-width:.95}}
-.maze .trail{{stroke-width:2.2}}
+.maze .passage{{stroke-width:1.6}}
+.maze .faint{{stop-opacity:.22}}
 .maze .number{{stroke-width:{}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
 .maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail{{display:none}}
@@ -114,9 +125,10 @@ fn shapes() -> String {
 
 /// Returns the style rules that set the colours of a theme.
 fn colours(theme: Theme) -> String {
-    let Colours { floor, visited, wall, mistaken, start, goal, trail, number, mouse, rim, .. } =
-        theme.colours();
-    let Colours { unknown_opacity, post_opacity, trail_opacity, .. } = theme.colours();
+    let Colours {
+        floor, visited, wall, unknown, mistaken, start, goal, number, mouse, rim, ..
+    } = theme.colours();
+    let post_opacity = theme.colours().post_opacity;
     let mut rules = String::new();
     for (what, style) in [
         ("floor", format!("fill:{floor}")),
@@ -128,15 +140,19 @@ fn colours(theme: Theme) -> String {
         ("badge.start", format!("fill:{}", start.1)),
         ("badge.goal", format!("fill:{}", goal.1)),
         ("letter", format!("stroke:{floor}")),
-        ("trail", format!("stroke:{trail};stroke-opacity:{trail_opacity}")),
         ("number", format!("stroke:{number}")),
-        ("wall.true", format!("stroke:{wall};stroke-opacity:{unknown_opacity}")),
-        ("wall.known", format!("stroke:{wall};stroke-opacity:1")),
-        ("wall.mistaken", format!("stroke:{mistaken};stroke-opacity:1")),
+        ("wall.true", format!("stroke:{unknown}")),
+        ("wall.known", format!("stroke:{wall}")),
+        ("wall.mistaken", format!("stroke:{mistaken}")),
         ("posts", format!("fill:{wall};fill-opacity:{post_opacity}")),
         ("mouse", format!("fill:{mouse};stroke:{rim}")),
     ] {
         let _ = writeln!(rules, ".maze .{what}{{{style}}}");
+    }
+    for age in 0..AGES {
+        let trail = theme.colours().trail(age);
+        let _ = writeln!(rules, ".maze .ink{age} stop{{stop-color:{trail}}}");
+        let _ = writeln!(rules, ".hide-numbers .age{age}{{stroke:{trail}}}");
     }
     rules
 }
@@ -155,10 +171,12 @@ pub fn stylesheet() -> String {
 }
 
 /// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, all
-/// walls are drawn at full strength, because the scene contains the true maze but no client's map.
+/// walls are drawn like known walls, because the scene contains the true maze but no client's map.
 pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
-    let strong = ".maze .wall.true{stroke-linecap:square;stroke-opacity:1}\n";
-    let strong = if is_truth_alone { strong } else { "" };
+    let wall = theme.colours().wall;
+    let strong =
+        format!(".maze .wall.true{{stroke:{wall};stroke-width:2;stroke-linecap:square}}\n");
+    let strong = if is_truth_alone { strong } else { String::new() };
     format!("{}{}{strong}", shapes(), colours(theme))
 }
 
@@ -182,11 +200,17 @@ mod tests {
     #[test]
     fn important_elements_have_contrast() {
         for theme in [Theme::Light, Theme::Dark] {
-            let Colours { floor, visited, wall, mistaken, start, goal, mouse, .. } =
-                theme.colours();
+            let colours = theme.colours();
+            let Colours { floor, visited, wall, unknown, mistaken, start, goal, mouse, .. } =
+                colours;
+            let newest = colours.trail(AGES - 1);
             for (what, colour, behind) in [
                 ("wall", wall, floor),
                 ("wall of a visited cell", wall, visited),
+                ("unknown wall", unknown, floor),
+                ("unknown wall of a visited cell", unknown, visited),
+                ("new trail", newest, floor),
+                ("new trail in a visited cell", newest, visited),
                 ("mistaken wall", mistaken, floor),
                 ("S", start.1, floor),
                 ("G", goal.1, floor),
@@ -194,6 +218,23 @@ mod tests {
             ] {
                 let contrast = contrast(colour, behind);
                 assert!(contrast >= 3.0, "{theme:?}: {what} {contrast:.2}");
+            }
+        }
+    }
+
+    #[test]
+    fn kinds_of_cells_and_walls_differ() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let colours = theme.colours();
+            let Colours { floor, visited, wall, unknown, .. } = colours;
+            for (what, one, other, least) in [
+                ("visited cell", visited, floor, 1.25),
+                ("unknown wall", unknown, wall, 3.0),
+                ("old trail", colours.trail(0), colours.trail(AGES - 1), 1.5),
+                ("old trail in a visited cell", colours.trail(0), visited, 1.5),
+            ] {
+                let contrast = contrast(one, other);
+                assert!(contrast >= least, "{theme:?}: {what} {contrast:.2}");
             }
         }
     }

@@ -15,6 +15,11 @@ pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
     inner.chain(south).chain(west)
 }
 
+/// Returns the places where a maze can have a wall between two cells, in the order of [`places`].
+pub(crate) fn inner_places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
+    places(size).filter(move |&(cell, heading)| size.neighbour(cell, heading).is_some())
+}
+
 /// The class of a wall that is neither in the true maze nor on the client's map.
 pub(crate) const INVISIBLE: &str = "wall";
 

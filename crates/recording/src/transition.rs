@@ -90,6 +90,11 @@ impl Course {
         &self.goals
     }
 
+    /// Returns the walls of the true maze, or `None` if they are unknown.
+    pub const fn walls(&self) -> Option<&Walls> {
+        self.walls.as_ref()
+    }
+
     /// Returns how a mouse got from one pose to another. See [`Transition`].
     pub fn transition(&self, from: Pose, to: Pose) -> Transition {
         let steps = from.cell.x.abs_diff(to.cell.x).saturating_add(from.cell.y.abs_diff(to.cell.y));

@@ -22,10 +22,11 @@
  * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
  *   trial: TrialReport | null,
  *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
- *   closed: number | null, solved: boolean, trail: number[], breaks: number[] }} StateView
+ *   closed: number | null, solved: boolean, trail: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
  *   put_backs: number[] }} DistanceHistory
- * @typedef {{ advance: number, digits: string[], heat: { light: string[], dark: string[] } }} DrawingStyle
+ * @typedef {{ advance: number, digits: string[], infinity: string,
+ *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  */
 

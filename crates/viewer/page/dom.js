@@ -59,7 +59,8 @@ export const sleep = (milliseconds) => new Promise((resolve) => setTimeout(resol
 /** Shows an error until the user dismisses it or starts another action. @param {unknown} error */
 export function showError(error) {
   if (!(error instanceof Error) || error.name === "AbortError") return;
-  // `fetch` fails with a TypeError when there is no response.
+  // `fetch` fails with a TypeError when there is no response. If the connection is lost, the page says so already.
+  if (error instanceof TypeError && !query(document, "#offline").hidden) return;
   const text = error instanceof TypeError ? "No response from the simulator (is it still running?)" : error.message;
   setText(document, "#error span", text);
   query(document, "#error").hidden = false;

@@ -3,7 +3,7 @@
 // change, since most of the thousands of elements stay the same.
 
 import { setAttributes } from "./dom.js";
-import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
+import { DX, DY, HEADINGS, NO_PATH, VISITED, WALL_BITS } from "./state.js";
 
 /**
  * @typedef {import("./api.js").DrawingStyle} DrawingStyle
@@ -12,15 +12,15 @@ import { DX, DY, HEADINGS, VISITED, WALL_BITS } from "./state.js";
  * @typedef {Record<"numbers" | "heat" | "trail", boolean>} Layers
  */
 
-const PITCH = 20;
+/** The width of a cell in units of the drawing. */
+export const PITCH = 20;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 
-/** An attribute of many elements. Its value depends on a number per element, and is written when that number changes. */
-class Attributes {
-  /** @param {Element[]} elements @param {string} name @param {(value: number, index: number) => string} format */
-  constructor(elements, name, format) {
+/** Elements whose attributes depend on a number per element. They are written when the number changes. */
+class Elements {
+  /** @param {Element[]} elements @param {(value: number, index: number) => Record<string, string>} format */
+  constructor(elements, format) {
     this.elements = elements;
-    this.name = name;
     this.format = format;
     // -2 is not a valid number, so the first state writes all attributes.
     this.values = new Int16Array(elements.length).fill(-2);
@@ -30,7 +30,8 @@ class Attributes {
   set(index, value) {
     if (this.values[index] === value) return;
     this.values[index] = value;
-    this.elements[index].setAttribute(this.name, this.format(value, index));
+    const attributes = this.format(value, index);
+    for (const name in attributes) this.elements[index].setAttribute(name, attributes[name]);
   }
 }
 
@@ -42,7 +43,9 @@ export class MazeMap {
   #numbers;
   #heat;
   #trail;
-  #trailPoints = "";
+  #passages;
+  /** The element of the passage between two cells, by 2 * the southern or western cell + (1 if the other is east). */
+  #passageIndex;
   #mouse;
   #cursor = document.createElementNS("http://www.w3.org/2000/svg", "rect");
 
@@ -55,18 +58,17 @@ export class MazeMap {
     const all = (selector) => [...svg.querySelectorAll(selector)];
     this.#source = source;
     this.svg = svg;
-    this.#trail = all(".trail")[0];
     this.#mouse = all(".mouse")[0];
 
     const cells = all(".cell");
     const classes = cells.map((cell) => (cell.getAttribute("class") ?? "").replace(" visited", ""));
-    this.#cells = new Attributes(cells, "class", (visited, i) => classes[i] + (visited ? " visited" : ""));
+    this.#cells = new Elements(cells, (visited, i) => ({ class: classes[i] + (visited ? " visited" : "") }));
 
     const walls = all(".wall");
     const isTrue = walls.map((wall) => wall.classList.contains("true"));
-    this.#walls = new Attributes(walls, "class", (reported, i) => {
+    this.#walls = new Elements(walls, (reported, i) => {
       const wall = isTrue[i] ? "wall true" : "wall";
-      return !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken";
+      return { class: !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken" };
     });
     /** The two cells next to each wall, and the bit of the wall in each cell. Either cell may report the wall. */
     this.#wallSides = walls.map((wall) => {
@@ -78,18 +80,27 @@ export class MazeMap {
       return { outer, cell: Number(y) * width + Number(x), bit, other: otherY * width + otherX, otherBit };
     });
 
+    const passages = all(".passage");
+    this.#passageIndex = new Int16Array(2 * cells.length);
+    passages.forEach((passage, i) => {
+      const [x, y, side] = (passage.getAttribute("data-passage") ?? "").split(",");
+      this.#passageIndex[2 * (Number(y) * width + Number(x)) + (side === "E" ? 1 : 0)] = i;
+    });
+    this.#trail = style.trail;
+    this.#passages = new Elements(passages, (passage) => this.#passageAttributes(passage));
+
     /** @type {string[]} */
     const paths = [];
-    this.#numbers = new Attributes(all(".number"), "d", (number) => (paths[number] ??= numberPath(number, style)));
+    this.#numbers = new Elements(all(".number"), (number) => ({ d: (paths[number] ??= numberPath(number, style)) }));
     const colours = [...style.heat.light, ...style.heat.dark];
-    this.#heat = new Attributes(all(".heat"), "fill", (colour) => (colour < 0 ? "none" : colours[colour]));
+    this.#heat = new Elements(all(".heat"), (colour) => ({ fill: colour < 0 ? "none" : colours[colour] }));
 
     setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
     this.#showWalls(new Uint8Array(cells.length));
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
-  /** @param {State} state @param {number[]} trail cells, oldest first @param {Layers} layers */
+  /** @param {State} state @param {number[]} trail passages, oldest first @param {Layers} layers */
   show(state, trail, layers) {
     for (const [layer, shown] of Object.entries(layers)) this.svg.classList.toggle(`hide-${layer}`, !shown);
     this.#showWalls(state.walls);
@@ -110,32 +121,58 @@ export class MazeMap {
 
   /** @param {Uint8Array} weights @param {Layers} layers */
   #showWeights(weights, { numbers, heat }) {
-    const max = Math.max(...weights);
+    let [max, blank] = [1, true];
+    for (const weight of weights) {
+      if (weight > 0) blank = false;
+      if (weight > max && weight !== NO_PATH) max = weight;
+    }
     const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
-      if (numbers) this.#numbers.set(i, max > 0 ? weights[i] : -1);
-      if (heat) this.#heat.set(i, max > 0 ? first + Math.round((weights[i] * 63) / max) : -1);
+      const weight = weights[i];
+      if (numbers) this.#numbers.set(i, blank ? -1 : weight);
+      if (heat) this.#heat.set(i, blank || weight === NO_PATH ? -1 : first + Math.round((weight * 63) / max));
     }
   }
 
   /** @param {number[]} trail */
   #showTrail(trail) {
     const { width } = this.#source;
-    const points = trail.map((cell) => this.#centre(cell % width, Math.floor(cell / width))).join(" ");
-    if (points === this.#trailPoints) return;
-    this.#trailPoints = points;
-    this.#trail.setAttribute("points", points);
+    const { ages, min_fade: minFade } = this.#trail;
+    const fade = Math.max(trail.length, minFade);
+    const shown = new Int16Array(this.#passages.elements.length).fill(-1);
+    trail.forEach((passage, i) => {
+      const [from, heading] = [passage >> 2, passage & 3];
+      const cell = [from, from, from - width, from - 1][heading];
+      const age = ages - 1 - Math.floor(((trail.length - 1 - i) * ages) / fade);
+      shown[this.#passageIndex[2 * cell + (heading & 1)]] = passage * ages + age;
+    });
+    shown.forEach((value, i) => this.#passages.set(i, value));
+  }
+
+  /** @param {number} value the passage * ages + its age, or -1 @returns {Record<string, string>} */
+  #passageAttributes(value) {
+    const { ages, lines, arrows } = this.#trail;
+    if (value < 0) return { class: "passage", stroke: "none", d: "" };
+    const [passage, age] = [Math.floor(value / ages), value % ages];
+    const [from, heading] = [passage >> 2, passage & 3];
+    const [x, y] = [from % this.#source.width, Math.floor(from / this.#source.width)];
+    const arrow = x % 2 === y % 2 ? arrows[heading] : "";
+    return {
+      class: `passage age${age}`,
+      stroke: `url(#trail-${heading & 1 ? "h" : "v"}${age})`,
+      d: `M${this.#centre(x, y)}${lines[heading]}${arrow}`,
+    };
   }
 
   /** @param {number} x @param {number} y @param {number} heading */
   #placeMouse(x, y, heading) {
-    const transform = `translate(${this.#centre(x, y, " ")}) rotate(${heading * 90})`;
+    const transform = `translate(${this.#centre(x, y)}) rotate(${heading * 90})`;
     setAttributes(this.#mouse, { class: "mouse", transform });
   }
 
   /** @param {number} x @param {number} y */
-  #centre(x, y, separator = ",") {
-    return `${(x + 0.5) * PITCH}${separator}${(this.#source.height - y - 0.5) * PITCH}`;
+  #centre(x, y) {
+    return `${(x + 0.5) * PITCH} ${(this.#source.height - y - 0.5) * PITCH}`;
   }
 
   /** The cell under the pointer as y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */
@@ -157,11 +194,12 @@ export class MazeMap {
 }
 
 /**
- * Returns the SVG path of a centred number, or an empty path if the number is negative.
+ * Returns the SVG path of a centred weight, or an empty path if the weight is negative.
  * @param {number} number @param {DrawingStyle} style
  */
-function numberPath(number, { advance, digits }) {
+function numberPath(number, { advance, digits, infinity }) {
   if (number < 0) return "";
+  if (number === NO_PATH) return infinity;
   return [...`${number}`]
     .map((digit, i, { length }) => `M${Number(((i - length / 2) * advance).toFixed(2))} 0${digits[Number(digit)]}`)
     .join("");
@@ -174,7 +212,8 @@ export function describeCell(cell, { width, start, goals }, state) {
   if (x === start[0] && y === start[1]) parts.push("start");
   if (goals.some((goal) => goal[0] === x && goal[1] === y)) parts.push("goal");
   if (state) {
-    parts.push(`weight ${state.weights[cell]}`);
+    const weight = state.weights[cell];
+    parts.push(weight === NO_PATH ? "weight ∞ (no path)" : `weight ${weight}`);
     if (state.walls[cell] & VISITED) parts.push("visited");
     if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }

@@ -1,14 +1,39 @@
 // @ts-check
-// The searchable list of mazes. Thumbnails load as they scroll into view; a click on an entry loads the maze.
+// The list of mazes, which can be searched and sorted. Thumbnails load as they scroll into view; a click on an entry loads the maze.
 
 import * as api from "./api.js";
 import { clearError, cloneTemplate, pluralize, query, setText, showError } from "./dom.js";
+
+/**
+ * @typedef {{ maze: api.MazeEntry, kind: string, folder: string, searchText: string, item: HTMLElement,
+ *   button: HTMLButtonElement }} Entry
+ */
+
+const { compare } = new Intl.Collator("en", { numeric: true });
+
+/**
+ * The orders of the list. Within equal entries and within groups, mazes are sorted by name.
+ * @type {Record<string, { key: (entry: Entry) => number, group: (entry: Entry) => string }>}
+ */
+const ORDERS = {
+  folder: { key: () => 0, group: ({ folder }) => folder },
+  name: { key: () => 0, group: () => "" },
+  size: { key: ({ maze }) => Number(maze.width) * Number(maze.height), group: ({ maze }) => size(maze) },
+  path: { key: ({ maze }) => maze.shortest_path ?? 0, group: () => "" },
+};
+
+/** The kinds of mazes in the order of the list, each with the heading of its group, if it has one of its own. */
+const KINDS = { solvable: "", unsolvable: "Goal unreachable", unreadable: "Unreadable" };
+
+/** @param {api.MazeEntry} maze */
+const size = ({ width, height }) => `${width} × ${height}`;
 
 export class MazeList {
   #element = query(document, "#mazes");
   #list = query(this.#element, "ul");
   #search = query(this.#element, "input", HTMLInputElement);
-  /** @type {{ maze: api.MazeEntry, searchText: string, item: HTMLElement, button: HTMLButtonElement }[]} */
+  #sort = query(this.#element, "[name=sort]", HTMLSelectElement);
+  /** All mazes in the order of the list. @type {Entry[]} */
   #entries = [];
   #confirm;
   /** @type {string | null} */
@@ -29,6 +54,7 @@ export class MazeList {
     this.#confirm = confirm;
     this.#element.hidden = false;
     this.#search.oninput = () => this.#filter();
+    this.#sort.onchange = () => this.#arrange();
     this.#element.onkeydown = (event) => this.#handleKey(event);
   }
 
@@ -42,22 +68,53 @@ export class MazeList {
     const mazes = await api.mazes();
     const prefix = commonFolderLength(mazes.map(({ path }) => path));
     this.#entries = mazes.map((maze) => this.#entry(maze, maze.path.slice(prefix)));
-    this.#list.replaceChildren(...this.#entries.map(({ item }) => item));
+    if (this.#entries.every(({ folder }) => !folder)) query(this.#sort, "[value=folder]").remove();
+    this.#arrange();
+  }
+
+  /** Sorts and groups the mazes. Mazes without a solution come last. */
+  #arrange() {
+    const { key, group } = ORDERS[this.#sort.value];
+    const kinds = Object.keys(KINDS);
+    const groupName = (/** @type {Entry} */ entry) => KINDS[/** @type {keyof KINDS} */ (entry.kind)] || group(entry);
+    this.#entries.sort(
+      (a, b) =>
+        kinds.indexOf(a.kind) - kinds.indexOf(b.kind) ||
+        key(a) - key(b) ||
+        compare(group(a), group(b)) ||
+        compare(a.maze.name, b.maze.name),
+    );
+    /** @type {Map<string, HTMLElement[]>} */
+    const groups = new Map();
+    for (const entry of this.#entries) {
+      const name = groupName(entry);
+      groups.set(name, [...(groups.get(name) ?? []), entry.item]);
+    }
+    const lists = [...groups].map(([name, items]) => {
+      const element = cloneTemplate("maze-group");
+      setText(element, "h3", name);
+      query(element, "h3").hidden = groups.size === 1 || !name;
+      query(element, "ul").append(...items);
+      return element;
+    });
+    this.#list.replaceChildren(...lists);
+    this.#element.dataset.sort = this.#sort.value;
     this.#filter();
     this.#showCurrent();
   }
 
-  /** @param {api.MazeEntry} maze @param {string} relativePath */
+  /** @param {api.MazeEntry} maze @param {string} relativePath @returns {Entry} */
   #entry(maze, relativePath) {
-    const { path, name, width, height, error, shortest_path: steps } = maze;
+    const { path, name, error, shortest_path: steps } = maze;
     const item = cloneTemplate("maze");
     const button = query(item, "button", HTMLButtonElement);
     const kind = error !== null ? "unreadable" : steps === null ? "unsolvable" : "solvable";
-    const size = error === null ? `${width} × ${height}` : kind;
+    const folder = relativePath.replace(/[^/\\]*$/, "").slice(0, -1);
     const shortestPath = error ?? (steps === null ? kind : pluralize(steps, "step"));
     setText(item, ".name", name);
-    setText(item, ".size", size);
+    setText(item, ".size", error === null ? size(maze) : kind);
     setText(item, ".path", shortestPath);
+    setText(item, ".folder", folder);
     item.dataset.path = path;
     item.dataset.kind = kind;
     button.title = error ?? relativePath;
@@ -67,14 +124,17 @@ export class MazeList {
       thumbnail.dataset.path = path;
       this.#thumbnails.observe(thumbnail);
     }
-    const searchText = `${relativePath} ${name} ${width}x${height} ${shortestPath}`.toLowerCase();
-    return { maze, item, button, searchText };
+    const searchText = `${relativePath} ${name} ${maze.width}x${maze.height} ${shortestPath}`.toLowerCase();
+    return { maze, kind, folder, item, button, searchText };
   }
 
   /** Shows the mazes that match all search words, in any order and ignoring case. */
   #filter() {
     const words = this.#search.value.toLowerCase().split(/\s+/);
     for (const { searchText, item } of this.#entries) item.hidden = !words.every((word) => searchText.includes(word));
+    for (const group of this.#list.children) {
+      if (group instanceof HTMLElement) group.hidden = group.querySelector("li:not([hidden])") === null;
+    }
     const [shown, total] = [this.#shown.length, this.#entries.length];
     setText(this.#element, ".count", shown === total ? total : `${shown} of ${total}`);
     this.#setTabStop();
@@ -130,7 +190,8 @@ export class MazeList {
     for (const { maze, item, button } of this.#entries) {
       const current = maze.path === this.#current;
       button.ariaCurrent = current ? "true" : null;
-      if (current) this.#list.scrollTop = item.offsetTop - this.#list.offsetTop - 60;
+      const offset = item.getBoundingClientRect().top - this.#list.getBoundingClientRect().top;
+      if (current) this.#list.scrollTop += offset - 60;
     }
     this.#setTabStop(document.activeElement);
   }

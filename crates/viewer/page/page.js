@@ -10,6 +10,8 @@ import { RecordingList } from "./recordings.js";
 import { RunForm } from "./run.js";
 
 const LIVE = "live";
+/** The parts of the page that need the server. */
+const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, [name=close]";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
@@ -17,6 +19,8 @@ const panels = new Map();
 let active = "";
 /** @type {RunForm | undefined} */
 let runForm;
+/** The element that had the focus when the connection was lost. @type {HTMLElement | null} */
+let focusedOnline = null;
 
 const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).catch((error) => {
   showError(error);
@@ -51,11 +55,26 @@ listen(
     recordingsVersion = event.recordings;
     void recordings.refresh();
   },
-  (connected) => {
-    setAttributes(query(document, "#status"), { "data-connected": connected });
-    setText(document, "#status", connected ? "Connected" : "Connection lost, reconnecting…");
-  },
+  showConnection,
 );
+
+/** Says whether the server can be reached, and disables what needs the server. @param {boolean} connected */
+function showConnection(connected) {
+  setAttributes(query(document, "#status"), { "data-connected": connected });
+  setText(document, "#status", connected ? "Connected" : "Connection lost, reconnecting…");
+  query(document, "#offline").hidden = connected;
+  if (connected) {
+    for (const part of document.querySelectorAll("[inert]")) part.removeAttribute("inert");
+    if (document.activeElement === document.body) focusedOnline?.focus();
+    focusedOnline = null;
+    return;
+  }
+  clearError();
+  for (const { timeline } of panels.values()) if (timeline.playing) timeline.seek(timeline.target);
+  const { activeElement } = document;
+  if (activeElement instanceof HTMLElement && activeElement !== document.body) focusedOnline = activeElement;
+  for (const part of document.querySelectorAll(NEEDS_SERVER)) part.setAttribute("inert", "");
+}
 
 function liveStates() {
   return panels.get(LIVE)?.timeline.states ?? 0;
@@ -135,6 +154,6 @@ document.addEventListener("keydown", (event) => {
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
   else if (key === "/" && mazes) mazes.focusSearch();
-  else if (!panels.get(active)?.timeline.handleKey(event)) return;
+  else if (!panels.get(active)?.handleKey(event)) return;
   event.preventDefault();
 });

@@ -9,6 +9,7 @@ import { announce, describeUnknownWalls, showFigures } from "./figures.js";
 import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
+import { Viewport } from "./viewport.js";
 
 /**
  * The pause after drawing a live state is the drawing time multiplied by `factor`, but at least `min` and at most `max`
@@ -37,6 +38,7 @@ export class Panel {
   #id;
   #style;
   #chart;
+  #viewport;
   #abort = new AbortController();
   #loading = false;
   /** The live run in the last event. @type {{ run: number, states: number } | null} */
@@ -72,6 +74,8 @@ export class Panel {
     element.dataset.source = id;
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
     this.#chart = new Chart(element, (index) => this.timeline.seek(index));
+    this.#viewport = new Viewport(element);
+    showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
     dark.addEventListener("change", this.#redraw);
     for (const event of ["pointerdown", "keydown"]) {
@@ -82,7 +86,7 @@ export class Panel {
     map.onpointerleave = map.onblur = () => this.#highlight(null);
     // A click does not focus the map, so the arrow keys still step through the history after a click.
     map.onmousedown = (event) => event.preventDefault();
-    map.onkeydown = (event) => this.#handleKey(event);
+    map.onkeydown = (event) => this.#handleMapKey(event);
   }
 
   /** Updates the live panel after an event. @param {number} run @param {number} states */
@@ -127,7 +131,7 @@ export class Panel {
     this.#shown = null;
     this.#charted = this.#settled = -1;
     this.#map = new MazeMap(drawing, source, this.#style);
-    query(element, ".map").replaceChildren(this.#map.svg);
+    this.#viewport.install(this.#map.svg, source);
     query(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
     element.dataset.run = `${source.run}`;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
@@ -260,8 +264,13 @@ export class Panel {
     }
   }
 
+  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
+  handleKey(event) {
+    return this.timeline.handleKey(event) || this.#viewport.handleKey(event);
+  }
+
   /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */
-  #handleKey(event) {
+  #handleMapKey(event) {
     const source = this.#source;
     const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);
     if (heading < 0 || !source) return;
@@ -270,7 +279,9 @@ export class Panel {
     const [mouseX, mouseY] = this.#shown ? [this.#shown.state.x, this.#shown.state.y] : start;
     const from = this.#cell ?? mouseY * width + mouseX;
     const [x, y] = [(from % width) + DX[heading], Math.floor(from / width) + DY[heading]];
-    if (x >= 0 && y >= 0 && x < width && y < height) this.#highlight(y * width + x);
+    if (x < 0 || y < 0 || x >= width || y >= height) return;
+    this.#highlight(y * width + x);
+    this.#viewport.reveal(y * width + x);
   }
 
   /** @param {number | null} cell */
@@ -289,4 +300,18 @@ export class Panel {
     const text = source && cell !== null ? describeCell(cell, source, shown?.state) + describeUnknownWalls(cell, shown?.view) : hint;
     setText(this.element, ".readout", text);
   }
+}
+
+/** Shows the legend if it was shown last in this tab, and lets the user show and hide it. @param {HTMLElement} panel */
+function showLegend(panel) {
+  const button = query(panel, "[name=legend]", HTMLButtonElement);
+  const legend = query(panel, ".legend");
+  /** @param {boolean} shown */
+  const show = (shown) => {
+    legend.hidden = !shown;
+    button.ariaExpanded = `${shown}`;
+    sessionStorage.setItem("legend", shown ? "shown" : "");
+  };
+  show(sessionStorage.getItem("legend") === "shown");
+  button.onclick = () => show(legend.hidden);
 }

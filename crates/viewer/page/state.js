@@ -8,6 +8,8 @@
  * @typedef {{ width: number, height: number }} Size
  */
 
+/** The weight of a cell without a path to the goal. */
+export const NO_PATH = 255;
 export const VISITED = 1;
 /** The bit of a cell's wall for each heading. */
 export const WALL_BITS = [16, 2, 4, 8];

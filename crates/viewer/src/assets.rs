@@ -34,6 +34,7 @@ const FILES: &[(&str, &str, &str)] = files![
     "run.js": SCRIPT,
     "state.js": SCRIPT,
     "timeline.js": SCRIPT,
+    "viewport.js": SCRIPT,
 ];
 
 /// Serves the files of the page.

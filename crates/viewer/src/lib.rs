@@ -30,6 +30,7 @@ mod source;
 mod state_view;
 mod stream;
 mod throttle;
+mod trails;
 mod transfer;
 mod trial;
 mod viewer;

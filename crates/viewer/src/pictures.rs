@@ -8,7 +8,6 @@ use serde::Deserialize;
 use crate::api_error::ApiError;
 use crate::jobs::CancelToken;
 use crate::source::{DecodedState, Source};
-use crate::state_view;
 
 /// The length of the longer side of a PNG, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
@@ -102,11 +101,11 @@ pub(crate) fn draw_state<T>(
     }
     let states = source.block(run, index)?;
     let DecodedState { state, map, .. } = description.decode(&states, index)?;
-    let trail = state_view::trail(source, run, index)?;
+    let trail = source.trail(run, index)?;
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
-        .with_trail(&trail.cells);
+        .with_trail(&trail);
     Ok(draw(options.apply(scene)))
 }

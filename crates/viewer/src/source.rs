@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
+use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
 use mmsim_recording::{Block, Integrity, Recording, States, Times};
@@ -11,10 +12,11 @@ use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
+use crate::trails::TrailHistory;
 use crate::trial::trial_status;
 
-/// The maximum number of decompressed blocks that a source caches. The cache can hold the blocks of
-/// two states and of their trails.
+/// The maximum number of decompressed blocks that a source caches. Each page shows
+/// a state of one block.
 const CACHED_BLOCKS: usize = 8;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
@@ -45,6 +47,7 @@ struct RunCache {
     distances: DistanceHistory,
     /// The times of the states, which may be older than the newest state.
     times: Times,
+    trails: Option<Arc<Mutex<TrailHistory>>>,
 }
 
 /// The constant properties of a run.
@@ -234,6 +237,15 @@ impl Source {
         })?;
         self.cache(run, |cache| cache.distances = distances.clone());
         Ok(distances)
+    }
+
+    /// Returns the trail of the mouse up to a state.
+    pub(crate) fn trail(&self, run: u32, index: usize) -> Result<Trail, ApiError> {
+        let size = self.describe(run)?.size;
+        let new = || Arc::new(Mutex::new(TrailHistory::new(size)));
+        let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
+        let mut trails = trails.lock().unwrap_or_else(PoisonError::into_inner);
+        trails.at(index, |index| self.block(run, index))
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the

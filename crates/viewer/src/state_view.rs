@@ -1,8 +1,8 @@
 //! The view of a state on the page.
 
-use mmsim_drawing::TRAIL_CELLS;
-use mmsim_maze::{Cell, Heading, KnownMaze, Pose, WallState};
-use mmsim_recording::{Block, PhaseReport, Transition};
+use mmsim_drawing::Passage;
+use mmsim_maze::{Cell, Heading, KnownMaze, WallState};
+use mmsim_recording::{PhaseReport, Transition};
 use serde::Serialize;
 
 use crate::api_error::ApiError;
@@ -35,11 +35,10 @@ pub(crate) struct StateView {
     distances: DistanceBounds,
     #[serde(rename = "solved")]
     is_proven_optimal: bool,
-    /// The most recently visited cells, as y × width + x, oldest first.
+    /// The passages of the trail, oldest first. A passage from (x, y) is encoded as
+    /// 4 × (y × width + x) + the number of its heading, which is 0 for north, 1 for east, 2 for
+    /// south and 3 for west.
     trail: Vec<u16>,
-    /// The indices in `trail` of the cells into which the mouse did not move from the cell before,
-    /// because it was put back to the start or jumped.
-    breaks: Vec<usize>,
 }
 
 /// A change of the pose that is not a movement. See [`Transition`].
@@ -60,13 +59,6 @@ impl ViewEvent {
     }
 }
 
-/// The cells of a trail, oldest first.
-pub(crate) struct Trail {
-    pub(crate) cells: Vec<Cell>,
-    /// The indices of the cells into which the mouse did not move from the cell before.
-    pub(crate) breaks: Vec<usize>,
-}
-
 impl StateView {
     pub(crate) fn new(source: &Source, run: u32, index: usize) -> Result<Self, ApiError> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
@@ -77,7 +69,7 @@ impl StateView {
         let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
         let width = u16::from(description.size.width());
         let times = source.times_to(run, index)?;
-        let Trail { cells, breaks } = trail(source, run, index)?;
+        let trail = source.trail(run, index)?.passages();
         Ok(Self {
             at: index,
             states: source.states(run)?,
@@ -91,8 +83,12 @@ impl StateView {
             unknown_walls: unknown_walls(&decoded.known),
             distances,
             is_proven_optimal: distances.is_proven_optimal(),
-            trail: cells.iter().map(|cell| u16::from(cell.y) * width + u16::from(cell.x)).collect(),
-            breaks,
+            trail: trail
+                .into_iter()
+                .map(|Passage { from, heading }| {
+                    4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
+                })
+                .collect(),
         })
     }
 }
@@ -111,26 +107,4 @@ fn unknown_walls(known: &KnownMaze) -> Vec<(u16, u8)> {
     let cells =
         cells.map(|cell| (u16::from(cell.y) * width + u16::from(cell.x), unknown_sides(cell)));
     cells.filter(|&(_, sides)| sides != 0).collect()
-}
-
-/// Returns the trail of the mouse up to the state `last`.
-pub(crate) fn trail(source: &Source, run: u32, last: usize) -> Result<Trail, ApiError> {
-    let mut index = last.saturating_sub(TRAIL_CELLS - 1);
-    let (mut trail, mut before) = (Trail { cells: Vec::new(), breaks: Vec::new() }, None::<Pose>);
-    while index <= last {
-        let end = ((index / Block::STATES + 1) * Block::STATES).min(last + 1);
-        let states = source.block(run, end - 1)?;
-        for index in index..end {
-            let message = states.message(index);
-            let Some(pose) = message.and_then(|message| message.pose().ok()) else { continue };
-            let transition = before.map(|before| states.course().transition(before, pose));
-            if ViewEvent::from_transition(transition).is_some() {
-                trail.breaks.push(trail.cells.len());
-            }
-            trail.cells.push(pose.cell);
-            before = Some(pose);
-        }
-        index = end;
-    }
-    Ok(trail)
 }

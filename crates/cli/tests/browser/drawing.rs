@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use mmsim_drawing::{Scene, Trail};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 use serde::Deserialize;
 use serde_json::json;
@@ -24,13 +25,14 @@ pub(crate) struct Drawing {
     walls: Vec<[String; 3]>,
     /// The `class` and `transform` attributes of the mouse.
     mouse: [String; 2],
-    trail: String,
+    /// The `data-passage`, `class`, `stroke` and `d` attributes of each passage of the trail.
+    passages: Vec<[String; 4]>,
 }
 
 impl Drawing {
     /// Returns the map that the page should show for this maze and a client's last state. `trail`
     /// holds the visited cells, oldest first.
-    pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Cell]) -> Self {
+    pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &Trail) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {
             let others = others.iter().filter(|(is, _)| *is).map(|(_, name)| *name);
@@ -51,12 +53,8 @@ impl Drawing {
         let number_of = |cell: Cell| {
             let has_weights = |state: &&TestState| state.weights.iter().any(|&weight| weight > 0);
             let weight = state.filter(has_weights).map(|state| state.weights[state.index(cell)]);
-            let path = weight.map(|weight| mmsim_drawing::digits(weight.into()));
-            [
-                name(cell),
-                format!("translate({})", centre(size, cell, " ")),
-                path.unwrap_or_default(),
-            ]
+            let path = weight.map(mmsim_drawing::weight);
+            [name(cell), format!("translate({})", centre(size, cell)), path.unwrap_or_default()]
         };
         let wall_of = |(cell, side, heading): (Cell, char, Heading)| {
             let exists = maze.walls().has(cell, heading);
@@ -88,9 +86,9 @@ impl Drawing {
             walls: all_walls(size).map(wall_of).collect(),
             mouse: [
                 "mouse".into(),
-                format!("translate({}) rotate({})", centre(size, cell, " "), 90 * turns),
+                format!("translate({}) rotate({})", centre(size, cell), 90 * turns),
             ],
-            trail: trail.iter().map(|&cell| centre(size, cell, ",")).collect::<Vec<_>>().join(" "),
+            passages: passages(&Scene::from_maze(maze).with_trail(trail).page_svg()),
         }
     }
 
@@ -110,7 +108,7 @@ impl Drawing {
                 numbers: all(".numbers > *", "data-cell", "transform", "d"),
                 walls: all(".walls > *", "data-wall", "class", "d"),
                 mouse: all(".mouse", "class", "transform")[0],
-                trail: all(".trail", "points")[0][0],
+                passages: all(".trail > *", "data-passage", "class", "stroke", "d"),
             };"#;
         browser.run(script, &[json!(source)])
     }
@@ -122,7 +120,7 @@ impl Drawing {
         assert_same("numbers", &self.numbers, &shown.numbers);
         assert_same("walls", &self.walls, &shown.walls);
         assert_eq!(self.mouse, shown.mouse);
-        assert_eq!(self.trail, shown.trail);
+        assert_same("passages", &self.passages, &shown.passages);
     }
 }
 
@@ -132,6 +130,18 @@ fn assert_same<T: Debug + PartialEq>(what: &str, expected: &[T], found: &[T]) {
     let differing: Vec<_> = pairs.collect();
     let (count, first) = (differing.len(), &differing[..differing.len().min(4)]);
     assert!(first.is_empty(), "{count} {what} differ (expected, found): {first:#?}");
+}
+
+/// Returns the attributes of the passages in a drawing. Those that are not visible have no stroke.
+fn passages(svg: &str) -> Vec<[String; 4]> {
+    let attribute = |line: &str, name: &str| {
+        let value = line.split_once(&format!(" {name}=\""));
+        let value = value.map_or("none", |(_, rest)| rest.split('"').next().unwrap());
+        if name == "class" { sorted(value.split(' ')) } else { value.to_string() }
+    };
+    let names = ["data-passage", "class", "stroke", "d"];
+    let lines = svg.lines().filter(|line| line.contains("data-passage"));
+    lines.map(|line| names.map(|name| attribute(line, name))).collect()
 }
 
 /// Returns every wall once: the north and east sides of all cells, the south sides of the southern
@@ -172,7 +182,7 @@ fn corner(size: MazeSize, cell: Cell) -> (u32, u32) {
     (u32::from(cell.x) * PITCH, u32::from(size.height() - 1 - cell.y) * PITCH)
 }
 
-fn centre(size: MazeSize, cell: Cell, between: &str) -> String {
+fn centre(size: MazeSize, cell: Cell) -> String {
     let (x, y) = corner(size, cell);
-    format!("{}{between}{}", x + PITCH / 2, y + PITCH / 2)
+    format!("{} {}", x + PITCH / 2, y + PITCH / 2)
 }

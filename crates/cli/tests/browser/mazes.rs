@@ -3,7 +3,7 @@
 use fantoccini::key::Key;
 use mmsim_solvers::BundledStrategy;
 
-use crate::browser::{wait_for, with_browser, with_page};
+use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::Home;
 use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled};
@@ -75,6 +75,67 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             browser.text("#error span").contains("line 1, column 1").then_some(())
         });
         assert_eq!(simulator.info().name, "Final 2024");
+        browser.leave();
+    });
+}
+
+const LONG: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
+
+/// Returns the visible headings and names in the list, each in a row of its own. Headings start
+/// with `#`.
+fn rows(browser: &Browser) -> Vec<String> {
+    let script = "return [...document.querySelectorAll('#mazes h3, #mazes .name')]
+        .filter((row) => row.checkVisibility())
+        .map((row) => (row.matches('h3') ? '# ' : '') + row.textContent)";
+    browser.run(script, &[])
+}
+
+#[test]
+fn mazes_are_sorted_and_those_without_a_solution_come_last() {
+    with_browser(|browser| {
+        let home = Home::new();
+        for (name, maze) in [
+            ("b/maze 10.txt", OPEN),
+            ("b/maze 9.txt", OPEN),
+            ("b/c/long.txt", LONG),
+            ("a/closed.txt", CLOSED),
+            ("a/open.txt", OPEN),
+            ("a/rubbish.txt", "rubbish"),
+            ("loose.txt", OPEN),
+        ] {
+            home.write(&format!("mazes/{name}"), maze);
+        }
+        let simulator = Simulator::start_in(home, &["mazes"]);
+        browser.open(&simulator.page);
+        let last = ["# Goal unreachable", "closed", "# Unreadable", "rubbish"];
+        let wait_for_rows = |expected: &[&str]| {
+            let expected = [expected, &last].concat();
+            wait_for("the mazes", || (rows(browser).len() == expected.len()).then_some(()));
+            assert_eq!(rows(browser), expected);
+        };
+        wait_for_rows(&["loose", "# a", "open", "# b", "maze 9", "maze 10", "# b/c", "long"]);
+        let sort = |order: &str| {
+            let script = "
+                const list = document.querySelector('#mazes [name=sort]');
+                list.value = arguments[0];
+                list.dispatchEvent(new Event('change'));";
+            browser.run::<()>(script, &[order.into()]);
+        };
+        sort("name");
+        wait_for_rows(&["long", "loose", "maze 9", "maze 10", "open"]);
+        assert_eq!(browser.text(&format!("{} .folder", Page::maze_selector("mazes/b/c/long.txt"))), "b/c");
+        sort("path");
+        wait_for_rows(&["loose", "maze 9", "maze 10", "open", "long"]);
+        sort("size");
+        wait_for_rows(&["# 2 × 1", "loose", "maze 9", "maze 10", "open", "# 3 × 1", "long"]);
+        // A search hides empty groups, and the arrow keys follow the order of the list.
+        sort("folder");
+        browser.type_into(SEARCH, "open");
+        wait_for("the match", || (rows(browser) == ["# a", "open"]).then_some(()));
+        browser.clear(SEARCH);
+        browser.press([char::from(Key::Down), char::from(Key::Down), char::from(Key::Down)]);
+        let focused = "return document.activeElement.querySelector('.name').textContent";
+        assert_eq!(browser.run::<String>(focused, &[]), "maze 9");
         browser.leave();
     });
 }

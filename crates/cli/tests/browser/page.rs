@@ -1,6 +1,8 @@
 //! Page objects: the page of a simulator and its panels.
 
-use mmsim_maze::{Cell, Maze};
+use mmsim_drawing::Trail;
+use mmsim_maze::{Heading, Maze, Pose};
+use mmsim_recording::{Course, Transition};
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for};
@@ -25,7 +27,7 @@ impl Page<'_> {
 
     /// Returns the names of the visible mazes in the list.
     pub(crate) fn maze_names(self) -> Vec<String> {
-        let script = "return [...document.querySelectorAll('#mazes li')]
+        let script = "return [...document.querySelectorAll('#mazes li[data-path]')]
             .filter((item) => item.offsetParent !== null)
             .map((item) => item.querySelector('.name').textContent)";
         self.0.run(script, &[])
@@ -129,8 +131,14 @@ impl<'a> Panel<'a> {
     /// match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
         wait_for("weights", || (self.data("fast") == "false").then_some(()));
-        let trail: Vec<Cell> =
-            states.iter().rev().take(500).rev().map(|state| state.cell).collect();
+        let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
+        for state in states {
+            let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());
+            match trail.last().map(|last| course.transition(last, pose)) {
+                Some(Transition::Move { .. }) => trail.move_to(pose, course.walls()),
+                _ => trail.jump_to(pose),
+            }
+        }
         Drawing::expected(maze, states.last(), &trail)
             .assert_shown(&Drawing::on_page(self.browser, self.source));
         if let Some(last) = states.last() {

@@ -210,7 +210,7 @@ fn assert_draws(svg: &str, state: &TestState) {
             line.starts_with("<path class=\"number\"")
                 && line.contains(&format!(r#"data-cell="{},{}""#, cell.x, cell.y))
         });
-        let path = mmsim_drawing::digits(weight.into());
+        let path = mmsim_drawing::weight(weight);
         assert!(number.unwrap().contains(&format!(r#"d="{path}""#)), "{cell:?}");
     }
 }

@@ -41,7 +41,9 @@ impl Simulator {
     }
 
     pub(crate) fn start_in(home: Home, arguments: &[&str]) -> Self {
-        Self::start_until(home, &[&PORTS[..], arguments].concat())
+        let has_port = arguments.contains(&"--viewer-port");
+        let ports = if has_port { &PORTS[..2] } else { &PORTS };
+        Self::start_until(home, &[ports, arguments].concat())
     }
 
     /// Starts `mmsim run` or `mmsim mms` with these options and this command of the mouse.

@@ -1,0 +1,109 @@
+//! The page while its simulator cannot be reached.
+
+use serde_json::json;
+
+use crate::browser::{wait_for, with_browser};
+use crate::page::{Page, Panel};
+use crate::simulator::{Simulator, bundled};
+use crate::test_state::TestState;
+
+/// The controls that need the simulator, and those that do not.
+const ONLINE: [&str; 8] = [
+    "#mazes input",
+    "#mazes li button",
+    "#recordings [name=file]",
+    "[name=slider]",
+    "[name=follow]",
+    "[name=strategy]",
+    "[name=run]",
+    "[data-export='picture.png']",
+];
+const OFFLINE: [&str; 4] = ["[name=numbers]", "[name=legend]", "[name=zoom-in]", ".map"];
+
+#[test]
+fn the_page_says_that_the_simulator_has_gone_and_recovers() {
+    with_browser(|browser| {
+        let mut simulator = Simulator::start(&["--maze", "harbour"]);
+        let page = simulator.page.clone();
+        let port = page.rsplit(':').next().unwrap().to_string();
+        browser.open(&page);
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let maze = bundled("01-harbour.txt");
+        let states: Vec<_> = (0..2).map(|number| TestState::new(number, maze.size())).collect();
+        for state in &states {
+            simulator.send(&state.message('C', 'C'));
+        }
+        live.wait_for_state(1);
+        wait_for("the mazes", || (Page(browser).maze_names().len() > 3).then_some(()));
+        let can_focus = |selectors: &[&str]| -> Vec<bool> {
+            let script = "return arguments[0].map((selector) => {
+                const element = document.querySelector(selector);
+                element.focus();
+                return document.activeElement === element;
+            })";
+            browser.run(script, &[json!(selectors)])
+        };
+        let is_said = || -> bool {
+            browser.run("return document.querySelector('#offline').checkVisibility()", &[])
+        };
+        wait_for("the exports", || (can_focus(&ONLINE) == [true; 8]).then_some(()));
+        assert_eq!((can_focus(&OFFLINE), is_said()), (vec![true; 4], false));
+
+        simulator.serving.kill();
+        wait_for("the notice", || is_said().then_some(()));
+        assert!(browser.text("#offline").contains("stopped"));
+        assert_eq!(can_focus(&ONLINE), [false; 8]);
+        assert_eq!(can_focus(&OFFLINE), [true; 4]);
+        live.click("[name=heat]");
+        live.click("[name=heat]");
+        browser.press(['+', '0']);
+        live.assert_shows(&maze, &states);
+        assert!(
+            !browser.run::<bool>("return document.querySelector('#error').checkVisibility()", &[])
+        );
+
+        // A simulator at the same address is another one, so the page loads again.
+        let again = Simulator::start(&["--maze", "meadow", "--viewer-port", &port]);
+        assert_eq!(again.page, page);
+        wait_for("the other maze", || {
+            let is_open = browser.exists(&live.part("h2"));
+            (is_open && live.text("h2") == "oblong-long-meadow" && !is_said()).then_some(())
+        });
+        again.send(&TestState::new(0, bundled("oblong-long-meadow.txt").size()).message('C', 'C'));
+        live.wait_for_state(0);
+        wait_for("the controls", || (can_focus(&ONLINE) == [true; 8]).then_some(()));
+        // The browser reports requests without a reply.
+        let errors = browser.take_errors();
+        assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
+        browser.open("about:blank");
+    });
+}
+
+/// The connection is lost but the simulator runs on.
+#[test]
+fn controls_work_again_after_a_lost_connection() {
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "harbour"]);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let is_inert = || browser.exists("#mazes[inert]") && browser.exists(".run[inert]");
+        browser.devtools("Network.enable", &json!({}));
+        let offline = |is: bool| {
+            let conditions = json!({ "offline": is, "latency": 0, "downloadThroughput": -1,
+                "uploadThroughput": -1 });
+            browser.devtools("Network.emulateNetworkConditions", &conditions);
+        };
+        offline(true);
+        // A tab that becomes visible opens a new stream.
+        browser.run::<()>("document.dispatchEvent(new Event('visibilitychange'))", &[]);
+        wait_for("the notice", || is_inert().then_some(()));
+        offline(false);
+        wait_for("the connection", || (!is_inert()).then_some(()));
+        assert_eq!(browser.text("#status"), "Connected");
+        let errors = browser.take_errors();
+        assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
+        browser.leave();
+    });
+}

@@ -1,0 +1,125 @@
+//! The trails of the mouse at the states of a run.
+
+use std::borrow::Borrow;
+
+use mmsim_drawing::Trail;
+use mmsim_maze::{MazeSize, Pose};
+use mmsim_recording::{Block, Course, States, Transition};
+
+/// The maximum number of stored trails of a run.
+const MAX_TRAILS: usize = 256;
+
+/// Stored trails of a run, so that the trail at any state can be computed from few states.
+pub(crate) struct TrailHistory {
+    /// The number of states from one stored trail to the next, a multiple of [`Block::STATES`].
+    stride: usize,
+    /// The trail before each state whose index is a multiple of `stride`.
+    stored: Vec<Trail>,
+    /// The trail that was computed last, and the number of its states.
+    recent: (usize, Trail),
+}
+
+impl TrailHistory {
+    pub(crate) fn new(size: MazeSize) -> Self {
+        let trail = Trail::new(size);
+        Self { stride: Block::STATES, stored: vec![trail.clone()], recent: (0, trail) }
+    }
+
+    /// Returns the trail up to the state with this index. `block` returns the block that contains a
+    /// state.
+    pub(crate) fn at<B: Borrow<States>, E>(
+        &mut self,
+        index: usize,
+        mut block: impl FnMut(usize) -> Result<B, E>,
+    ) -> Result<Trail, E> {
+        let end = index + 1;
+        let last = (end / self.stride).min(self.stored.len() - 1);
+        let mut next = last * self.stride;
+        let mut trail = if (next..=end).contains(&self.recent.0) {
+            next = self.recent.0;
+            self.recent.1.clone()
+        } else {
+            self.stored[last].clone()
+        };
+        while next < end {
+            let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
+            let states = block(stop - 1)?;
+            for index in next..stop {
+                let message = states.borrow().message(index);
+                if let Some(pose) = message.and_then(|message| message.pose().ok()) {
+                    extend(&mut trail, states.borrow().course(), pose);
+                }
+            }
+            next = stop;
+            self.store(next, &trail);
+        }
+        self.recent = (end, trail.clone());
+        Ok(trail)
+    }
+
+    /// Stores the trail of the first `states` states, if it is the next one to be stored.
+    fn store(&mut self, states: usize, trail: &Trail) {
+        if states != self.stored.len() * self.stride {
+            return;
+        }
+        self.stored.push(trail.clone());
+        if self.stored.len() > MAX_TRAILS {
+            self.stored = self.stored.drain(..).step_by(2).collect();
+            self.stride *= 2;
+        }
+    }
+}
+
+/// Adds the next pose of the mouse to a trail. Being put back to the start and other jumps leave no
+/// passage.
+fn extend(trail: &mut Trail, course: &Course, pose: Pose) {
+    match trail.last().map(|last| course.transition(last, pose)) {
+        Some(Transition::Move { .. }) => trail.move_to(pose, course.walls()),
+        Some(Transition::PutBack | Transition::Jump) | None => trail.jump_to(pose),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Cell, Heading};
+    use mmsim_protocol::state_bytes;
+    use mmsim_recording::History;
+
+    use super::*;
+
+    #[test]
+    fn trails_do_not_depend_on_the_order_of_requests() {
+        const STATES: usize = 2 * MAX_TRAILS * Block::STATES + 1000;
+        let indices = [0, 1, 255, 256, 511, 512, 70_000, 131_071, 131_072, STATES - 1];
+        let size = MazeSize::new(5, 3).unwrap();
+        let (mut history, mut trail, mut expected) = (History::new(size), Trail::new(size), vec![]);
+        let mut random = 1_u32;
+        for index in 0..STATES {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let [.., x, y] = random.to_le_bytes();
+            let pose = Pose::new(Cell::new(x % 5, y % 3), Heading::ALL[usize::from(x) % 4]);
+            let letter = u8::try_from(pose.heading.letter()).unwrap();
+            let mut state = vec![b'S', pose.cell.x, pose.cell.y, letter];
+            state.resize(state_bytes(size), b'C');
+            history.push(&state).unwrap();
+            extend(&mut trail, history.course(), pose);
+            if indices.contains(&index) {
+                expected.push((index, trail.clone()));
+            }
+        }
+        let mut trails = TrailHistory::new(size);
+        let missing = trails.at(STATES, |index| block(&history, index)).unwrap_err();
+        assert_eq!(missing, STATES);
+        let (forward, backward) = (expected.iter(), expected.iter().rev());
+        for (index, expected) in forward.clone().chain(backward).chain(forward.skip(4)) {
+            let trail = trails.at(*index, |index| block(&history, index)).unwrap();
+            assert!(trail == *expected, "{index}");
+        }
+        assert_eq!((trails.stride, trails.stored.len()), (4 * Block::STATES, 129));
+    }
+
+    fn block(history: &History, index: usize) -> Result<States, usize> {
+        let block = history.block(index / Block::STATES).and_then(Block::unpack);
+        block.filter(|states| states.get(index).is_some()).ok_or(index)
+    }
+}
