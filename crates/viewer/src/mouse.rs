@@ -78,9 +78,9 @@ fn search(
         },
         Err(broken) => (broken.run, EndingKind::Failed, broken.error.to_string()),
     };
-    let steps = run.stats.steps();
     let visited = mouse.map().visited().len();
-    Ok(Ending { kind, text: format!("{ended} after {steps} steps, {visited} cells visited") })
+    let cells = if visited == 1 { "cell" } else { "cells" };
+    Ok(Ending { kind, text: format!("{ended} after {}, {visited} {cells} visited", run.stats) })
 }
 
 #[cfg(test)]
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(control.status(), None);
         for _ in 0..2 {
             start(&control, server.address(), BundledStrategy::FloodFill).unwrap();
-            let text = "goal reached after 1 steps, 2 cells visited".to_string();
+            let text = "goal reached after 1 step, 2 cells visited".to_string();
             assert_eq!(wait(&control), Ending { kind: EndingKind::Goal, text });
         }
         assert_eq!(stop(server).history().len(), 2);
@@ -124,7 +124,7 @@ mod tests {
         let error = start(&control, server.address(), BundledStrategy::FloodFill).unwrap_err();
         assert_eq!(error.text, "left-wall is still running (stop it first)");
         control.stop(REPLY_TIMEOUT);
-        assert_eq!(wait(&control).text, "stopped after 0 steps, 1 cells visited");
+        assert_eq!(wait(&control).text, "stopped after 0 steps, 1 cell visited");
         control.stop(REPLY_TIMEOUT);
         start(&control, server.address(), BundledStrategy::FloodFill).unwrap();
         control.stop(REPLY_TIMEOUT);

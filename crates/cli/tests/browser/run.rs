@@ -61,8 +61,9 @@ fn each_strategy_runs_and_stops() {
             live.wait_for_run_state(simulator.run_number(), steps);
             assert_eq!(live.text(".steps dd"), steps.to_string());
             let visited = live.text(".visited dd");
-            let expected = format!("goal reached after {steps} steps, {visited} cells visited");
-            assert_eq!(result, expected);
+            // In between, the text may list the steps of each phase.
+            assert!(result.starts_with(&format!("goal reached after {steps} steps")), "{result}");
+            assert!(result.ends_with(&format!(", {visited} cells visited")), "{result}");
             // The page shows the same states as a client's search.
             let states = simulator.search(&maze, strategy);
             live.wait_for_run_state(simulator.run_number(), states.len() - 1);
