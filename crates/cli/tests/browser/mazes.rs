@@ -123,7 +123,10 @@ fn mazes_are_sorted_and_those_without_a_solution_come_last() {
         };
         sort("name");
         wait_for_rows(&["long", "loose", "maze 9", "maze 10", "open"]);
-        assert_eq!(browser.text(&format!("{} .folder", Page::maze_selector("mazes/b/c/long.txt"))), "b/c");
+        assert_eq!(
+            browser.text(&format!("{} .folder", Page::maze_selector("mazes/b/c/long.txt"))),
+            "b/c"
+        );
         sort("path");
         wait_for_rows(&["loose", "maze 9", "maze 10", "open", "long"]);
         sort("size");
