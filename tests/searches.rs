@@ -73,8 +73,8 @@ fn phases_of_poses_equal_those_of_the_strategies() {
                 let explores = driver.stats().goal_reached() && driver.phase() != Phase::FastRun;
                 visits_start |= explores && pose.cell == maze.start().cell;
                 let index = history.len() - 1;
-                let states = history.block(index / Block::STATES).unwrap().unpack().unwrap();
-                let (found, stats) = (states.phases(index).unwrap(), driver.stats());
+                let block = history.block(index / Block::STATES).unwrap().unpack().unwrap();
+                let (found, stats) = (block.phases(index).unwrap(), driver.stats());
                 let counts = |run: RunFigures| (run.steps, run.turns);
                 let expected = |phase: PhaseStats| (phase.steps, phase.turns);
                 let text = format!("{strategy} in {name}, state {index}");

@@ -14,12 +14,15 @@
 //! states are sent. The piece is stretched to the length of a state (see `stretched`), so a short
 //! input can fill several compressed blocks of the history.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Walls, WallsAround};
-use mmsim_protocol::{Info, Reply, Request, state_bytes};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WallsAround};
+use mmsim_protocol::{
+    Annotation, AnnotationWriter, Annotations, Colour, Info, Reply, Request, state_bytes,
+};
+use mmsim_recording::Notes;
 use mmsim_server::{Change, ReplyBuffer, Simulation};
 
 /// The bytes that separate a piece of an input from its count.
@@ -37,9 +40,16 @@ const LIMIT: usize = 4096;
 /// the history, and take at most about 2 MiB.
 const MAX_REQUESTS: usize = 1 << 10;
 
+/// The number of bytes of an update and of a context that a limited history may need in addition to
+/// a state if no walls were read and nothing was annotated.
+const MAX_CONTEXT_BYTES: usize = 512;
+
 /// The number of bytes before the weights in a state message: `S`, x, y, the heading and the order
 /// of the weights.
 const HEAD_BYTES: usize = 5;
+
+/// The number of bytes of annotations that the server accepts before a state.
+const MAX_PENDING_BYTES: usize = 256 << 10;
 
 /// Totals are printed once per this number of requests.
 const PRINT_INTERVAL: u64 = 1_000_000;
@@ -149,6 +159,61 @@ struct Observed<'a> {
     reply: ReplyBuffer,
     /// All states since the last reset.
     states: Vec<Vec<u8>>,
+    /// The annotations that belong to the next state.
+    pending: Vec<Vec<u8>>,
+    notes: TwinNotes,
+    /// True if walls were read or annotations were sent since the last reset.
+    has_context: bool,
+}
+
+/// A naive version of [`Notes`].
+#[derive(Default)]
+struct TwinNotes {
+    texts: HashMap<Cell, String>,
+    colours: HashMap<Cell, Colour>,
+    walls: HashMap<(Cell, Heading), WallState>,
+    mouse: String,
+    strategy: String,
+}
+
+impl TwinNotes {
+    fn apply(&mut self, annotation: Annotation<'_>, size: MazeSize) {
+        match annotation {
+            Annotation::Text { cell, text } => drop(self.texts.insert(cell, text.into())),
+            Annotation::Colour { cell, colour: Some(colour) } => {
+                self.colours.insert(cell, colour);
+            }
+            Annotation::Colour { cell, colour: None } => drop(self.colours.remove(&cell)),
+            Annotation::Wall { cell, heading, state } => {
+                let Some(neighbour) = size.neighbour(cell, heading) else { return };
+                for side in [(cell, heading), (neighbour, heading.back())] {
+                    match state {
+                        Some(state) => drop(self.walls.insert(side, state)),
+                        None => drop(self.walls.remove(&side)),
+                    }
+                }
+            }
+            Annotation::Log(_) => {}
+            Annotation::Mouse(name) => self.mouse = name.into(),
+            Annotation::Strategy(name) => self.strategy = name.into(),
+            Annotation::ClearTexts => self.texts.clear(),
+            Annotation::ClearColours => self.colours.clear(),
+            Annotation::ClearWalls => self.walls.clear(),
+        }
+    }
+
+    fn check(&self, notes: &Notes, size: MazeSize) {
+        for cell in size.cells() {
+            assert_eq!(notes.text(cell), self.texts.get(&cell).map_or("", String::as_str));
+            assert_eq!(notes.colour(cell), self.colours.get(&cell).copied());
+            for heading in Heading::ALL {
+                let declared = self.walls.get(&(cell, heading)).copied();
+                assert_eq!(notes.declared_wall(cell, heading), declared, "{cell} {heading}");
+            }
+        }
+        assert_eq!(notes.mouse().unwrap_or_default(), self.mouse);
+        assert_eq!(notes.strategy().unwrap_or_default(), self.strategy);
+    }
 }
 
 impl<'a> Observed<'a> {
@@ -158,12 +223,21 @@ impl<'a> Observed<'a> {
             Some(bytes) => unlimited.with_history_limit(bytes),
             None => unlimited,
         };
-        Self { maze, simulation, limit, reply: ReplyBuffer::new(), states: Vec::new() }
+        Self {
+            maze,
+            simulation,
+            limit,
+            reply: ReplyBuffer::new(),
+            states: Vec::new(),
+            pending: Vec::new(),
+            notes: TwinNotes::default(),
+            has_context: false,
+        }
     }
 
     /// Sends a request. Checks the reply, the reported change and the history.
     fn ask(&mut self, request: &[u8]) {
-        let Self { maze, simulation, limit, reply, states } = self;
+        let Self { maze, simulation, limit, reply, states, pending, notes, has_context } = self;
         let decoded = Request::decode(request, maze.size());
         if decoded == Ok(Request::Reset) {
             check_history(simulation, states);
@@ -178,6 +252,8 @@ impl<'a> Observed<'a> {
             Ok(Request::Reset) => {
                 assert_eq!(reply, Reply::Ok);
                 states.clear();
+                pending.clear();
+                (*notes, *has_context) = (TwinNotes::default(), false);
                 expected = Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
@@ -186,14 +262,23 @@ impl<'a> Observed<'a> {
                     (pose.heading.left(), pose.heading, pose.heading.right());
                 let (left, front, right) = (wall(left), wall(front), wall(right));
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
+                *has_context = true;
             }
             Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
                 let room = limit.expect("the history is limited") - simulation.history().bytes();
-                assert!(room < request.len(), "{reply:?}, although {room} bytes are free");
+                let is_full = room < request.len() + MAX_CONTEXT_BYTES;
+                assert!(*has_context || is_full, "{reply:?}, although {room} bytes are free");
             }
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
                 states.push(request.to_vec());
+                for message in pending.drain(..) {
+                    let annotations = Annotations::decode(&message, maze.size());
+                    for annotation in annotations.expect("the request was accepted").iter() {
+                        notes.apply(annotation, maze.size());
+                    }
+                }
+                notes.check(simulation.history().newest_context().notes(), maze.size());
                 expected = Change::State;
             }
             Ok(Request::Info) => {
@@ -204,6 +289,21 @@ impl<'a> Observed<'a> {
                 let expected =
                     Info::new("fuzz", maze.size(), maze.start(), maze.goals(), states.len());
                 assert_eq!(info, expected);
+            }
+            Ok(Request::Annotations(annotations)) => {
+                let mut buffer = vec![0; request.len()];
+                let mut writer = AnnotationWriter::new(&mut buffer);
+                for annotation in annotations.iter() {
+                    writer.push(annotation).expect("a decoded annotation is valid and fits");
+                }
+                assert_eq!(writer.finish(), Some(request));
+                *has_context = true;
+                if reply == Reply::Ok {
+                    pending.push(request.to_vec());
+                } else {
+                    let bytes = pending.iter().map(Vec::len).sum::<usize>() + request.len();
+                    assert!(bytes > MAX_PENDING_BYTES, "{reply:?} after {bytes} bytes");
+                }
             }
             Ok(other) => panic!("unexpected request {other:?}"),
             Err(error) => {

@@ -101,12 +101,25 @@ fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
             let outside = [[b'W', width, 0, heading], [b'W', 0, height, heading]];
             seeds.write_requests(number, [&last[..], &outside[0], &outside[1]])?;
         }
+        let mut state = vec![b'C'; state_bytes];
+        state[..4].copy_from_slice(b"S\0\0N");
         for order in *b"CFZ" {
             let mut state = vec![order; state_bytes];
             state[..5].copy_from_slice(&[b'S', width - 1, 0, b'E', order]);
             let longer = [&state[..], b"\0"].concat();
             seeds.write_requests(number, [&state[..], &state[1..], &state[..6], &longer])?;
         }
+        let annotations: [&[u8]; 8] = [
+            b"A",
+            b"AX",
+            b"AT\0\0\x041024C\0\0GD\0\0E?L\x02\0hiM\x01mS\x01s",
+            b"AT\0\0\0C\0\0-D\0\0E-",
+            b"Atcd",
+            b"AT\0\0\x03\xe2\x88\x9e",
+            b"AL\xff\xff",
+            &state,
+        ];
+        seeds.write_requests(number, annotations)?;
         let pieces: [(&[u8], u8); 4] =
             [(b"S\0\0NC\0\x01\x02F", 255), (b"S\0\0SFF", 40), (b"info", 0), (b"reset", 0)];
         let mut input = vec![number];
