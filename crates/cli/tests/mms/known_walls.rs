@@ -77,9 +77,8 @@ fn known_walls_of_mice_that_move_first_bound_the_shortest_path() {
             let ended = home.run(&arguments(&options, &[python, &script]));
             assert_eq!(ended.code, Some(0), "{name} in {maze}: {ended:?}");
             let recording = recording(&home.path().join(&folder));
-            let named = format!("{python} {script}");
             let context = recording.history().newest_context();
-            assert_eq!(context.notes().mouse(), Some(named.as_str()));
+            assert_eq!(context.notes().mouse(), Some(script.as_str()));
             let report = check(name, &recording);
             println!("{name} in {maze}: {report:?}");
             let outer = known_walls(&KnownMaze::unexplored(recording.maze().unwrap()));
