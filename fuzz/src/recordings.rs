@@ -100,7 +100,11 @@ fn check_alike(recording: &Recording, other: &Recording) {
     assert!(recording.times().iter().eq(other.times().iter()));
     assert!(recording.history().iter().eq(other.history().iter()));
     let newest = |recording: &Recording| {
-        recording.history().len().checked_sub(1).and_then(|index| recording.history().context(index))
+        recording
+            .history()
+            .len()
+            .checked_sub(1)
+            .and_then(|index| recording.history().context(index))
     };
     assert_eq!(newest(recording), newest(other));
 }
