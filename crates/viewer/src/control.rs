@@ -299,10 +299,8 @@ impl MouseControl {
     /// error message if the mouse does not stop in time.
     pub(crate) fn hold(&self, timeout: Duration) -> Result<Hold<'_>, String> {
         let mut state = self.lock();
-        if !state.is_running() {
-            // The outcome belongs to the previous maze.
-            state.status = None;
-        }
+        // The outcome belongs to the previous maze.
+        state.status.take_if(|status| !status.is_running());
         self.request_stop(&mut state, StopReason::NewMaze);
         let is_busy = |state: &mut ControlState| state.is_held || state.is_running();
         let waited = self.changed.wait_timeout_while(state, timeout, is_busy);
@@ -313,6 +311,11 @@ impl MouseControl {
         }
         state.is_held = true;
         Ok(Hold(self))
+    }
+
+    /// Clears the status unless a mouse is running.
+    pub(crate) fn clear_status(&self) {
+        self.lock().status.take_if(|status| !status.is_running());
     }
 
     /// Returns the status of the most recently started mouse.

@@ -67,6 +67,8 @@ impl ServerEvent {
     fn new(state: &AppState) -> Self {
         let live = state.live.as_ref();
         let status = live.map(|live| live.monitor.status());
+        // This may clear the status of a mouse.
+        let has_client = live.is_some_and(LiveServer::has_client);
         // The end of a run closes a recording, and the first state of a run creates one.
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
@@ -78,7 +80,7 @@ impl ServerEvent {
             mouse: live.and_then(|live| live.control.status()),
             pace: live.and_then(|live| live.control.throttle().pace().rate()),
             is_paused: live.is_some_and(|live| live.control.throttle().is_paused()),
-            has_client: live.is_some_and(LiveServer::has_client),
+            has_client,
             recordings,
             opened: state.open_recordings(),
         }

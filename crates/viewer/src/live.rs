@@ -93,10 +93,16 @@ impl LiveServer {
         self.control.stop(STOP_TIMEOUT);
     }
 
-    /// Returns true if a client that the page does not control is searching the maze.
+    /// Returns true if a client that the page does not control is searching the maze. The status of
+    /// an earlier mouse is then cleared, because it does not describe the client's states.
     pub(crate) fn has_client(&self) -> bool {
         let is_ours = |since| self.control.has_run_since(since);
-        lock(&self.activity).has_client(self.monitor.status(), Instant::now(), is_ours)
+        let has_client =
+            lock(&self.activity).has_client(self.monitor.status(), Instant::now(), is_ours);
+        if has_client {
+            self.control.clear_status();
+        }
+        has_client
     }
 
     /// Returns the path of the current maze.

@@ -34,7 +34,14 @@ fn each_strategy_runs_and_stops() {
             live.choose("[name=strategy]", name);
             assert_eq!(live.text(".run .about"), strategy.about());
             live.set_pace("×1");
+            let is_first = simulator.info().states == 0;
             live.click(RUN);
+            if !is_first {
+                // The states of the client below are not deleted without confirmation.
+                let is_asking = "return document.querySelector('#confirm').open";
+                wait_for("the dialog", || browser.run::<bool>(is_asking, &[]).then_some(()));
+                browser.click("#confirm [value=confirm]");
+            }
             wait_for("a mouse", || is_running(live).then_some(()));
             wait_for("some states", || {
                 let places = live.data("states").parse::<usize>().unwrap();
