@@ -8,7 +8,7 @@ use std::path::Path;
 use args::{PictureFormat, RenderArgs};
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
-use mmsim_protocol::{State, StateMessage};
+use mmsim_protocol::{Colour, State, StateMessage};
 use mmsim_recording::{Course, HistoryReader, OpenError, ReadError, Recording, Transition};
 use mmsim_solvers::Distances;
 
@@ -120,6 +120,8 @@ struct RecordedSearch<'a> {
     /// The index of the last state to draw.
     last: Option<usize>,
     layers: Layers,
+    has_texts: bool,
+    has_colours: bool,
     file: &'a Path,
 }
 
@@ -139,6 +141,8 @@ impl<'a> RecordedSearch<'a> {
             initial: info.known_maze().ok_or_else(|| unreadable(file))?,
             last,
             layers: Layers { numbers: !args.no_numbers, heat: args.heat, trail: !args.no_trail },
+            has_texts: !args.no_texts,
+            has_colours: !args.no_colours,
             file,
         })
     }
@@ -155,19 +159,25 @@ impl<'a> RecordedSearch<'a> {
         reader.advance(index).ok_or_else(unreadable)?;
         let message = reader.history.get(index).ok_or_else(unreadable)?;
         let state = State::decode(message, reader.size).map_err(|_| unreadable())?;
-        let map = state.map(self.initial.start().cell, *self.initial.goals());
+        let context = reader.recording.history().context(index).ok_or_else(unreadable)?;
+        let (map, notes) = (context.claimed_maze(&state, &self.initial), context.notes());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
             .with_trail(&reader.trail)
             .with_layers(self.layers);
-        Ok(draw(scene))
+        let scene = if self.has_texts { scene.with_texts(|cell| notes.text(cell)) } else { scene };
+        // A mouse that has a name may colour cells later.
+        let is_coloured = self.has_colours && !notes.is_empty();
+        let letter = |cell| notes.colour(cell).map(Colour::letter);
+        Ok(draw(if is_coloured { scene.with_colours(letter) } else { scene }))
     }
 }
 
 /// Reads states in ascending order and keeps the trail of the mouse.
 struct StateReader<'a> {
+    recording: &'a Recording,
     history: HistoryReader<'a>,
     size: MazeSize,
     course: &'a Course,
@@ -180,7 +190,7 @@ impl<'a> StateReader<'a> {
     fn new(recording: &'a Recording) -> Self {
         let (history, size) = (recording.history(), recording.size());
         let (course, trail) = (history.course(), Trail::new(size));
-        Self { history: history.reader(), size, course, trail, states: 0 }
+        Self { recording, history: history.reader(), size, course, trail, states: 0 }
     }
 
     /// Adds all states up to state `index` to the trail. Returns `None` if a state is invalid.

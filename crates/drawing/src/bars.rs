@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mmsim_maze::Escaped;
 
-use crate::digits::decimals;
+use crate::font::decimals;
 use crate::theme::Theme;
 
 /// The width of a chart in viewBox units. A unit is a pixel unless the chart is scaled.

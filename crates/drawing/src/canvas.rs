@@ -159,6 +159,8 @@ impl Tiles {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
     use proptest::prelude::*;
 
@@ -172,6 +174,7 @@ mod tests {
     struct Change {
         walls: Vec<(u8, u8, bool)>,
         weights: Vec<(usize, u8)>,
+        notes: Vec<(u8, u8, String, Option<char>)>,
         mouse: (u8, u8),
         layers: u8,
     }
@@ -179,8 +182,17 @@ mod tests {
     fn change() -> impl Strategy<Value = Change> {
         let walls = prop::collection::vec(any::<(u8, u8, bool)>(), 0..3);
         let weights = prop::collection::vec((0usize..64, 1u8..200), 0..3);
-        (walls, weights, any::<(u8, u8)>(), 0u8..12)
-            .prop_map(|(walls, weights, mouse, layers)| Change { walls, weights, mouse, layers })
+        let colour = prop::option::of(prop::sample::select(vec!['k', 'w', 'R']));
+        let notes = prop::collection::vec((any::<u8>(), any::<u8>(), "[ -~]{0,10}", colour), 0..3);
+        (walls, weights, notes, any::<(u8, u8)>(), 0u8..12).prop_map(
+            |(walls, weights, notes, mouse, layers)| Change {
+                walls,
+                weights,
+                notes,
+                mouse,
+                layers,
+            },
+        )
     }
 
     proptest! {
@@ -195,10 +207,16 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             let maze = Maze::new(Walls::open(size), Cell::new(0, 0), CellSet::EMPTY).unwrap();
             let mut map = KnownMaze::unexplored(&maze);
+            let (mut texts, mut colours) = (HashMap::new(), HashMap::new());
             let (mut weights, mut trail) = ([9; 64], Trail::new(size));
             prop_assume!(Scene::from_map(&map).blank(width_px).is_ok());
             let mut canvas = Canvas::new(&Scene::from_map(&map), width_px).unwrap();
-            for Change { walls, weights: heavier, mouse: (x, y), layers } in changes {
+            for Change { walls, weights: heavier, notes, mouse: (x, y), layers } in changes {
+                for (x, y, text, colour) in notes {
+                    let cell = Cell::new(x % size.width(), y % size.height());
+                    texts.insert(cell, text);
+                    colours.insert(cell, colour);
+                }
                 for (x, y, is_north) in walls {
                     let heading = if is_north { Heading::North } else { Heading::East };
                     let cell = Cell::new(x % size.width(), y % size.height());
@@ -215,6 +233,8 @@ mod tests {
                     .with_truth(Some(&maze))
                     .with_mouse(mouse)
                     .with_weights(|cell| weights[usize::from(cell.y) * 8 + usize::from(cell.x)])
+                    .with_texts(|cell| texts.get(&cell).map_or("", String::as_str))
+                    .with_colours(|cell| colours.get(&cell).copied().flatten())
                     .with_trail(&trail)
                     .with_theme(if layers == 0 { Theme::Dark } else { Theme::Light })
                     .with_layers(Layers { heat: layers == 1, ..Layers::ALL });

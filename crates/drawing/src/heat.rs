@@ -41,6 +41,15 @@ pub(crate) fn step(weight: u16, largest: u16) -> usize {
     ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
 }
 
+/// Returns the relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
+pub(crate) fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
+    let linear = |channel: u8| {
+        let share = f64::from(channel) / 255.0;
+        if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+    };
+    0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
+}
+
 /// The lightness, chroma and hue (in degrees) of a colour. The colour ramps are polylines through
 /// the colours in `LIGHT` and `DARK`.
 type Lch = (f64, f64, f64);
@@ -105,15 +114,6 @@ fn srgb([l, a, b]: Lab) -> Rgb {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-
-    /// Returns the relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
-    fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
-        let linear = |channel: u8| {
-            let share = f64::from(channel) / 255.0;
-            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
-        };
-        0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
-    }
 
     /// Returns the contrast ratio, from 1 to 21, as defined by the Web Content Accessibility
     /// Guidelines 2.2.

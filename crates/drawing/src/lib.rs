@@ -16,8 +16,8 @@
 //! A [`BarChart`] compares the scores of trials.
 //!
 //! The elements of an SVG have classes (see [`Scene::page_svg`]). In a page, the [`stylesheet`]
-//! sets the colours of the classes. An SVG file contains its own styles. Numbers are drawn as
-//! strokes ([`digits`]), so no font is needed.
+//! sets the colours of the classes. An SVG file contains its own styles. Numbers and
+//! texts are drawn as strokes ([`digits`], [`text`](fn@text)), so no font is needed.
 //!
 //! ```
 //! use mmsim_drawing::{Scene, Theme};
@@ -40,7 +40,8 @@
 mod animation;
 mod bars;
 mod canvas;
-mod digits;
+mod colours;
+mod font;
 mod geometry;
 mod heat;
 mod label;
@@ -58,8 +59,8 @@ mod walls;
 
 pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
 pub use bars::{Bar, BarChart, BarGroup};
-pub use digits::digits;
-pub use label::weight;
+pub use font::digits;
+pub use label::{text, weight};
 pub use page::page_json;
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 
-use crate::digits::decimals;
+use crate::font::decimals;
 use crate::geometry::{PITCH, centre};
 
 /// Returns the part of the frame around `cells` that lies in `cell`. A line runs just inside each

@@ -1,6 +1,7 @@
 //! JSON tables that a web page uses to draw numbers and heat colours.
 
-use crate::digits::{ADVANCE, DIGITS, decimals};
+use crate::colours::{COLOURS, is_light};
+use crate::font::{ADVANCE, GLYPHS, MISSING, decimals};
 use crate::heat::ramp;
 use crate::label::INFINITY;
 use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
@@ -10,14 +11,19 @@ use crate::theme::Theme;
 /// this crate:
 ///
 /// ```json
-/// {"advance": 5, "digits": ["m…", … 10], "infinity": "M…",
+/// {"advance": 5, "glyphs": ["", "m…", … 95], "missing": "m…", "infinity": "M…",
+///  "colours": {"k": "#rrggbb", … 15}, "light_colours": "gwy…",
 ///  "trail": {"ages": 6, "min_fade": 48, "lines": ["v-20", … 4], "arrows": ["m…", … 4]},
 ///  "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
 ///
-/// The path of a number is the concatenation of the paths of its digits, each preceded by `M{x} 0`.
-/// For digit i of n, counted from 0, x is (i − n/2) · advance, rounded to two decimals (see
-/// [`digits`](crate::digits)). The index of the colour for a weight w is round(63 · w / max(1, the
+/// The path of a line of text is the concatenation of the paths of its characters, each preceded by
+/// `M{x} {y}`. The glyphs are those of the characters from the space to `~`; `missing` is the glyph
+/// of other characters. For character i of n, counted from 0, x is (i − n/2) · advance, rounded to
+/// two decimals, and y is 0 (see [`digits`](crate::digits)). A text of more than 5 characters
+/// consists of two lines, of which the first has 5 characters and y = −5.5, and the second has y =
+/// 5.5. A line of n characters is scaled by 3 / max(n, 3). A label is black in a cell with one of the
+/// `light_colours`, and white in a cell with another colour. The index of the colour for a weight w is round(63 · w / max(1, the
 /// largest weight)). The weight 255 is drawn as the path `infinity`, has no heat colour and does not
 /// count as the largest weight.
 ///
@@ -27,18 +33,21 @@ use crate::theme::Theme;
 /// east, south or west). If x and y of that cell are both even or both odd, an arrowhead follows.
 ///
 /// ```
-/// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"digits":["m2.5-3.4c"#));
+/// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"glyphs":["","m2.5-3.4v4.4"#));
 /// ```
 pub fn page_json() -> String {
-    let colours = |theme| list(ramp(theme).into_iter().map(|colour| colour.to_string()));
+    let heat = |theme| list(ramp(theme).into_iter().map(|colour| colour.to_string()));
+    let light: String =
+        COLOURS.iter().filter(|(_, colour)| is_light(*colour)).map(|(letter, _)| letter).collect();
+    let colours = COLOURS.map(|(letter, colour)| format!("\"{letter}\":\"{colour}\"")).join(",");
     format!(
-        r#"{{"advance":{},"digits":{},"infinity":"{INFINITY}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
+        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","colours":{{{colours}}},"light_colours":"{light}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
-        list(DIGITS.map(String::from).into_iter()),
+        list(GLYPHS.map(String::from).into_iter()),
         list(LINES.map(String::from).into_iter()),
         list(ARROWS.map(String::from).into_iter()),
-        colours(Theme::Light),
-        colours(Theme::Dark),
+        heat(Theme::Light),
+        heat(Theme::Dark),
     )
 }
 
@@ -56,13 +65,17 @@ mod tests {
     fn the_tables_match_the_drawing() {
         let json: serde_json::Value = serde_json::from_str(&page_json()).unwrap();
         let advance = json["advance"].as_f64().unwrap();
-        let written: String = [(0, 2), (1, 5), (2, 5)]
-            .map(|(index, digit): (u8, usize)| {
+        let written: String = [(0, '2'), (1, '5'), (2, '5')]
+            .map(|(index, digit): (u8, char)| {
+                let glyph = digit as usize - ' ' as usize;
                 let x = (f64::from(index) - 1.5) * advance;
-                format!("M{x} 0{}", json["digits"][digit].as_str().unwrap())
+                format!("M{x} 0{}", json["glyphs"][glyph].as_str().unwrap())
             })
             .concat();
         assert_eq!(written, crate::digits(255));
+        for (letter, colour) in COLOURS {
+            assert_eq!(json["colours"][letter.to_string()], colour.to_string());
+        }
         for (name, theme) in [("light", Theme::Light), ("dark", Theme::Dark)] {
             let read: Vec<_> = json["heat"][name]
                 .as_array()

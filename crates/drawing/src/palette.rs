@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
 use resvg::tiny_skia::PremultipliedColorU8;
 
+use crate::colours::COLOURS;
 use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
 use crate::pixels::PictureError;
@@ -48,6 +49,9 @@ impl Palette {
         }
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
+        if scene.colours.is_some() {
+            chosen.extend(COLOURS.map(|(_, colour)| colour));
+        }
         if scene.layers.heat {
             chosen.extend(ramp(theme));
         }
@@ -147,13 +151,23 @@ impl Sheet {
 
     /// Returns the sample scene with the theme and the layers of `like`.
     fn scene(&self, like: &Scene<'_>, heading: Heading) -> Scene<'_> {
-        Scene::from_map(&self.map)
+        let scene = Scene::from_map(&self.map)
             .with_truth(Some(&self.maze))
             .with_mouse(Pose::new(Cell::new(2, 1), heading))
             .with_numbers(|cell| Some(u16::from(cell.x) * 16 + u16::from(cell.y) * 7 % 16))
             .with_trail(&self.trail)
             .with_layers(like.layers)
-            .with_theme(like.theme)
+            .with_theme(like.theme);
+        if like.colours.is_none() {
+            return scene;
+        }
+        // Each colour is in one cell with a text.
+        let letter = |cell: Cell| {
+            let coloured = COLOURS.get(usize::from(cell.y)).filter(|_| cell.x == cell.y);
+            coloured.map(|&(letter, _)| letter)
+        };
+        let text = |cell| if letter(cell).is_some() { "80" } else { "" };
+        scene.with_texts(text).with_colours(letter)
     }
 }
 
@@ -198,8 +212,10 @@ mod tests {
         let sheet = Sheet::new(MazeSize::CLASSIC);
         for theme in [Theme::Light, Theme::Dark] {
             let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
+            let scene = scene.with_colours(|_| None);
             let mut palette = Palette::like(&scene, 648).unwrap();
-            for colour in ramp(theme).into_iter().chain(theme.colours().areas()) {
+            let notes = COLOURS.map(|(_, colour)| colour);
+            for colour in ramp(theme).into_iter().chain(theme.colours().areas()).chain(notes) {
                 let index = usize::from(palette.index(colour));
                 assert_eq!(palette.colours[index], colour, "{theme:?}");
             }

@@ -126,6 +126,7 @@ mod tests {
     use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, WallState, Walls};
 
     use super::*;
+    use crate::colours::colour;
     use crate::geometry::centre;
     use crate::heat::tests::contrast;
     use crate::heat::{Rgb, ramp};
@@ -258,6 +259,29 @@ mod tests {
             let scene = scene.with_weights(|cell| cell.x).with_trail(&trail);
             let file = paint(&scene.svg(), scene.blank(220).unwrap()).unwrap();
             assert!(file == scene.pixmap(220).unwrap(), "{layers:?}");
+        }
+    }
+
+    #[test]
+    fn texts_are_legible_on_every_colour() {
+        let maze = maze();
+        let cell = Cell::new(0, 1);
+        for theme in [Theme::Light, Theme::Dark] {
+            for letter in "kbacgorwyBCAGRY".chars() {
+                let scene = Scene::from_maze(&maze)
+                    .with_colours(|at| (at == cell).then_some(letter))
+                    .with_texts(|at| if at == cell { "l" } else { "" })
+                    .with_theme(theme);
+                let beside = at(&scene, 14, 10);
+                assert_eq!(Some(beside), colour(letter), "{theme:?} {letter}");
+                // The pixels across the stem of the letter, with 3 pixels per unit.
+                let pixmap = scene.pixmap(3 * units(scene.size).0).unwrap();
+                let stem = (30..42).map(|x| rgb(pixmap.pixel(x, 36).unwrap()));
+                let contrast = stem.map(|pixel| contrast(pixel, beside)).fold(1.0, f64::max);
+                assert!(contrast >= 4.5, "{theme:?} {letter}: {contrast}");
+                // The floor between the colour and the walls.
+                assert_eq!(at(&scene, 10, 1), theme.colours().floor);
+            }
         }
     }
 

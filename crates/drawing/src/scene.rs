@@ -1,7 +1,11 @@
 //! Scenes: descriptions of pictures.
 
+use std::collections::HashMap;
+
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
+use crate::colours;
+use crate::heat::Rgb;
 use crate::label::Label;
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
@@ -39,6 +43,11 @@ pub struct Scene<'a> {
     /// The label of each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
     /// has no labels.
     pub(crate) labels: Vec<Option<Label>>,
+    /// The text of each cell that has one, which replaces the label.
+    pub(crate) texts: HashMap<Cell, String>,
+    /// The letter of the colour of each cell that has one. `None` if no cell of the scene and of
+    /// similar scenes has a colour.
+    pub(crate) colours: Option<HashMap<Cell, char>>,
     pub(crate) trail: Option<&'a Trail>,
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
@@ -91,6 +100,8 @@ impl<'a> Scene<'a> {
             map: None,
             mouse: None,
             labels: Vec::new(),
+            texts: HashMap::new(),
+            colours: None,
             trail: None,
             layers: Layers::default(),
             theme: Theme::default(),
@@ -127,6 +138,27 @@ impl<'a> Scene<'a> {
         self
     }
 
+    /// Adds a text of up to 10 characters to each cell for which `text` does not return an empty
+    /// text. The text replaces the number of the cell. A text of more than 5 characters is split
+    /// into two lines, as in the simulator mms.
+    pub fn with_texts<'b>(mut self, text: impl Fn(Cell) -> &'b str) -> Self {
+        let texts = self.size.cells().map(|cell| (cell, text(cell)));
+        let texts = texts.filter(|(_, text)| !text.is_empty());
+        self.texts = texts.map(|(cell, text)| (cell, text.into())).collect();
+        self
+    }
+
+    /// Colours each cell for which `colour` returns the letter of a colour of the simulator mms:
+    /// one of `kbacgorwyBCAGRY`. Other letters are ignored. The palette of an
+    /// [`Animation`](crate::Animation) contains these colours only if this method is called for its
+    /// first scene.
+    pub fn with_colours(mut self, colour: impl Fn(Cell) -> Option<char>) -> Self {
+        let letter =
+            |cell| Some((cell, colour(cell).filter(|&letter| colours::colour(letter).is_some())?));
+        self.colours = Some(self.size.cells().filter_map(letter).collect());
+        self
+    }
+
     /// Adds the path of the mouse, which fades from its newest to its oldest part. A trail in a maze
     /// of a different size is ignored.
     pub fn with_trail(mut self, trail: &'a Trail) -> Self {
@@ -147,22 +179,30 @@ impl<'a> Scene<'a> {
         self
     }
 
+    /// Returns the colour of a cell.
+    pub(crate) fn colour(&self, cell: Cell) -> Option<Rgb> {
+        colours::colour(*self.colours.as_ref()?.get(&cell)?)
+    }
+
     /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
     /// contains all layers, but no styles and no size in pixels. Each element that can change has a
     /// class. If it belongs to a cell or wall, it also has an attribute that identifies that cell
     /// or wall. A page can therefore update the drawing in place:
     ///
     /// ```text
-    /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer
+    /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer,
+    ///                                             no-labels: the trail is not faint behind labels
     ///   <defs> the gradients of the trail
     ///   <rect class="floor"/>
     ///   <g class="cells"> <rect class="cell [start] [goal] [visited]" data-cell="x,y"/> …
     ///   <g class="heats"> <rect class="heat" data-cell="x,y" fill="#rrggbb or none"/> …
+    ///   <g class="colours"> <rect class="colour" data-cell="x,y" fill="#rrggbb"/> for coloured cells
     ///   <g class="marks"> frames and badges of start and goals, which stay
     ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
     ///   <g class="walls"> <path class="wall [true] [known or mistaken]" data-wall="x,y,NESW"/> …
     ///   <path class="posts"/>
-    ///   <g class="numbers"> <path class="number" data-cell="x,y" d="digits or nothing"/> …
+    ///   <g class="numbers"> <path class="number [on-dark or on-light]" data-cell="x,y" d="digits or nothing"/> …
+    ///   <g class="texts"> <path class="text [on-dark or on-light]" data-cell="x,y" data-text="…"/> for cells with texts
     ///   <path class="mouse [absent]" transform="translate(x y) rotate(degrees)"/>
     /// </svg>
     /// ```

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use mmsim_maze::{Cell, CellSet, Heading, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
 
-use crate::digits::decimals;
+use crate::colours::{self, INSET};
+use crate::font::decimals;
 use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
 use crate::heat::{self, Rgb};
-use crate::label::Label;
+use crate::label::{self, Label};
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::passages;
 use crate::scene::{Layers, Scene};
@@ -57,10 +58,12 @@ impl<'a> Svg<'a> {
         svg.head();
         svg.cells();
         svg.heats();
+        svg.colours();
         svg.marks();
         svg.trail();
         svg.walls();
         svg.numbers();
+        svg.texts();
         svg.mouse();
         svg.text.push_str("</svg>\n");
         (svg.text, svg.parts)
@@ -95,6 +98,9 @@ impl<'a> Svg<'a> {
             let hidden = [(numbers, "numbers"), (heat, "heat"), (trail, "trail")];
             for (_, name) in hidden.iter().filter(|(is_shown, _)| !is_shown) {
                 let _ = write!(class, " hide-{name}");
+            }
+            if !numbers && scene.texts.is_empty() {
+                class.push_str(" no-labels");
             }
             size = format!(r#" width="{}" height="{}""#, 2 * width, 2 * height);
         }
@@ -152,6 +158,28 @@ impl<'a> Svg<'a> {
             ));
         }
         self.put("</g>\n");
+    }
+
+    fn colours(&mut self) {
+        let size = self.scene.size;
+        self.put("<g class=\"colours\">\n");
+        for cell in size.cells() {
+            let Some(colour) = self.scene.colour(cell) else { continue };
+            let ((x, y), side) = (corner(size, cell), PITCH - 2 * INSET);
+            let area = cell_area((x, y));
+            let (x, y) = (x + INSET, y + INSET);
+            self.put_part(area, true, format_args!(
+                "<rect class=\"colour\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{side}\" height=\"{side}\" fill=\"{colour}\"/>\n",
+                cell.x, cell.y
+            ));
+        }
+        self.put("</g>\n");
+    }
+
+    /// Returns the class of the label of a cell, preceded by a space.
+    fn label_class(&self, cell: Cell) -> String {
+        let colour = self.scene.colour(cell);
+        colour.map(|colour| format!(" {}", colours::label_class(colour))).unwrap_or_default()
     }
 
     /// Draws a frame with the badge S around the start cell, and a frame with the badge G around
@@ -241,19 +269,32 @@ impl<'a> Svg<'a> {
         if !self.has(|layers| layers.numbers) {
             return;
         }
-        let Scene { size, ref labels, .. } = *self.scene;
+        let Scene { size, ref labels, ref texts, .. } = *self.scene;
         self.put("<g class=\"numbers\">\n");
         for (index, cell) in size.cells().enumerate() {
             let label = labels.get(index).and_then(Option::as_ref);
-            let (x, y) = centre(size, cell);
-            let scale = match label.map_or(1.0, Label::scale) {
-                1.0 => String::new(),
-                scale => format!(" scale({})", decimals(scale)),
-            };
+            let label = label.filter(|_| !texts.contains_key(&cell));
+            let (class, position) =
+                (self.label_class(cell), position(size, cell, label.map_or(1.0, Label::scale)));
             let path = label.map(Label::path).unwrap_or_default();
             self.put_part(cell_area(corner(size, cell)), label.is_some(), format_args!(
-                "<path class=\"number\" data-cell=\"{},{}\" transform=\"translate({x} {y}){scale}\" d=\"{path}\"/>\n",
+                "<path class=\"number{class}\" data-cell=\"{},{}\" transform=\"{position}\" d=\"{path}\"/>\n",
                 cell.x, cell.y
+            ));
+        }
+        self.put("</g>\n");
+    }
+
+    fn texts(&mut self) {
+        let Scene { size, ref texts, .. } = *self.scene;
+        self.put("<g class=\"texts\">\n");
+        for cell in size.cells() {
+            let Some(text) = texts.get(&cell) else { continue };
+            let ((path, scale), class) = (label::text(text), self.label_class(cell));
+            let position = position(size, cell, scale);
+            self.put_part(cell_area(corner(size, cell)), true, format_args!(
+                "<path class=\"text{class}\" data-cell=\"{},{}\" data-text=\"{}\" transform=\"{position}\" d=\"{path}\"/>\n",
+                cell.x, cell.y, escape(text)
             ));
         }
         self.put("</g>\n");
@@ -308,13 +349,27 @@ impl<'a> Svg<'a> {
     }
 }
 
+/// Returns the transformation of a label in this cell.
+fn position(size: MazeSize, cell: Cell, scale: f64) -> String {
+    let ((x, y), scale) = (centre(size, cell), decimals(scale));
+    let scale = if scale == "1" { String::new() } else { format!(" scale({scale})") };
+    format!("translate({x} {y}){scale}")
+}
+
+/// Escapes a text for an attribute of an XML document. XML documents cannot contain control
+/// characters.
+fn escape(text: &str) -> String {
+    let text: String = text.chars().filter(|letter| !letter.is_control()).collect();
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{KnownMaze, Maze, MazeSize, WallState, Walls};
+    use mmsim_maze::{KnownMaze, Maze, WallState, Walls};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::digits::digits;
+    use crate::font::digits;
     use crate::heat::ramp;
     use crate::label::INFINITY;
     use crate::theme::Theme;
@@ -371,7 +426,7 @@ mod tests {
 
     /// Returns the paths of the numbers in a drawing.
     fn numbers(svg: &str) -> Vec<&str> {
-        let lines = svg.lines().filter(|line| line.contains(r#"class="number""#));
+        let lines = svg.lines().filter(|line| line.starts_with(r#"<path class="number"#));
         let paths = lines.map(|line| line.rsplit('"').nth(1).unwrap());
         paths.filter(|path| !path.is_empty()).collect()
     }
@@ -388,6 +443,42 @@ mod tests {
         assert_eq!(svg.matches(&warmest).count(), 2, "1 is the largest weight");
         let numbered = Scene::from_maze(&maze).with_numbers(|_| Some(255)).page_svg();
         assert_eq!(numbers(&numbered), [&digits(255)[..]; 4]);
+    }
+
+    #[test]
+    fn texts_replace_numbers_and_follow_the_colour_of_the_cell() {
+        let maze = maze();
+        let text = |cell: Cell| ["1200", "", "<\"é&\"> 12", ""][usize::from(2 * cell.y + cell.x)];
+        let colour =
+            |cell: Cell| ['w', 'B', '?', 'y'].get(usize::from(2 * cell.y + cell.x)).copied();
+        let scene = Scene::from_maze(&maze).with_weights(|_| 7);
+        let svg = scene.with_texts(text).with_colours(colour).svg();
+        let lines = |start: &str| -> Vec<&str> {
+            svg.lines().filter(|line| line.starts_with(start)).collect()
+        };
+        let (first, first_scale) = label::text("1200");
+        assert_eq!(
+            lines("<path class=\"text"),
+            [
+                format!(
+                    r#"<path class="text on-light" data-cell="0,0" data-text="1200" transform="translate(10 30) scale({first_scale})" d="{first}"/>"#
+                ),
+                format!(
+                    r#"<path class="text" data-cell="0,1" data-text="&lt;&quot;é&amp;&quot;> 12" transform="translate(10 10) scale(0.6)" d="{}"/>"#,
+                    label::text("<\"é&\"> 12").0
+                ),
+            ]
+        );
+        assert_eq!(numbers(&svg), [digits(7), digits(7)]);
+        let classes = ["number on-light", "number on-dark", "number", "number on-light"];
+        for (line, class) in lines("<path class=\"number").into_iter().zip(classes) {
+            assert!(line.contains(&format!("class=\"{class}\"")), "{line}");
+        }
+        let colours: Vec<_> = lines("<rect class=\"colour\"")
+            .into_iter()
+            .map(|line| (line.split('"').nth(3).unwrap(), line.rsplit('"').nth(1).unwrap()))
+            .collect();
+        assert_eq!(colours, [("0,0", "#ffffff"), ("1,0", "#000033"), ("1,1", "#b3b300")]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::digits;
+use crate::font;
 use crate::heat::Rgb;
 use crate::passages::AGES;
 
@@ -115,11 +115,11 @@ fn shapes() -> String {
 .maze .letter{{stroke-width:.95}}
 .maze .passage{{stroke-width:1.6}}
 .maze .faint{{stop-opacity:.22}}
-.maze .number{{stroke-width:{}}}
+.maze .number,.maze .text{{stroke-width:{}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
 .maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail{{display:none}}
 ",
-        digits::STROKE
+        font::STROKE
     )
 }
 
@@ -141,6 +141,9 @@ fn colours(theme: Theme) -> String {
         ("badge.goal", format!("fill:{}", goal.1)),
         ("letter", format!("stroke:{floor}")),
         ("number", format!("stroke:{number}")),
+        ("text", format!("stroke:{number}")),
+        ("on-dark", "stroke:#fff".into()),
+        ("on-light", "stroke:#000".into()),
         ("wall.true", format!("stroke:{unknown}")),
         ("wall.known", format!("stroke:{wall}")),
         ("wall.mistaken", format!("stroke:{mistaken}")),
@@ -152,7 +155,7 @@ fn colours(theme: Theme) -> String {
     for age in 0..AGES {
         let trail = theme.colours().trail(age);
         let _ = writeln!(rules, ".maze .ink{age} stop{{stop-color:{trail}}}");
-        let _ = writeln!(rules, ".hide-numbers .age{age}{{stroke:{trail}}}");
+        let _ = writeln!(rules, ".no-labels .age{age}{{stroke:{trail}}}");
     }
     rules
 }

@@ -11,7 +11,7 @@
  * @typedef {{ name: string, own: boolean, reason: string, ending: Ending | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, maze: string | null,
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
- * @typedef {{ id: string, run: number, title: string, width: number, height: number,
+ * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, robot: string | null, race_optimum: number | null, note: string | null }} Source
  * @typedef {{ steps: number, turns: number, ms: number }} RunReport
@@ -22,10 +22,13 @@
  * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
  *   trial: TrialReport | null,
  *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
- *   closed: number | null, solved: boolean, trail: number[] }} StateView
+ *   closed: number | null, solved: boolean, trail: number[],
+ *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
+ *   declared_walls: [number, boolean][] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
  *   put_backs: number[] }} DistanceHistory
- * @typedef {{ advance: number, digits: string[], infinity: string,
+ * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
+ *   colours: Record<string, string>, light_colours: string,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  */
@@ -100,3 +103,10 @@ export const drawing = async (source, signal) => (await request(sourceUrl(source
 export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
+/**
+ * Returns the last log lines up to a state, each with the index of its state.
+ * @param {Source} source @param {number} last @param {string} filter @param {AbortSignal} signal
+ * @returns {Promise<[number, string][]>}
+ */
+export const log = (source, last, filter, signal) =>
+  getJson(sourceUrl(source, "log", `&at=${last}&max=200&filter=${encodeURIComponent(filter)}`), signal);

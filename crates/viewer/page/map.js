@@ -3,13 +3,15 @@
 // change, since most of the thousands of elements stay the same.
 
 import { setAttributes } from "./dom.js";
+import { CellNotes, colourName, labelClass, linePath } from "./notes.js";
 import { DX, DY, HEADINGS, NO_PATH, VISITED, WALL_BITS } from "./state.js";
 
 /**
  * @typedef {import("./api.js").DrawingStyle} DrawingStyle
  * @typedef {import("./api.js").Source} Source
  * @typedef {import("./state.js").State} State
- * @typedef {Record<"numbers" | "heat" | "trail", boolean>} Layers
+ * @typedef {import("./api.js").StateView} StateView
+ * @typedef {Record<"numbers" | "heat" | "trail" | "texts" | "colours", boolean>} Layers
  */
 
 /** The width of a cell in units of the drawing. */
@@ -40,7 +42,12 @@ export class MazeMap {
   #cells;
   #walls;
   #wallSides;
+  /** The element of a wall, by 2 * its cell + (1 if it is an east wall, 0 if it is a north wall). */
+  #wallIndex;
   #numbers;
+  #numberClasses;
+  #notes;
+  #style;
   #heat;
   #trail;
   #passages;
@@ -57,7 +64,9 @@ export class MazeMap {
     /** @param {string} selector */
     const all = (selector) => [...svg.querySelectorAll(selector)];
     this.#source = source;
+    this.#style = style;
     this.svg = svg;
+    this.#notes = new CellNotes(svg, source, style);
     this.#mouse = all(".mouse")[0];
 
     const cells = all(".cell");
@@ -80,6 +89,12 @@ export class MazeMap {
       return { outer, cell: Number(y) * width + Number(x), bit, other: otherY * width + otherX, otherBit };
     });
 
+    this.#wallIndex = new Int16Array(2 * cells.length);
+    walls.forEach((wall, i) => {
+      const [x, y, side] = (wall.getAttribute("data-wall") ?? "").split(",");
+      if ("NE".includes(side)) this.#wallIndex[2 * (Number(y) * width + Number(x)) + "NE".indexOf(side)] = i;
+    });
+
     const passages = all(".passage");
     this.#passageIndex = new Int16Array(2 * cells.length);
     passages.forEach((passage, i) => {
@@ -91,45 +106,64 @@ export class MazeMap {
 
     /** @type {string[]} */
     const paths = [];
-    this.#numbers = new Elements(all(".number"), (number) => ({ d: (paths[number] ??= numberPath(number, style)) }));
+    const numbers = all(".number");
+    this.#numberClasses = new Elements(numbers, (code) => ({ class: ["number", "number on-dark", "number on-light"][code] }));
+    this.#numbers = new Elements(numbers, (number) => ({ d: (paths[number] ??= numberPath(number, style)) }));
     const colours = [...style.heat.light, ...style.heat.dark];
     this.#heat = new Elements(all(".heat"), (colour) => ({ fill: colour < 0 ? "none" : colours[colour] }));
 
     setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
-    this.#showWalls(new Uint8Array(cells.length));
+    this.#showWalls(new Uint8Array(cells.length), []);
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
-  /** @param {State} state @param {number[]} trail passages, oldest first @param {Layers} layers */
-  show(state, trail, layers) {
-    for (const [layer, shown] of Object.entries(layers)) this.svg.classList.toggle(`hide-${layer}`, !shown);
-    this.#showWalls(state.walls);
+  /** @param {State} state @param {StateView} view @param {Layers} layers */
+  show(state, view, layers) {
+    const { numbers, heat, trail } = layers;
+    const texts = layers.texts ? view.texts : [];
+    const colours = layers.colours ? view.colours : "";
+    const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && !texts.length };
+    for (const [name, isSet] of Object.entries(classes)) this.svg.classList.toggle(name, isSet);
+    this.#showWalls(state.walls, view.declared_walls);
+    this.#notes.show(texts, colours);
     // A hidden layer is updated when it is shown again.
-    this.#showWeights(state.weights, layers);
-    if (layers.trail) this.#showTrail(trail);
+    if (numbers) this.#showNumberClasses(colours);
+    this.#showWeights(state.weights, texts, layers);
+    if (trail) this.#showTrail(view.trail);
     this.#placeMouse(state.x, state.y, state.heading);
   }
 
-  /** @param {Uint8Array} walls */
-  #showWalls(walls) {
+  /** @param {Uint8Array} walls @param {[number, boolean][]} declared walls that override the flags */
+  #showWalls(walls, declared) {
     for (let i = 0; i < walls.length; i++) this.#cells.set(i, walls[i] & VISITED);
+    const overrides = new Map(declared.map(([wall, present]) => [this.#wallIndex[wall], Number(present)]));
     for (let i = 0; i < this.#wallSides.length; i++) {
       const { outer, cell, bit, other, otherBit } = this.#wallSides[i];
-      this.#walls.set(i, outer || walls[cell] & bit || walls[other] & otherBit ? 1 : 0);
+      const reported = outer || walls[cell] & bit || walls[other] & otherBit ? 1 : 0;
+      this.#walls.set(i, outer ? reported : (overrides.get(i) ?? reported));
     }
   }
 
-  /** @param {Uint8Array} weights @param {Layers} layers */
-  #showWeights(weights, { numbers, heat }) {
+  /** @param {string} colours */
+  #showNumberClasses(colours) {
+    for (let i = 0; i < this.#numberClasses.elements.length; i++) {
+      const label = colours && labelClass(colours[i], this.#style);
+      this.#numberClasses.set(i, label ? (label === "on-dark" ? 1 : 2) : 0);
+    }
+  }
+
+  /** @param {Uint8Array} weights @param {[number, string][]} texts which replace weights @param {Layers} layers */
+  #showWeights(weights, texts, { numbers, heat }) {
     let [max, blank] = [1, true];
     for (const weight of weights) {
       if (weight > 0) blank = false;
       if (weight > max && weight !== NO_PATH) max = weight;
     }
+    const replaced = new Set(texts.map(([cell]) => cell));
     const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
       const weight = weights[i];
-      if (numbers) this.#numbers.set(i, blank ? -1 : weight);
+      if (numbers) this.#numbers.set(i, blank || replaced.has(i) ? -1 : weight);
       if (heat) this.#heat.set(i, blank || weight === NO_PATH ? -1 : first + Math.round((weight * 63) / max));
     }
   }
@@ -195,18 +229,15 @@ export class MazeMap {
 
 /**
  * Returns the SVG path of a centred weight, or an empty path if the weight is negative.
- * @param {number} number @param {DrawingStyle} style
+ * @param {number} weight @param {DrawingStyle} style
  */
-function numberPath(number, { advance, digits, infinity }) {
-  if (number < 0) return "";
-  if (number === NO_PATH) return infinity;
-  return [...`${number}`]
-    .map((digit, i, { length }) => `M${Number(((i - length / 2) * advance).toFixed(2))} 0${digits[Number(digit)]}`)
-    .join("");
+function numberPath(weight, style) {
+  if (weight < 0) return "";
+  return weight === NO_PATH ? style.infinity : linePath([...`${weight}`], style);
 }
 
-/** @param {number} cell @param {Source} source @param {State | undefined} state */
-export function describeCell(cell, { width, start, goals }, state) {
+/** @param {number} cell @param {Source} source @param {State | undefined} state @param {StateView | undefined} view */
+export function describeCell(cell, { width, start, goals }, state, view) {
   const [x, y] = [cell % width, Math.floor(cell / width)];
   const parts = [`cell (${x}, ${y})`];
   if (x === start[0] && y === start[1]) parts.push("start");
@@ -214,6 +245,10 @@ export function describeCell(cell, { width, start, goals }, state) {
   if (state) {
     const weight = state.weights[cell];
     parts.push(weight === NO_PATH ? "weight ∞ (no path)" : `weight ${weight}`);
+    const text = view?.texts.find(([at]) => at === cell)?.[1];
+    if (text) parts.push(`text “${text}”`);
+    const colour = colourName(view?.colours[cell] ?? "");
+    if (colour) parts.push(colour);
     if (state.walls[cell] & VISITED) parts.push("visited");
     if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }

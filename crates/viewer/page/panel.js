@@ -6,6 +6,7 @@ import * as api from "./api.js";
 import { Chart } from "./chart.js";
 import { cloneTemplate, nextFrame, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, describeUnknownWalls, showFigures } from "./figures.js";
+import { LogPane } from "./log.js";
 import { MazeMap, dark, describeCell } from "./map.js";
 import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
@@ -39,6 +40,7 @@ export class Panel {
   #style;
   #chart;
   #viewport;
+  #log;
   #abort = new AbortController();
   #loading = false;
   /** The live run in the last event. @type {{ run: number, states: number } | null} */
@@ -75,6 +77,7 @@ export class Panel {
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
     this.#chart = new Chart(element, (index) => this.timeline.seek(index));
     this.#viewport = new Viewport(element);
+    this.#log = new LogPane(element, (index) => this.timeline.seek(index));
     showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
     dark.addEventListener("change", this.#redraw);
@@ -140,6 +143,10 @@ export class Panel {
     setText(element, ".kind", kind);
     setText(element, ".size", `${source.width} × ${source.height}`);
     setText(element, ".note", source.note ?? "");
+    setText(element, ".about-maze", kind === "recording" ? `maze ${source.maze}` : "");
+    setText(element, ".about-mouse", "");
+    for (const layer of [".texts-layer", ".colours-layer"]) query(element, layer).hidden = true;
+    this.#log.clear();
     clearTimeout(this.#slowTimer);
     this.#slowTimer = 0;
     // An event may have reported more states during loading.
@@ -209,7 +216,12 @@ export class Panel {
     const shown = this.#shown;
     const layers = this.#layers;
     layers.numbers &&= !this.#isFast;
-    if (shown) this.#map?.show(shown.state, shown.view.trail, layers);
+    if (shown) {
+      layers.texts &&= !this.#isFast;
+      this.#map?.show(shown.state, shown.view, layers);
+      this.#showNotes(shown.view);
+      if (this.#log.isShown) this.#showLog();
+    }
     this.timeline.show();
     this.#chart.setCursor(shown?.index ?? 0);
     showFigures(this.element, this.#source, shown?.view);
@@ -221,7 +233,21 @@ export class Panel {
   get #layers() {
     /** @param {string} name */
     const checked = (name) => query(this.element, `[name=${name}]`, HTMLInputElement).checked;
-    return { numbers: checked("numbers"), heat: checked("heat"), trail: checked("trail") };
+    const [numbers, heat, trail] = [checked("numbers"), checked("heat"), checked("trail")];
+    return { numbers, heat, trail, texts: checked("texts"), colours: checked("colours") };
+  }
+
+  /** Shows the names of the mouse and its strategy, and the layers that the mouse uses. @param {api.StateView} view */
+  #showNotes({ mouse, strategy, trial, texts, colours }) {
+    const names = trial ? [] : [mouse, strategy].filter(Boolean);
+    setText(this.element, ".about-mouse", names.join(" · "));
+    if (texts.length > 0) query(this.element, ".texts-layer").hidden = false;
+    if (colours) query(this.element, ".colours-layer").hidden = false;
+  }
+
+  #showLog() {
+    const [source, shown] = [this.#source, this.#shown];
+    if (source && shown) this.#log.show(source, shown.index, this.timeline.states, this.#abort.signal);
   }
 
   /** Updates the chart, the export links and the announcement. These updates need not follow each state. */
@@ -232,6 +258,7 @@ export class Panel {
         const [source, index, { states }] = [this.#source, this.#shown?.index ?? -1, this.timeline];
         if (!source) return;
         this.#updateExportLinks();
+        if (!this.#log.isShown) this.#showLog();
         if (this.#charted !== states) {
           const { signal } = this.#abort;
           const history = await api.distances(source, signal).catch(() => null);
@@ -297,7 +324,7 @@ export class Panel {
     const hint = waiting && !this.#source?.robot ? this.hint : "";
     const cell = this.#cell;
     const shown = this.#shown;
-    const text = source && cell !== null ? describeCell(cell, source, shown?.state) + describeUnknownWalls(cell, shown?.view) : hint;
+    const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view) + describeUnknownWalls(cell, shown?.view) : hint;
     setText(this.element, ".readout", text);
   }
 }

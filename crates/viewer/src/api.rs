@@ -50,6 +50,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
         .route("/api/sources/{id}/costs", get(distances))
+        .route("/api/sources/{id}/log", get(log))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .route("/api/recordings", get(list_recordings))
         .route("/api/recordings/open", post(open_recording))
@@ -156,6 +157,8 @@ struct SourceInfo {
     id: String,
     run: u32,
     title: String,
+    /// The name of the maze.
+    maze: String,
     width: u8,
     height: u8,
     start: [u8; 2],
@@ -209,6 +212,7 @@ async fn describe_source(
             id,
             run,
             title: description.title.clone(),
+            maze: info.name.clone(),
             width: info.width,
             height: info.height,
             start: info.start,
@@ -275,6 +279,37 @@ async fn distances(
     Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Json<DistanceHistory>> {
     run_blocking(move || Ok(Json(state.source(&id)?.distances(run)?))).await
+}
+
+/// The maximum number of log lines in a response.
+const MAX_LOG_LINES: usize = 500;
+
+#[derive(Deserialize)]
+struct LogQuery {
+    run: u32,
+    /// The index of the last state whose lines are returned.
+    at: usize,
+    max: Option<usize>,
+    /// Only lines that contain this text are returned, ignoring case.
+    #[serde(default)]
+    filter: String,
+}
+
+/// Returns the last log lines up to a state, each with the index of the state that follows the
+/// line.
+async fn log(
+    State(state): SharedState,
+    Path(id): Path<String>,
+    Query(LogQuery { run, at, max, filter }): Query<LogQuery>,
+) -> ApiResult<Json<Vec<(usize, String)>>> {
+    run_blocking(move || {
+        let (max, filter) =
+            (max.unwrap_or(MAX_LOG_LINES).min(MAX_LOG_LINES), filter.to_lowercase());
+        let matches = |text: &str| text.to_lowercase().contains(&filter);
+        let lines = state.source(&id)?.log(run, at, max, matches)?;
+        Ok(Json(lines.into_iter().map(|line| (line.state, line.text)).collect()))
+    })
+    .await
 }
 
 async fn page_svg(

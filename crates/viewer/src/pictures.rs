@@ -3,6 +3,7 @@
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
+use mmsim_protocol::Colour;
 use serde::Deserialize;
 
 use crate::api_error::ApiError;
@@ -22,6 +23,8 @@ pub(crate) struct PictureOptions {
     numbers: bool,
     heat: bool,
     trail: bool,
+    texts: bool,
+    colours: bool,
     #[serde(with = "ThemeName")]
     theme: Theme,
 }
@@ -36,13 +39,13 @@ enum ThemeName {
 impl Default for PictureOptions {
     fn default() -> Self {
         let Layers { numbers, heat, trail } = Layers::default();
-        Self { numbers, heat, trail, theme: Theme::default() }
+        Self { numbers, heat, trail, texts: true, colours: true, theme: Theme::default() }
     }
 }
 
 impl PictureOptions {
     fn apply(self, scene: Scene<'_>) -> Scene<'_> {
-        let Self { numbers, heat, trail, theme } = self;
+        let Self { numbers, heat, trail, theme, .. } = self;
         scene.with_layers(Layers { numbers, heat, trail }).with_theme(theme)
     }
 }
@@ -100,12 +103,17 @@ pub(crate) fn draw_state<T>(
         return Ok(draw(options.apply(scene)));
     }
     let states = source.block(run, index)?;
-    let DecodedState { state, map, .. } = description.decode(&states, index)?;
+    let DecodedState { state, map, notes, .. } = description.decode(&states, index)?;
     let trail = source.trail(run, index)?;
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
         .with_trail(&trail);
+    let scene = if options.texts { scene.with_texts(|cell| notes.text(cell)) } else { scene };
+    // A mouse that has a name may colour cells later.
+    let is_coloured = options.colours && !notes.is_empty();
+    let letter = |cell| notes.colour(cell).map(Colour::letter);
+    let scene = if is_coloured { scene.with_colours(letter) } else { scene };
     Ok(draw(options.apply(scene)))
 }

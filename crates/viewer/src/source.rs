@@ -7,7 +7,7 @@ use axum::http::StatusCode;
 use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
-use mmsim_recording::{Block, Integrity, Recording, States, Times};
+use mmsim_recording::{Block, Integrity, LogLine, Notes, Recording, States, Times};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
@@ -68,6 +68,8 @@ pub(crate) struct DecodedState<'a> {
     pub(crate) map: KnownMaze,
     /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
     pub(crate) known: KnownMaze,
+    /// The texts, colours, declared walls and names that the mouse displays.
+    pub(crate) notes: Notes,
     /// True if the state belongs to a two-run trial.
     pub(crate) is_trial: bool,
 }
@@ -92,7 +94,7 @@ impl RunDescription {
         let map = context.claimed_maze(&state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
         let is_trial = trial_status(context.notes()).is_some();
-        Ok(DecodedState { message, state, map, known, is_trial })
+        Ok(DecodedState { message, state, map, known, notes: context.notes().clone(), is_trial })
     }
 }
 
@@ -246,6 +248,24 @@ impl Source {
         let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
         let mut trails = trails.lock().unwrap_or_else(PoisonError::into_inner);
         trails.at(index, |index| self.block(run, index))
+    }
+
+    /// Returns the last `max` log lines that match a filter, up to the state with the index `last`, in
+    /// order.
+    pub(crate) fn log(
+        &self,
+        run: u32,
+        last: usize,
+        max: usize,
+        filter: impl Fn(&str) -> bool,
+    ) -> Result<Vec<LogLine>, ApiError> {
+        match &self.kind {
+            SourceKind::Live(monitor) => Ok(monitor.log(run, last, max, filter)?),
+            SourceKind::Recording { recording, .. } => {
+                self.states(run)?;
+                Ok(recording.history().log(last, max, filter))
+            }
+        }
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the

@@ -1,8 +1,9 @@
 //! The view of a state on the page.
 
 use mmsim_drawing::Passage;
-use mmsim_maze::{Cell, Heading, KnownMaze, WallState};
-use mmsim_recording::{PhaseReport, Transition};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState};
+use mmsim_protocol::Colour;
+use mmsim_recording::{Notes, PhaseReport, Transition};
 use serde::Serialize;
 
 use crate::api_error::ApiError;
@@ -39,6 +40,17 @@ pub(crate) struct StateView {
     /// 4 × (y × width + x) + the number of its heading, which is 0 for north, 1 for east, 2 for
     /// south and 3 for west.
     trail: Vec<u16>,
+    /// The names of the mouse and of its strategy, if the client has sent them.
+    mouse: Option<String>,
+    strategy: Option<String>,
+    /// The texts that the mouse displays, each with its cell as y × width + x.
+    texts: Vec<(u16, String)>,
+    /// The letter of the colour of each cell, or `-` for cells without a colour. Empty if no cell has
+    /// a colour.
+    colours: String,
+    /// The walls that the mouse declares, as 2 × (y × width + x) for the north wall of a cell and
+    /// 2 × (y × width + x) + 1 for its east wall, and whether the mouse declares the wall present.
+    declared_walls: Vec<(u16, bool)>,
 }
 
 /// A change of the pose that is not a movement. See [`Transition`].
@@ -89,8 +101,35 @@ impl StateView {
                     4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
                 })
                 .collect(),
+            mouse: decoded.notes.mouse().map(String::from),
+            strategy: decoded.notes.strategy().map(String::from),
+            texts: texts(&decoded.notes, description.size),
+            colours: colours(&decoded.notes, description.size),
+            declared_walls: declared_walls(&decoded.notes, description.size),
         })
     }
+}
+
+fn texts(notes: &Notes, size: MazeSize) -> Vec<(u16, String)> {
+    let texts = (0..).zip(size.cells()).map(|(index, cell)| (index, notes.text(cell)));
+    let texts = texts.filter(|(_, text)| !text.is_empty());
+    texts.map(|(index, text)| (index, text.to_string())).collect()
+}
+
+fn colours(notes: &Notes, size: MazeSize) -> String {
+    let letters = size.cells().map(|cell| notes.colour(cell).map_or('-', Colour::letter));
+    let letters: String = letters.collect();
+    if letters.trim_start_matches('-').is_empty() { String::new() } else { letters }
+}
+
+/// Returns the declared walls. See [`StateView::declared_walls`].
+fn declared_walls(notes: &Notes, size: MazeSize) -> Vec<(u16, bool)> {
+    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
+    let declared = |(index, (cell, heading))| {
+        let state = notes.declared_wall(cell, heading)?;
+        Some((index, state == WallState::Present))
+    };
+    (0..).zip(walls).filter_map(declared).collect()
 }
 
 /// Returns the visited cells with unknown walls. See [`StateView::unknown_walls`].

@@ -37,6 +37,12 @@ pub(crate) struct RenderArgs {
     /// Omit the mouse's trail in a recording
     #[arg(long)]
     pub(crate) no_trail: bool,
+    /// Omit the texts that the mouse displays in a recording
+    #[arg(long)]
+    pub(crate) no_texts: bool,
+    /// Omit the colours that the mouse displays in a recording
+    #[arg(long)]
+    pub(crate) no_colours: bool,
     /// Colour theme
     #[arg(long, default_value = "light", value_parser = themes())]
     pub(crate) theme: Theme,

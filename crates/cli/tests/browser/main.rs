@@ -19,6 +19,7 @@ mod load;
 mod map;
 mod mazes;
 mod measure;
+mod notes;
 mod offline;
 mod own_mouse;
 mod page;

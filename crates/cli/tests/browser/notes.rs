@@ -1,0 +1,334 @@
+//! The texts, colours, declared walls, names and log lines that a mouse displays.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::{Command, Stdio};
+
+use mmsim_maze::{Cell, Heading, MazeSize, WallState};
+use mmsim_protocol::{Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES};
+use serde_json::json;
+
+use crate::browser::{Browser, wait_for, with_browser, with_page};
+use crate::harness::Home;
+use crate::http;
+use crate::page::Panel;
+use crate::simulator::{Simulator, bundled};
+use crate::test_state::TestState;
+
+/// What is displayed in cells, by the name of the cell.
+type Notes = BTreeMap<String, String>;
+
+/// The colours of mms, by letter.
+const COLOURS: [(char, &str); 15] = [
+    ('k', "#000000"),
+    ('b', "#0000b3"),
+    ('a', "#b3b3b3"),
+    ('c', "#006666"),
+    ('g', "#00b300"),
+    ('o', "#b36600"),
+    ('r', "#cc0000"),
+    ('w', "#ffffff"),
+    ('y', "#b3b300"),
+    ('B', "#000033"),
+    ('C', "#003333"),
+    ('A', "#1a1a1a"),
+    ('G', "#004d00"),
+    ('R', "#4d0000"),
+    ('Y', "#333300"),
+];
+
+fn hex(letter: char) -> String {
+    COLOURS.iter().find(|(known, _)| *known == letter).unwrap().1.to_string()
+}
+
+fn name(cell: Cell) -> String {
+    format!("{},{}", cell.x, cell.y)
+}
+
+/// Returns the texts and colours on the page. Asserts that the drawn path of each text is that of
+/// the text, and that no number is drawn below a text.
+fn displayed(browser: &Browser) -> (Notes, Notes) {
+    let script = "
+        const read = (selector, name) => Object.fromEntries([...document.querySelectorAll(selector)]
+            .filter((element) => element.checkVisibility())
+            .map((element) => [element.dataset.cell, element.getAttribute(name)]));
+        return [read('.map .text', 'data-text'), read('.map .colour', 'fill'),
+            read('.map .text', 'd'), read('.map .number', 'd')];";
+    let [texts, colours, paths, numbers]: [Notes; 4] = browser.run(script, &[]);
+    for (cell, text) in &texts {
+        assert_eq!(paths[cell], mmsim_drawing::text(text).0, "{text}");
+        assert_eq!(numbers.get(cell).map_or("", String::as_str), "", "a number below {text}");
+    }
+    (texts, colours)
+}
+
+/// Moves the slider to a state, as if the user had dragged it.
+fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
+    let script = "
+        const slider = document.querySelector(arguments[0]);
+        slider.value = arguments[1];
+        slider.dispatchEvent(new Event('input', { bubbles: true }));";
+    browser.run::<()>(script, &[json!(live.part("[name=slider]")), json!(to)]);
+    live.wait_for_state(to);
+}
+
+fn annotations(entries: &[Annotation<'_>]) -> Vec<u8> {
+    let mut buffer = [0; MAX_ANNOTATIONS_BYTES];
+    let mut writer = AnnotationWriter::new(&mut buffer);
+    entries.iter().for_each(|entry| writer.push(*entry).unwrap());
+    writer.finish().unwrap().to_vec()
+}
+
+/// Sends states with texts of all lengths, all colours and log lines. Returns what is displayed at
+/// each state.
+fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, Notes)> {
+    let texts = ["0", "42", "2000", "start", "0123456789", "<&\"'>", "é ü", "ABCDEF", ""];
+    let (mut shown, mut history) = ((Notes::new(), Notes::new()), Vec::new());
+    for number in 0..30 {
+        let cell = |step: usize| {
+            let index = (number * 7 + step * 13) % size.area();
+            size.cells().nth(index).unwrap()
+        };
+        let log = format!("line {number} of the mouse");
+        let mut entries = vec![Annotation::Log(&log)];
+        if number == 0 {
+            entries.extend([Annotation::Mouse("Theseus"), Annotation::Strategy("thread")]);
+        }
+        match number {
+            12 => {
+                entries.push(Annotation::ClearTexts);
+                shown.0.clear();
+            }
+            20 => {
+                entries.push(Annotation::ClearColours);
+                shown.1.clear();
+            }
+            _ => {}
+        }
+        for step in 0..3 {
+            let (cell, text) = (cell(step), texts[(number + step) % texts.len()]);
+            entries.push(Annotation::Text { cell, text });
+            shown.0.insert(name(cell), text.to_string());
+            let colour = Some(Colour::ALL[(3 * number + step) % 15]).filter(|_| step < 2);
+            entries.push(Annotation::Colour { cell, colour });
+            match colour {
+                Some(colour) => shown.1.insert(name(cell), hex(colour.letter())),
+                None => shown.1.remove(&name(cell)),
+            };
+        }
+        shown.0.retain(|_, text| !text.is_empty());
+        simulator.send(&annotations(&entries));
+        simulator.send(&TestState::new(number, size).message('C', 'F'));
+        history.push(shown.clone());
+    }
+    history
+}
+
+#[test]
+fn every_text_and_colour_returns_when_scrubbing() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let size = bundled("oblong-long-meadow.txt").size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let is_offered = |name: &str| -> bool {
+            let script = "return document.querySelector(arguments[0]).checkVisibility()";
+            browser.run(script, &[json!(live.part(name))])
+        };
+        assert!(!is_offered("[name=texts]") && !is_offered("[name=colours]"));
+        let history = send_notes(simulator, size);
+        live.wait_for_state(history.len() - 1);
+        let assert_at = |index: usize| {
+            let expected = &history[index];
+            wait_for("the notes", || (live.data("fast") == "false").then_some(()));
+            let (texts, colours) = displayed(browser);
+            assert_eq!((&texts, &colours), (&expected.0, &expected.1), "state {index}");
+        };
+        assert_at(history.len() - 1);
+        for index in (0..history.len()).rev().chain([0, 29, 11, 12, 13, 19, 20, 5]) {
+            slide(browser, live, index);
+            assert_at(index);
+        }
+        assert_eq!(live.text(".about-mouse"), "Theseus · thread");
+
+        // The layers can be hidden. Without texts, the weights are shown.
+        assert!(is_offered("[name=texts]") && is_offered("[name=colours]"));
+        live.click("[name=texts]");
+        live.click("[name=colours]");
+        assert_eq!(displayed(browser), (Notes::new(), Notes::new()));
+        let numbers = "return [...document.querySelectorAll('.map .number')].every((it) => it.getAttribute('d'))";
+        assert!(browser.run::<bool>(numbers, &[]));
+        // Saved pictures show the same.
+        let saved = |page: &str| {
+            let script = format!("
+                document.querySelector('.export').dispatchEvent(new Event('pointerdown'));
+                return document.querySelector(`.export [data-export='{page}']`).getAttribute('href')");
+            let path: String = browser.run(&script, &[]);
+            http::get(&simulator.url(&path)).text()
+        };
+        let bare = saved("picture.svg");
+        assert!(!bare.contains("data-text") && !bare.contains("class=\"colour\""));
+        live.click("[name=texts]");
+        live.click("[name=colours]");
+        assert_at(5);
+        let full = saved("picture.svg");
+        let (texts, colours) = &history[5];
+        assert_eq!(full.matches("data-text").count(), texts.len());
+        assert_eq!(full.matches("class=\"colour\"").count(), colours.len());
+        // A new run displays nothing.
+        simulator.send(b"reset");
+        live.wait_for_run(simulator.run_number());
+        live.wait_until_empty();
+        assert_eq!(displayed(browser), (Notes::new(), Notes::new()));
+        assert!(!is_offered("[name=texts]") && live.text(".about-mouse").is_empty());
+    });
+}
+
+#[test]
+fn declared_walls_override_the_flags_of_the_state() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let maze = bundled("oblong-long-meadow.txt");
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let known = |cell: Cell, letter: char| {
+            let wall = format!(r#"[data-wall="{},{letter}"]"#, name(cell));
+            live.attribute(&wall, "class").ends_with("known")
+        };
+        let walls = |cell: Cell| {
+            maze.walls().has(cell, Heading::North) && cell.y + 1 < maze.size().height()
+        };
+        let mut cells = maze.size().cells().filter(|&cell| walls(cell));
+        let (declared, withdrawn) = (cells.next().unwrap(), cells.next().unwrap());
+        let mut state = TestState::new(0, maze.size());
+        state.walls.fill(0);
+        for cell in [withdrawn] {
+            let index = state.index(cell);
+            state.walls[index] |= 1 | 16;
+        }
+        simulator.send(&state.message('C', 'C'));
+        live.wait_for_state(0);
+        assert!(!known(declared, 'N') && known(withdrawn, 'N'));
+        let wall =
+            |cell, state| Annotation::Wall { cell, heading: Heading::North, state: Some(state) };
+        let entries = [wall(declared, WallState::Present), wall(withdrawn, WallState::Unknown)];
+        simulator.send(&annotations(&entries));
+        simulator.send(&state.message('C', 'C'));
+        live.wait_for_state(1);
+        assert!(known(declared, 'N') && !known(withdrawn, 'N'));
+        slide(browser, live, 0);
+        assert!(!known(declared, 'N') && known(withdrawn, 'N'));
+    });
+}
+
+#[test]
+fn the_log_follows_the_slider_and_can_be_searched() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let size = bundled("oblong-long-meadow.txt").size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        // A run without log lines has no log.
+        simulator.send(&TestState::new(0, size).message('C', 'C'));
+        live.wait_for_state(0);
+        let lines = || -> Vec<(String, bool)> {
+            let script = "return [...document.querySelectorAll('.log li button')]
+                .filter((line) => line.checkVisibility())
+                .map((line) => [line.textContent, line.ariaCurrent === 'true'])";
+            browser.run(script, &[])
+        };
+        let log = |number: usize| format!("{}line {number} of the mouse", number + 1);
+        let wait_for_lines = |expected: &[usize], current: Option<usize>| {
+            let expected: Vec<_> =
+                expected.iter().map(|&number| (log(number), Some(number) == current)).collect();
+            wait_for(&format!("{expected:?}"), || (lines() == expected).then_some(()));
+        };
+        wait_for_lines(&[], None);
+        simulator.send(b"reset");
+        live.wait_for_run(simulator.run_number());
+        send_notes(simulator, size);
+        live.wait_for_state(29);
+        let all: Vec<usize> = (0..30).collect();
+        wait_for_lines(&all, Some(29));
+        slide(browser, live, 12);
+        wait_for_lines(&all[..=12], Some(12));
+
+        // A click shows the state of a line.
+        live.click(".log li:nth-child(4) button");
+        live.wait_for_state(3);
+        wait_for_lines(&all[..=3], Some(3));
+
+        // A search covers the whole run. Enter goes to the previous match, then starts again.
+        browser.type_into(".log input", "LINE 2");
+        let matches: Vec<usize> = [2].into_iter().chain(20..30).collect();
+        wait_for_lines(&matches, Some(2));
+        let enter = |expected: usize| {
+            browser.press(['\u{e007}']);
+            live.wait_for_state(expected);
+            wait_for_lines(&matches, Some(expected));
+        };
+        enter(2);
+        enter(29);
+        enter(28);
+        browser.type_into(".log input", "x");
+        wait_for("no match", || (live.text(".log .empty") == "No line matches.").then_some(()));
+        browser.clear(".log input");
+        wait_for_lines(&all[..=28], Some(28));
+        let overflow = "return document.documentElement.scrollWidth <= innerWidth";
+        assert!(browser.run::<bool>(overflow, &[]));
+    });
+}
+
+/// Returns what a mouse displays after each of its movements, according to its commands.
+fn interpreted(commands: &str) -> Vec<(Notes, Notes)> {
+    let (mut shown, mut history) = ((Notes::new(), Notes::new()), Vec::new());
+    for command in commands.lines() {
+        match *command.splitn(4, ' ').collect::<Vec<_>>() {
+            ["setText", x, y, text] => drop(shown.0.insert(format!("{x},{y}"), text.into())),
+            ["setColor", x, y, letter] => {
+                let letter = letter.chars().next().unwrap();
+                shown.1.insert(format!("{x},{y}"), hex(letter));
+            }
+            ["clearAllText"] => shown.0.clear(),
+            ["moveForward" | "turnRight" | "turnLeft"] => history.push(shown.clone()),
+            ["mazeWidth" | "mazeHeight" | "wallFront" | "wallRight" | "wallLeft"] => {}
+            ["setWall", ..] => {}
+            ref other => panic!("{other:?}"),
+        }
+    }
+    history
+}
+
+/// A mouse like the templates of mms looks on the page as it does in mms.
+#[test]
+fn a_mouse_of_mms_is_displayed() {
+    let quiet = Stdio::null;
+    let shell = "python3 --version && tee --version";
+    let found = Command::new("sh").args(["-c", shell]).stdout(quiet()).stderr(quiet()).status();
+    if !found.is_ok_and(|status| status.success()) {
+        assert_ne!(std::env::var("MMSIM_CLIENTS").as_deref(), Ok("required"), "no python3 and tee");
+        eprintln!("skipped, python3 or tee is missing");
+        return;
+    }
+    with_browser(|browser| {
+        let home = Home::new();
+        home.write("template.py", include_str!("template.py"));
+        let mouse = ["sh", "-c", "python3 template.py | tee commands"];
+        let simulator =
+            Simulator::start_mouse(home, "mms", &["--maze", "harbour", "--stay"], &mouse);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        wait_for("the mouse to exit", || (live.text(".run .phase") == "ended").then_some(()));
+        let commands = fs::read_to_string(simulator.home.path().join("commands")).unwrap();
+        let mut expected = interpreted(&commands);
+        // The first state precedes all commands.
+        expected.insert(0, (Notes::new(), Notes::new()));
+        let states = simulator.info().states;
+        assert_eq!(states, expected.len());
+        let numbers = expected.iter().flat_map(|(texts, _)| texts.values());
+        assert!(numbers.clone().any(|text| text == "2000") && states > 200, "{states}");
+        live.wait_for_state(states - 1);
+        for (index, (texts, colours)) in expected.iter().enumerate().rev() {
+            slide(browser, live, index);
+            assert_eq!(displayed(browser), (texts.clone(), colours.clone()), "state {index}");
+        }
+        browser.leave();
+    });
+}
