@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 use harness::Home;
 use mmsim_maze::Maze;
-use mmsim_recording::RecordingWriter;
+use mmsim_protocol::Annotations;
+use mmsim_recording::{RecordingWriter, UpdateEncoder, UpdateTracker};
 use mmsim_server::Simulation;
 
 const MAZE: &str = "\
@@ -99,6 +100,40 @@ fn a_state_of_a_recording_is_drawn() {
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
     assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
+}
+
+#[test]
+fn texts_and_colours_of_a_mouse_are_drawn() {
+    let home = Home::new();
+    let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
+    let (path, size) = (home.path().join("run.mcap"), simulation.maze().size());
+    let mut writer =
+        RecordingWriter::create(&path, &simulation.info(), Some(simulation.maze())).unwrap();
+    let (mut updates, mut encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
+    for (number, annotations) in
+        [b"AT\x01\0\x042000C\x02\0G", b"AT\x01\0\x04goalC\x02\0y"].into_iter().enumerate()
+    {
+        updates.annotate(Annotations::decode(annotations, size).unwrap()).unwrap();
+        let pose = [0, u8::try_from(number).unwrap(), b'N'];
+        let message = [&b"S"[..], &pose, b"C", &[1; 6], b"C", &[0; 6]].concat();
+        writer.write_after(encoder.encode(updates.update(), &message), &message).unwrap();
+        updates = UpdateTracker::default();
+    }
+    writer.close().unwrap();
+    let svg = |arguments: &[&str]| {
+        let ended = home.run(&[&["render", "run.mcap", "-o", "run.svg"], arguments].concat());
+        assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+        String::from_utf8(read(&home, "run.svg")).unwrap()
+    };
+    let first = svg(&["--at", "0"]);
+    assert!(first.contains("data-cell=\"1,0\" data-text=\"2000\""), "{first}");
+    assert!(first.contains("fill=\"#004d00\""));
+    let last = svg(&[]);
+    assert!(last.contains("data-text=\"goal\"") && last.contains("fill=\"#b3b300\""), "{last}");
+    let bare = svg(&["--no-texts", "--no-colours"]);
+    assert!(!bare.contains("data-text") && !bare.contains("class=\"colour\""));
+    assert_eq!(home.run(&["render", "run.mcap", "-o", "run.gif"]).code, Some(0));
+    assert_eq!(gif_frames(&read(&home, "run.gif")).0, 2);
 }
 
 #[test]

@@ -165,11 +165,11 @@ impl<'a> Svg<'a> {
         self.put("<g class=\"colours\">\n");
         for cell in size.cells() {
             let Some(colour) = self.scene.colour(cell) else { continue };
-            let ((x, y), side) = (corner(size, cell), PITCH - 2 * INSET);
+            let ((x, y), width) = (corner(size, cell), PITCH - 2 * INSET);
             let area = cell_area((x, y));
             let (x, y) = (x + INSET, y + INSET);
             self.put_part(area, true, format_args!(
-                "<rect class=\"colour\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{side}\" height=\"{side}\" fill=\"{colour}\"/>\n",
+                "<rect class=\"colour\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{width}\" fill=\"{colour}\"/>\n",
                 cell.x, cell.y
             ));
         }

@@ -77,7 +77,7 @@ function showConnection(connected) {
 }
 
 function liveStates() {
-  return panels.get(LIVE)?.timeline.states ?? 0;
+  return panels.get(LIVE)?.states ?? 0;
 }
 
 /** @param {string} id */

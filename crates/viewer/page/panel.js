@@ -100,6 +100,11 @@ export class Panel {
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
+  /** The number of states of the newest run, which the panel may not have loaded yet. */
+  get states() {
+    return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
+  }
+
   /** True if a newer run has started. Run numbers increase. */
   get #hasNewRun() {
     return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);

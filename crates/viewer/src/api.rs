@@ -11,7 +11,7 @@ use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
 use mmsim_maze::Maze;
-use mmsim_recording::{Block, Context, Integrity, Recording};
+use mmsim_recording::{Block, Integrity, Recording};
 use mmsim_solvers::{BundledStrategy, MazeFacts};
 use mmsim_trial::race_optimum;
 use serde::{Deserialize, Serialize};
@@ -197,15 +197,12 @@ async fn describe_source(
         let truth = description.truth.as_ref();
         let live = state.live.as_ref().filter(|_| state.is_trial && id == "live");
         let configured = live.and_then(|live| Some(live.control.own()?.name.clone()));
-        let robot = match states.checked_sub(1) {
-            Some(last) => {
-                let context = source.block(run, last)?.context(last);
-                let notes = context.as_ref().map(Context::notes);
-                let notes = notes.filter(|notes| trial_status(notes).is_some());
-                notes.map(|notes| notes.mouse().unwrap_or_default().to_string())
-            }
-            None => None,
-        };
+        // The run may have ended in the meantime.
+        let robot = states.checked_sub(1).and_then(|last| {
+            let context = source.block(run, last).ok()?.context(last)?;
+            trial_status(context.notes())?;
+            Some(context.notes().mouse().unwrap_or_default().to_string())
+        });
         let robot = configured.or(robot);
         let optimum = |maze: &Maze| race_optimum(maze.walls(), maze.start().cell, maze.goals());
         Ok(Json(SourceInfo {

@@ -99,7 +99,7 @@ fn a_view_contains_the_figures_of_a_state() {
     let source = watched.get("/api/sources/live").json();
     assert_eq!(
         source,
-        json!({"id": "live", "run": 1, "title": "small", "width": 3, "height": 2, "start": [0, 0],
+        json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "start": [0, 0],
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
             "robot": null, "race_optimum": null, "ending": null, "note": null})
     );
@@ -117,7 +117,8 @@ fn a_view_contains_the_figures_of_a_state() {
             "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
-            "trail": [17, 0, 13]})
+            "trail": [17, 0, 13],
+            "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": []})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
     assert_eq!(view["event"], "put-back");
@@ -173,6 +174,59 @@ fn figures_rest_only_on_walls_that_the_mouse_has_read() {
     assert_eq!(first["visited"], 6);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["open"], &distances["closed"]), (&json!([4, 4]), &json!([null, null])));
+    watched.stop();
+}
+
+#[test]
+fn what_a_mouse_displays_is_returned_with_its_state() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let client = connect(&watched.server, zmq::REQ);
+    let displayed = |at: usize| {
+        let view = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+        ["mouse", "strategy", "texts", "colours", "declared_walls"].map(|name| view[name].clone())
+    };
+    let log = |query: &str| {
+        let reply = watched.get(&format!("/api/sources/live/log?run=1&{query}"));
+        if reply.status == 200 { reply.json() } else { json!(reply.status) }
+    };
+    // The third state has no annotations of its own.
+    for (number, annotations) in [
+        &b"AM\x07TheseusL\x05\0helloT\x01\x01\x0242C\x02\0GD\0\0N1D\0\0E0"[..],
+        b"AtcL\x03\0ByeL\x05\0hallo",
+        b"",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        if !annotations.is_empty() {
+            assert_eq!(ask(&client, annotations), b"ok");
+        }
+        assert_eq!(ask(&client, &harness::state(number)), b"ok");
+    }
+    let walls = json!([[0, true], [1, false]]);
+    assert_eq!(
+        displayed(0),
+        [json!("Theseus"), json!(null), json!([[4, "42"]]), json!("--G---"), walls.clone()]
+    );
+    for at in [1, 2] {
+        let expected = [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone()];
+        assert_eq!(displayed(at), expected);
+    }
+    assert_eq!(log("at=0"), json!([[0, "hello"]]));
+    assert_eq!(log("at=2"), json!([[0, "hello"], [1, "Bye"], [1, "hallo"]]));
+    assert_eq!(log("at=2&max=1"), json!([[1, "hallo"]]));
+    assert_eq!(log("at=2&filter=bY"), json!([[1, "Bye"]]));
+    assert_eq!(log("at=2&filter=none"), json!([]));
+    assert_eq!((log("at=x"), log("max=1")), (json!(400), json!(400)));
+    assert_eq!(watched.get("/api/sources/live/log?run=2&at=0").status, 410);
+    for (options, texts, colours) in [("", 1, 1), ("&texts=false", 0, 1), ("&colours=false", 1, 0)]
+    {
+        let path = format!("/api/sources/live/picture.svg?run=1&at=0{options}");
+        let svg = watched.get(&path).text().to_string();
+        assert_eq!(svg.matches("data-text").count(), texts, "{options}");
+        assert_eq!(svg.matches("class=\"colour\"").count(), colours, "{options}");
+        assert!(svg.contains(r#"data-wall="0,0,N""#) && svg.contains("mistaken"), "{svg}");
+    }
     watched.stop();
 }
 

@@ -75,7 +75,9 @@ fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
 fn annotations(entries: &[Annotation<'_>]) -> Vec<u8> {
     let mut buffer = [0; MAX_ANNOTATIONS_BYTES];
     let mut writer = AnnotationWriter::new(&mut buffer);
-    entries.iter().for_each(|entry| writer.push(*entry).unwrap());
+    for entry in entries {
+        writer.push(*entry).unwrap();
+    }
     writer.finish().unwrap().to_vec()
 }
 
@@ -200,10 +202,8 @@ fn declared_walls_override_the_flags_of_the_state() {
         let (declared, withdrawn) = (cells.next().unwrap(), cells.next().unwrap());
         let mut state = TestState::new(0, maze.size());
         state.walls.fill(0);
-        for cell in [withdrawn] {
-            let index = state.index(cell);
-            state.walls[index] |= 1 | 16;
-        }
+        let index = state.index(withdrawn);
+        state.walls[index] = 1 | 16;
         simulator.send(&state.message('C', 'C'));
         live.wait_for_state(0);
         assert!(!known(declared, 'N') && known(withdrawn, 'N'));
@@ -288,8 +288,8 @@ fn interpreted(commands: &str) -> Vec<(Notes, Notes)> {
             }
             ["clearAllText"] => shown.0.clear(),
             ["moveForward" | "turnRight" | "turnLeft"] => history.push(shown.clone()),
-            ["mazeWidth" | "mazeHeight" | "wallFront" | "wallRight" | "wallLeft"] => {}
-            ["setWall", ..] => {}
+            ["mazeWidth" | "mazeHeight" | "wallFront" | "wallRight" | "wallLeft"]
+            | ["setWall", ..] => {}
             ref other => panic!("{other:?}"),
         }
     }
@@ -315,7 +315,10 @@ fn a_mouse_of_mms_is_displayed() {
             Simulator::start_mouse(home, "mms", &["--maze", "harbour", "--stay"], &mouse);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
-        wait_for("the mouse to exit", || (live.text(".run .phase") == "ended").then_some(()));
+        wait_for("the mouse to exit", || {
+            let is_open = browser.exists(&live.part(".run .phase"));
+            (is_open && live.text(".run .phase") == "ended").then_some(())
+        });
         let commands = fs::read_to_string(simulator.home.path().join("commands")).unwrap();
         let mut expected = interpreted(&commands);
         // The first state precedes all commands.
