@@ -93,7 +93,7 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(last.contains(&passage("M10 10v20")), "{last}");
     assert!(last.contains("transform=\"translate(10 30) rotate(0)\""));
     let second = svg(&["--at", "1", "--heat", "--no-numbers", "--no-trail"]);
-    assert!(second.contains("class=\"maze hide-numbers hide-trail\""));
+    assert!(second.contains("class=\"maze hide-numbers hide-trail no-labels\""));
     assert!(second.contains(&passage("M10 30v-20m-2.4 10.9l2.4-2.4 2.4 2.4")), "{second}");
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
     // The content of the file matters, not its name.
