@@ -10,7 +10,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use mmsim_zmtp::Service;
+use mmsim_zmtp::{ClientId, Service};
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
 use mmsim_zmtp::connection::Connection;
 use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
@@ -101,7 +101,7 @@ struct Counter {
 }
 
 impl Service for Counter {
-    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
         assert!(frames > 0);
         self.replies += 1;
         *reply = format!("{} bytes", request.len()).into();

@@ -7,9 +7,6 @@ use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
 
-/// The name under which the bundled strategies appear on the page and in recordings.
-pub(crate) const OWN_MICE: &str = "mmsim";
-
 /// What a mouse knows about a simulator before it starts.
 pub(crate) struct KnownSimulator {
     pub(crate) map: KnownMaze,

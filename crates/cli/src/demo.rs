@@ -5,11 +5,11 @@ pub(crate) mod args;
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use mmsim_client::{BrokenRun, Named, RunError, Zmq, search_run};
+use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, Zmq, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::args::ServerArgs;
-use crate::connection::{KnownSimulator, OWN_MICE, ask_maze, report_waiting};
+use crate::connection::{KnownSimulator, ask_maze, report_waiting};
 use crate::interrupt::Interrupt;
 use crate::local_server;
 use crate::output::{note, own_command, warn};
@@ -49,7 +49,7 @@ fn search(
 ) -> Result<Option<bool>, Box<dyn Error>> {
     let mut transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, true))?;
     let KnownSimulator { map, start, .. } = ask_maze(&mut transport, None)?;
-    let mut transport = Named::new(transport, OWN_MICE, STRATEGY.name())?;
+    let mut transport = Named::new(transport, BUNDLED_MOUSE_NAME, STRATEGY.name())?;
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);
     let mut screen = Screen::new(STRATEGY, true);
     let pace = pace(args.pace);

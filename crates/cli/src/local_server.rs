@@ -3,11 +3,12 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use mmsim_client::{InMemory, Transport};
 use mmsim_formats::Catalogue;
-use mmsim_protocol::DEFAULT_PORT;
+use mmsim_protocol::{DEFAULT_PORT, ERROR_PREFIX};
 use mmsim_recording::Recorder;
 use mmsim_server::limits::MAX_CONNECTIONS;
-use mmsim_server::{Background, BindError, Server, Simulation};
+use mmsim_server::{Background, BindError, Monitor, Server, Simulation};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, MouseControl, ViewerConfig};
 
@@ -58,20 +59,28 @@ pub(crate) fn start(
     Ok((ready.server.spawn(ready.simulation), ready.interrupt))
 }
 
-/// Serves the selected maze for the trial of a robot. The page controls the robot, but cannot load
+/// Prepares a server for the trial of a robot. The page controls the robot, but cannot load
 /// other mazes or run other mice.
-pub(crate) fn start_trial(
+pub(crate) fn prepare_trial(
     selected: Selected,
     control: Arc<MouseControl>,
     port: impl Into<Option<u16>>,
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
-) -> Result<(Background, Interrupt), Box<dyn Error>> {
+) -> Result<ReadyServer, Box<dyn Error>> {
     let config = ViewerConfig::default().with_trial();
     let mouse = MouseSetup { control, address: None };
     let address = (HOST, port.into());
-    let ready = prepare_with(config, selected, address, retention, viewer, Some(mouse))?;
-    Ok((ready.server.spawn(ready.simulation), ready.interrupt))
+    prepare_with(config, selected, address, retention, viewer, Some(mouse))
+}
+
+/// Returns a transport for the user's own mouse, which does not count as a client of the server.
+pub(crate) fn in_process(monitor: &Monitor) -> impl Transport + '_ {
+    InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
+        *reply = monitor
+            .answer(None, request, 1)
+            .map_or_else(|error| format!("{ERROR_PREFIX}{error}").into_bytes(), |(reply, _)| reply);
+    })
 }
 
 /// Prepares a server for the selected maze, prints the server's address, and starts catching

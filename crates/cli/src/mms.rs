@@ -78,9 +78,8 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         has_page: !viewer.no_viewer,
     };
     let code = runs.run(ready.interrupt, || {
-        let mut transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
         let map = KnownMaze::unexplored(&monitor.served()?.maze);
-        search(args, &program, &mut transport, &map, true, &control)
+        search(args, &program, local_server::in_process(&monitor), &map, true, &control)
     })?;
     server.stop()?;
     Ok(code)

@@ -14,7 +14,7 @@ use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
 use crate::connection::{
-    KnownSimulator, OWN_MICE, ask_maze, endpoint, explain, maze_from_args, report_waiting,
+    KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
 };
 use crate::output::{print_json, warn};
 use crate::phase_table::PhaseTimes;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let mut named;
     let mut transport: &mut dyn Transport = &mut recording;
     if has_annotations {
-        named = Named::new(transport, OWN_MICE, strategy.name())?;
+        named = Named::new(transport, mmsim_client::BUNDLED_MOUSE_NAME, strategy.name())?;
         transport = &mut named;
     }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {

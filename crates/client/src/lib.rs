@@ -30,7 +30,7 @@ mod transport;
 mod zmq_transport;
 
 pub use exchange::Exchange;
-pub use named::Named;
+pub use named::{BUNDLED_MOUSE_NAME, Named};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]

@@ -4,6 +4,9 @@ use mmsim_protocol::{Annotation, AnnotationError, AnnotationWriter};
 
 use crate::transport::{Transport, TransportError};
 
+/// The name of the bundled mice, each of which runs a bundled strategy.
+pub const BUNDLED_MOUSE_NAME: &str = "mmsim";
+
 /// A transport that names the mouse and its strategy after each `reset`, so that viewers and
 /// recordings show the names. Requires a simulator that accepts
 /// [annotations](mmsim_protocol::Annotations).

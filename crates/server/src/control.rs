@@ -13,6 +13,10 @@ const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 pub(crate) struct Control {
     pub(crate) waker: Waker,
     pub(crate) status: StatusCell,
+    /// True if a connected client has searched the maze.
+    pub(crate) has_client: AtomicBool,
+    /// True if a client has sent the newest state or the newest `reset`.
+    pub(crate) has_client_states: AtomicBool,
     is_stopping: AtomicBool,
     has_ended: Mutex<bool>,
     ended: Condvar,
@@ -23,6 +27,8 @@ impl Control {
         Self {
             waker,
             status: StatusCell::default(),
+            has_client: AtomicBool::new(false),
+            has_client_states: AtomicBool::new(false),
             is_stopping: AtomicBool::new(false),
             has_ended: Mutex::new(false),
             ended: Condvar::new(),

@@ -1,12 +1,13 @@
 //! Gives other threads access to a simulation while it is served.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Sender};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, LogBlock, LogLine, Times, read_log};
-use mmsim_zmtp::Service;
+use mmsim_zmtp::ClientId;
 
 use crate::control::{Control, Status};
 use crate::service::SimulationService;
@@ -16,8 +17,9 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server. A monitor can also replace the maze.
 ///
-/// [`status`](Self::status) does not wait for the server's thread. All other methods of `Monitor`
-/// send queries, which the server's thread runs between requests. A query takes microseconds. A
+/// [`status`](Self::status), [`has_client`](Self::has_client) and
+/// [`has_client_states`](Self::has_client_states) do not wait for the server's thread. All other
+/// methods send queries, which the server's thread runs between requests. A query takes microseconds. A
 /// slow caller never delays a search.
 #[derive(Clone)]
 pub struct Monitor {
@@ -49,6 +51,9 @@ pub enum MonitorError {
         /// The requested run number.
         run: u32,
     },
+    /// A client is searching the maze.
+    #[error("another client is searching the maze (try again after the client has disconnected)")]
+    HasClient,
     /// The server has stopped.
     #[error("the server has stopped")]
     Ended,
@@ -116,19 +121,59 @@ impl Monitor {
         self.query_run(run, |service| service.times.clone())
     }
 
-    /// Answers a request as if a client of the server had sent it. `frames` is the number of frames
-    /// of the request. Returns the reply, and whether the request counts as activity (see
-    /// [`Service::answer`]).
+    /// Returns true if a client is searching the maze: it is connected, and it has sent a state, a
+    /// wall reading, an annotation or `reset`.
+    pub fn has_client(&self) -> bool {
+        self.control.has_client.load(Ordering::Acquire)
+    }
+
+    /// Returns true if the states of the current run come from a client, and not from this program.
+    pub fn has_client_states(&self) -> bool {
+        self.control.has_client_states.load(Ordering::Acquire) && self.status().states > 0
+    }
+
+    /// Answers a request as if it had been sent to the server by `client`, or by this program if
+    /// `client` is `None`. `frames` is the number of frames of the request. Returns the reply, and
+    /// whether the request counts as activity (see [`mmsim_zmtp::Service::answer`]).
     ///
     /// # Errors
     /// Returns an error if the server has stopped.
-    pub fn answer(&self, request: &[u8], frames: usize) -> Result<(Vec<u8>, bool), MonitorError> {
+    pub fn answer(
+        &self,
+        client: Option<ClientId>,
+        request: &[u8],
+        frames: usize,
+    ) -> Result<(Vec<u8>, bool), MonitorError> {
         let request = request.to_vec();
         self.query(move |service| {
             let mut reply = Vec::new();
-            let is_activity = service.answer(&request, frames, &mut reply);
+            let is_activity = service.answer_request(client, &request, frames, &mut reply);
             (reply, is_activity)
         })
+    }
+
+    /// Answers a request of this program, unless a client is searching the maze.
+    ///
+    /// # Errors
+    /// Returns an error if a client is searching the maze or if the server has stopped.
+    pub fn answer_without_clients(&self, request: &[u8]) -> Result<Vec<u8>, MonitorError> {
+        let request = request.to_vec();
+        self.query(move |service| {
+            if service.has_client() {
+                return Err(MonitorError::HasClient);
+            }
+            let mut reply = Vec::new();
+            service.answer_request(None, &request, 1, &mut reply);
+            Ok(reply)
+        })?
+    }
+
+    /// Records that a client for which [`answer`](Self::answer) was called has disconnected.
+    ///
+    /// # Errors
+    /// Returns an error if the server has stopped.
+    pub fn disconnect(&self, client: ClientId) -> Result<(), MonitorError> {
+        self.query(move |service| service.remove_client(client))
     }
 
     /// Replaces the maze and begins a new run with an empty history.
@@ -214,8 +259,8 @@ mod tests {
         let now = monitor.served().unwrap();
         assert_eq!((now.mouse.as_deref(), now.strategy), (Some("Theseus"), None));
 
-        assert_eq!(monitor.answer(STATE, 1), Ok((b"ok".to_vec(), true)));
-        assert_eq!(monitor.answer(b"W\x00\x00E", 1), Ok((vec![1, 0, 1], true)));
+        assert_eq!(monitor.answer(None, STATE, 1), Ok((b"ok".to_vec(), true)));
+        assert_eq!(monitor.answer(None, b"W\x00\x00E", 1), Ok((vec![1, 0, 1], true)));
         assert_eq!(monitor.status(), Status { run: 1, states: states + 4 });
         ask(b"reset");
         assert_eq!(monitor.log(1, 0, 1, |_| true), Err(MonitorError::RunEnded { run: 1 }));

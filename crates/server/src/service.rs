@@ -1,12 +1,14 @@
 //! Serves a simulation, and keeps the time of each state and the recording of the states.
 
+use std::collections::BTreeSet;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use mmsim_recording::{Clock, PushError, Recorder, Times};
-use mmsim_zmtp::Service;
 use mmsim_zmtp::codec::ProtocolError;
+use mmsim_zmtp::{ClientId, Service};
 use tracing::{debug, info, warn};
 
 use crate::control::{Control, MAX_RUN, Status};
@@ -27,6 +29,10 @@ pub(crate) struct SimulationService<'s> {
     recorder: Option<Recorder>,
     clock: Clock,
     refused: u64,
+    /// The connected clients that have searched the maze.
+    clients: BTreeSet<ClientId>,
+    /// The client that has sent the newest request of a search.
+    newest_client: Option<ClientId>,
     queries: &'s Receiver<Query>,
     control: &'s Control,
 }
@@ -39,8 +45,18 @@ impl<'s> SimulationService<'s> {
         control: &'s Control,
     ) -> Self {
         let (clock, times) = (Clock::start(), Times::new(TICK_NS));
-        let service =
-            Self { simulation, times, run: 1, recorder, clock, refused: 0, queries, control };
+        let service = Self {
+            simulation,
+            times,
+            run: 1,
+            recorder,
+            clock,
+            refused: 0,
+            clients: BTreeSet::new(),
+            newest_client: None,
+            queries,
+            control,
+        };
         service.publish_status();
         service
     }
@@ -49,6 +65,7 @@ impl<'s> SimulationService<'s> {
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
         let limit = self.simulation.history.limit();
         *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
+        self.control.has_client_states.store(false, Ordering::Release);
         self.begin_run()
     }
 
@@ -98,20 +115,49 @@ impl<'s> SimulationService<'s> {
         }
     }
 
+    /// Returns true if a connected client has searched the maze.
+    pub(crate) fn has_client(&self) -> bool {
+        !self.clients.is_empty()
+    }
+
+    fn add_client(&mut self, client: ClientId) {
+        if self.newest_client != Some(client) {
+            self.newest_client = Some(client);
+            self.clients.insert(client);
+            self.control.has_client.store(true, Ordering::Release);
+        }
+    }
+
+    pub(crate) fn remove_client(&mut self, client: ClientId) {
+        if self.clients.remove(&client) {
+            self.newest_client = None;
+            self.control.has_client.store(self.has_client(), Ordering::Release);
+        }
+    }
+
     fn publish_status(&self) -> Status {
         let status = Status { run: self.run, states: self.simulation.history.len() };
         self.control.status.write(status);
         status
     }
-}
 
-impl Service for SimulationService<'_> {
-    /// Answers a request. Returns true if the request counts as activity, which keeps a connection
-    /// open when the server is full. `ping` and refused requests do not count, because a client can
-    /// send them forever without searching the maze.
-    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut ReplyBuffer) -> bool {
+    /// Answers a request of a client, or of this program if `client` is `None`. Returns true if the
+    /// request counts as activity, which keeps a connection open when the server is full. `ping` and
+    /// refused requests do not count, because a client can send them forever without searching the
+    /// maze.
+    pub(crate) fn answer_request(
+        &mut self,
+        client: Option<ClientId>,
+        request: &[u8],
+        frames: usize,
+        reply: &mut ReplyBuffer,
+    ) -> bool {
         if frames == 1 {
-            match self.simulation.handle(request, reply) {
+            let change = self.simulation.handle(request, reply);
+            if change != Change::Nothing {
+                self.control.has_client_states.store(client.is_some(), Ordering::Release);
+            }
+            match change {
                 Change::Nothing => {}
                 Change::Reset => {
                     self.begin_run();
@@ -129,6 +175,11 @@ impl Service for SimulationService<'_> {
             refuse(reply, RequestError::Frames { found: frames });
         }
         let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) else {
+            if let Some(client) = client
+                && !matches!(request, b"ping" | b"info")
+            {
+                self.add_client(client);
+            }
             return *reply != *b"pong";
         };
         let reason = String::from_utf8_lossy(reason);
@@ -140,6 +191,22 @@ impl Service for SimulationService<'_> {
             debug!("refused a request: {reason}");
         }
         false
+    }
+}
+
+impl Service for SimulationService<'_> {
+    fn answer(
+        &mut self,
+        client: ClientId,
+        request: &[u8],
+        frames: usize,
+        reply: &mut ReplyBuffer,
+    ) -> bool {
+        self.answer_request(Some(client), request, frames, reply)
+    }
+
+    fn disconnected(&mut self, client: ClientId) {
+        self.remove_client(client);
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut ReplyBuffer) {
@@ -172,7 +239,7 @@ mod tests {
         let mut service = SimulationService::new(&mut simulation, None, queries, &server.control);
         let (state, mut reply) = (b"S\x00\x00NC\x01\x00C\x0d\x00", ReplyBuffer::new());
         let kept = (0..200_000).take_while(|_| {
-            service.answer(state, 1, &mut reply);
+            service.answer_request(None, state, 1, &mut reply);
             reply == b"ok"
         });
         let kept = kept.count();
@@ -182,8 +249,8 @@ mod tests {
         ));
         assert_eq!(status.read(), Status { run: 1, states: kept });
         assert_eq!(service.times.len(), kept);
-        service.answer(b"reset", 1, &mut reply);
-        service.answer(state, 1, &mut reply);
+        service.answer_request(None, b"reset", 1, &mut reply);
+        service.answer_request(None, state, 1, &mut reply);
         assert_eq!(reply, b"ok");
     }
 
@@ -195,19 +262,19 @@ mod tests {
         let (status, queries) = (&server.control.status, &server.queries.1);
         let mut service = SimulationService::new(&mut simulation, None, queries, &server.control);
         let (state, mut reply) = (b"S\x00\x00NC\x01\x00C\x0d\x00", ReplyBuffer::new());
-        service.answer(state, 1, &mut reply);
-        service.answer(b"ping", 1, &mut reply);
-        service.answer(state, 2, &mut reply);
+        service.answer_request(None, state, 1, &mut reply);
+        service.answer_request(None, b"ping", 1, &mut reply);
+        service.answer_request(None, state, 2, &mut reply);
         assert_eq!(status.read(), Status { run: 1, states: 1 });
         assert_eq!(service.times.len(), 1);
-        service.answer(b"reset", 1, &mut reply);
+        service.answer_request(None, b"reset", 1, &mut reply);
         assert_eq!(status.read(), Status { run: 2, states: 0 });
         assert_eq!(service.times.len(), 0);
-        service.answer(state, 1, &mut reply);
+        service.answer_request(None, state, 1, &mut reply);
         assert_eq!(service.replace_maze("other", maze), Status { run: 3, states: 0 });
         assert_eq!(service.simulation.info().name, "other");
         service.run = MAX_RUN;
-        service.answer(b"reset", 1, &mut reply);
+        service.answer_request(None, b"reset", 1, &mut reply);
         assert_eq!(status.read().run, 1);
     }
 }

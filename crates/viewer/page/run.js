@@ -106,7 +106,7 @@ export class RunForm {
     setText(form, ".phase", phase);
     setText(form, ".result", mouse?.ending?.text ?? "");
     setText(form, ".reason", mouse?.reason ?? "");
-    const blocked = client && !running ? "Another client is reporting states. Strategies can run once it has ended." : "";
+    const blocked = client && !running ? "Another client is searching the maze. A strategy can run after the client has disconnected." : "";
     setText(form, ".blocked", blocked);
     query(form, ".bundled").hidden = this.#isTrial || (running && (mouse?.own ?? false));
     setAttributes(form, { "data-running": running, "data-ending": mouse?.ending?.kind ?? "" });

@@ -39,6 +39,7 @@ impl From<MonitorError> for ApiError {
     fn from(error: MonitorError) -> Self {
         let status = match error {
             MonitorError::RunEnded { .. } => StatusCode::GONE,
+            MonitorError::HasClient => StatusCode::CONFLICT,
             MonitorError::Ended => StatusCode::SERVICE_UNAVAILABLE,
         };
         Self::new(status, error)

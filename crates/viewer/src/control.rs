@@ -1,7 +1,7 @@
 //! The control of the mouse that the page shows: starting, stopping and the outcome of each run.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -63,7 +63,7 @@ impl StopReason {
 pub struct Ending {
     /// The kind of outcome, which the page shows as a colour.
     pub kind: EndingKind,
-    /// A description of the outcome, such as `goal reached, exited with code 0`.
+    /// A description of the outcome, such as `exited with code 0; goal reached, 412 states`.
     pub text: String,
 }
 
@@ -133,7 +133,6 @@ struct ControlState {
     is_held: bool,
     /// True if the program is about to exit.
     is_closed: bool,
-    ended_at: Option<Instant>,
 }
 
 impl ControlState {
@@ -208,7 +207,7 @@ impl MouseControl {
             return Err(format!("{} is still running (stop it first)", status.name));
         }
         if state.is_held || state.requested.is_some() {
-            return Err("another mouse or another maze is about to start (try again)".into());
+            return Err("another mouse is starting or another maze is loading (try again)".into());
         }
         self.begin(&mut state, name, false, String::new());
         Ok(())
@@ -227,7 +226,6 @@ impl MouseControl {
         if let Some(status) = &mut state.status {
             status.ending = Some(ending);
         }
-        state.ended_at = Some(Instant::now());
         state.is_reset_pressed = false;
         self.throttle.restart(None);
         self.changed.notify_all();
@@ -258,9 +256,10 @@ impl MouseControl {
         std::mem::take(&mut self.lock().is_reset_pressed)
     }
 
-    /// Presses the reset button of the running mouse.
+    /// Presses the reset button of the mouse. Has no effect between two runs.
     pub fn press_reset(&self) {
-        self.lock().is_reset_pressed = true;
+        let mut state = self.lock();
+        state.is_reset_pressed = state.status.as_ref().is_none_or(MouseStatus::is_running);
     }
 
     /// Stops the running mouse and makes [`next_run`](Self::next_run) return `None`.
@@ -299,34 +298,28 @@ impl MouseControl {
     /// error message if the mouse does not stop in time.
     pub(crate) fn hold(&self, timeout: Duration) -> Result<Hold<'_>, String> {
         let mut state = self.lock();
-        // The outcome belongs to the previous maze.
-        state.status.take_if(|status| !status.is_running());
+        let is_running = state.is_running();
         self.request_stop(&mut state, StopReason::NewMaze);
         let is_busy = |state: &mut ControlState| state.is_held || state.is_running();
         let waited = self.changed.wait_timeout_while(state, timeout, is_busy);
         let (mut state, waited) = waited.unwrap_or_else(PoisonError::into_inner);
         if waited.timed_out() {
+            // The maze does not change.
+            state.stop = state.stop.map(|_| StopReason::Stop);
             let name = state.status.as_ref().map_or("the mouse", |status| &status.name);
             return Err(format!("{name} has not stopped within {} s", timeout.as_secs()));
+        }
+        if !is_running {
+            // The outcome belongs to the previous maze.
+            state.status = None;
         }
         state.is_held = true;
         Ok(Hold(self))
     }
 
-    /// Clears the status unless a mouse is running.
-    pub(crate) fn clear_status(&self) {
-        self.lock().status.take_if(|status| !status.is_running());
-    }
-
     /// Returns the status of the most recently started mouse.
     pub(crate) fn status(&self) -> Option<MouseStatus> {
         self.lock().status.clone()
-    }
-
-    /// Returns true if a mouse is running or has ended since `time`.
-    pub(crate) fn has_run_since(&self, time: Instant) -> bool {
-        let state = self.lock();
-        state.is_running() || state.ended_at.is_some_and(|ended| ended >= time)
     }
 
     fn lock(&self) -> MutexGuard<'_, ControlState> {
@@ -448,6 +441,9 @@ mod tests {
         assert!(control.was_reset_pressed() && !control.was_reset_pressed());
         control.press_reset();
         control.end(ending("ended"));
+        control.press_reset();
+        control.request_run(StartReason::RunAgain);
+        control.next_run(true);
         assert!(!control.was_reset_pressed(), "the next run does not see it");
     }
 }

@@ -54,7 +54,7 @@ struct ServerEvent {
     pace: Option<f64>,
     #[serde(rename = "paused")]
     is_paused: bool,
-    /// True if a client that the page does not control is searching the maze.
+    /// True if a client is searching the maze that is not a mouse of the page.
     #[serde(rename = "client")]
     has_client: bool,
     /// A number that changes when a recording may have been created or closed.
@@ -67,8 +67,6 @@ impl ServerEvent {
     fn new(state: &AppState) -> Self {
         let live = state.live.as_ref();
         let status = live.map(|live| live.monitor.status());
-        // This may clear the status of a mouse.
-        let has_client = live.is_some_and(LiveServer::has_client);
         // The end of a run closes a recording, and the first state of a run creates one.
         let recordings =
             status.map_or(0, |Status { run, states }| 2 * u64::from(run) + states.min(1) as u64);
@@ -77,10 +75,10 @@ impl ServerEvent {
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
             maze: live.map(LiveServer::maze),
-            mouse: live.and_then(|live| live.control.status()),
+            mouse: live.and_then(LiveServer::mouse_status),
             pace: live.and_then(|live| live.control.throttle().pace().rate()),
             is_paused: live.is_some_and(|live| live.control.throttle().is_paused()),
-            has_client,
+            has_client: live.is_some_and(|live| live.monitor.has_client()),
             recordings,
             opened: state.open_recordings(),
         }

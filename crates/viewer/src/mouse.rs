@@ -1,34 +1,33 @@
-//! The bundled mice that a page can start. They use the same ZeroMQ protocol as every other client.
+//! The bundled mice that a page can start. They send the same requests as clients, in memory.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{Exchange, Zmq, search_run};
+use mmsim_client::{BUNDLED_MOUSE_NAME, Exchange, InMemory, Named, search_run};
+use mmsim_protocol::ERROR_PREFIX;
+use mmsim_server::Monitor;
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::api_error::ApiError;
 use crate::control::{Ending, EndingKind, MouseControl};
 
-/// The maximum time to wait for a reply from the server.
-const REPLY_TIMEOUT: Duration = Duration::from_secs(10);
-
-/// Starts a bundled mouse, or returns an error if another mouse is running. `endpoint` is the
-/// address of the simulator.
+/// Starts a bundled mouse, or returns an error if another mouse is running. The mouse
+/// stops when a client begins to search the maze.
 pub(crate) fn start(
     control: &Arc<MouseControl>,
-    endpoint: &str,
+    monitor: &Monitor,
     strategy: BundledStrategy,
 ) -> Result<(), ApiError> {
     control.begin_bundled(strategy.name()).map_err(ApiError::conflict)?;
-    let endpoint = endpoint.to_string();
+    let monitor = monitor.clone();
     // This guard is dropped even if the thread cannot start.
     let ending = failed("the mouse could not start");
     let mut run = EndOnDrop { control: Arc::clone(control), ending };
     let thread = thread::Builder::new()
         .name("mouse".into())
-        .spawn(move || run.record(|control| search(control, &endpoint, strategy)));
+        .spawn(move || run.record(|control| search(control, &monitor, strategy)));
     thread.map(|_| ()).map_err(ApiError::internal)
 }
 
@@ -57,14 +56,19 @@ fn failed(text: &str) -> Ending {
 /// Searches the current maze.
 fn search(
     control: &MouseControl,
-    endpoint: &str,
+    monitor: &Monitor,
     strategy: BundledStrategy,
 ) -> Result<Ending, String> {
-    let mut transport =
-        Zmq::connect(endpoint, Some(REPLY_TIMEOUT), |_| {}).map_err(|error| error.to_string())?;
+    let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
+        *reply = monitor
+            .answer_without_clients(request)
+            .unwrap_or_else(|error| format!("{ERROR_PREFIX}{error}").into_bytes());
+    });
     let info = Exchange::new(&mut transport).info().map_err(|error| error.to_string())?;
-    let start = info.start_pose().ok_or("expected a start")?;
-    let map = info.known_maze().ok_or("expected a maze")?;
+    let start = info.start_pose().ok_or("the simulator's reply to info contains no start")?;
+    let map = info.known_maze().ok_or("the simulator's reply to info contains no valid maze")?;
+    let mut transport = Named::new(transport, BUNDLED_MOUSE_NAME, strategy.name())
+        .map_err(|error| error.to_string())?;
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
     let run = search_run(&mut transport, &mut mouse, u32::MAX, |_, _| {
         if control.throttle().wait() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -76,27 +80,32 @@ fn search(
             Some(reason) => (run, EndingKind::Stopped, reason.text().into()),
             None => (run, EndingKind::GaveUp, "gave up".to_string()),
         },
+        Err(broken) if monitor.has_client() => {
+            let ended = "stopped: another client is searching the maze".into();
+            (broken.run, EndingKind::Stopped, ended)
+        }
         Err(broken) => (broken.run, EndingKind::Failed, broken.error.to_string()),
     };
     let visited = mouse.map().visited().len();
     let cells = if visited == 1 { "cell" } else { "cells" };
-    Ok(Ending { kind, text: format!("{ended} after {}, {visited} {cells} visited", run.stats) })
+    Ok(Ending { kind, text: format!("{ended}; {}, {visited} {cells} visited", run.stats) })
 }
 
 #[cfg(test)]
 mod tests {
-    use mmsim_server::{Server, Simulation};
-    use mmsim_tests::{stop, wait_for};
+    use mmsim_server::{Background, Server, Simulation};
+    use mmsim_tests::{TIMEOUT, ask, connect, stop, wait_for};
 
     use super::*;
     use crate::throttle::Pace;
 
     const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
 
-    fn serve(maze: &str, pace: Pace) -> (mmsim_server::Background, Arc<MouseControl>) {
+    fn serve(maze: &str, pace: Pace) -> (Background, Monitor, Arc<MouseControl>) {
         let server = Server::bind("127.0.0.1", 0).unwrap();
+        let monitor = server.monitor();
         let server = server.spawn(Simulation::new("small", maze.parse().unwrap()));
-        (server, Arc::new(MouseControl::new(pace, None)))
+        (server, monitor, Arc::new(MouseControl::new(pace, None)))
     }
 
     fn wait(control: &MouseControl) -> Ending {
@@ -105,11 +114,11 @@ mod tests {
 
     #[test]
     fn a_mouse_can_run_to_the_goal_twice() {
-        let (server, control) = serve(SMALL, Pace::UNLIMITED);
+        let (server, monitor, control) = serve(SMALL, Pace::UNLIMITED);
         assert_eq!(control.status(), None);
         for _ in 0..2 {
-            start(&control, server.address(), BundledStrategy::FloodFill).unwrap();
-            let text = "goal reached after 1 step, 2 cells visited".to_string();
+            start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
+            let text = "goal reached; 1 step, 2 cells visited".to_string();
             assert_eq!(wait(&control), Ending { kind: EndingKind::Goal, text });
         }
         assert_eq!(stop(server).history().len(), 2);
@@ -119,16 +128,40 @@ mod tests {
     fn only_one_mouse_runs_at_a_time() {
         // A wall follower circles this maze forever.
         let maze = "o---o---o\n|       |\no   o   o\n| S | G |\no---o---o\n|   | G |\no---o---o\n";
-        let (server, control) = serve(maze, Pace::from_rate(0.01).unwrap());
-        start(&control, server.address(), BundledStrategy::LeftWall).unwrap();
-        let error = start(&control, server.address(), BundledStrategy::FloodFill).unwrap_err();
+        let (server, monitor, control) = serve(maze, Pace::from_rate(0.01).unwrap());
+        start(&control, &monitor, BundledStrategy::LeftWall).unwrap();
+        let error = start(&control, &monitor, BundledStrategy::FloodFill).unwrap_err();
         assert_eq!(error.text, "left-wall is still running (stop it first)");
-        control.stop(REPLY_TIMEOUT);
-        assert_eq!(wait(&control).text, "stopped after 0 steps, 1 cell visited");
-        control.stop(REPLY_TIMEOUT);
-        start(&control, server.address(), BundledStrategy::FloodFill).unwrap();
-        control.stop(REPLY_TIMEOUT);
+        control.stop(TIMEOUT);
+        assert_eq!(wait(&control).text, "stopped; 0 steps, 1 cell visited");
+        control.stop(TIMEOUT);
+        start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
+        control.stop(TIMEOUT);
         wait(&control);
+        stop(server);
+    }
+
+    #[test]
+    fn a_client_that_begins_to_search_stops_the_mouse() {
+        let (server, monitor, control) = serve(SMALL, Pace::from_rate(0.01).unwrap());
+        start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
+        wait_for("the first state", || (monitor.status().states == 1).then_some(()));
+        assert_eq!(monitor.served().unwrap().strategy.as_deref(), Some("flood-fill"));
+        let client = connect(&server, zmq::REQ);
+        let state = b"S\x00\x00NC\x01\x00C\x0d\x00";
+        assert_eq!(ask(&client, b"info").first(), Some(&b'{'));
+        assert!(!monitor.has_client() && !monitor.has_client_states());
+        for request in [&b"reset"[..], state] {
+            assert_eq!(ask(&client, request), b"ok");
+        }
+        assert!(monitor.has_client() && monitor.has_client_states());
+        control.throttle().set_pace(Pace::UNLIMITED);
+        let text = "stopped: another client is searching the maze; 1 step, 1 cell visited";
+        assert_eq!(wait(&control), Ending { kind: EndingKind::Stopped, text: text.into() });
+        assert_eq!(monitor.status().states, 1, "the state of the client");
+        drop(client);
+        wait_for("the client to disconnect", || (!monitor.has_client()).then_some(()));
+        assert!(monitor.has_client_states());
         stop(server);
     }
 }

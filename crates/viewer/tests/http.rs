@@ -362,12 +362,24 @@ fn bundled_mice_search_the_maze() {
 fn bundled_mice_do_not_disturb_a_client() {
     let watched = WatchedServer::new("127.0.0.1", None);
     let run = || watched.act(&json!({"action": "run", "strategy": "flood-fill"}));
-    watched.send_states(3);
-    let refused = run();
-    assert_eq!(refused.status, 409);
-    assert!(refused.text().starts_with("another client is reporting states"), "{}", refused.text());
-    assert_eq!(watched.get("/api/sources/live").json()["states"], 3);
-    wait_for("the client to count as ended", || (run().status == 204).then_some(()));
+    let states = || watched.get("/api/sources/live").json()["states"].as_u64().unwrap();
+    // A client counts as running while it is connected, however long it thinks.
+    let searches =
+        [&[&b"W\x00\x00N"[..]][..], &[b"reset"], &[&harness::state(0), &harness::state(1)]];
+    for requests in searches {
+        assert_eq!(ask(&connect(&watched.server, zmq::REQ), b"ping"), b"pong");
+        let client = connect(&watched.server, zmq::REQ);
+        for request in requests {
+            ask(&client, request);
+        }
+        let refused = run();
+        assert_eq!(refused.status, 409);
+        let text = "another client is searching the maze";
+        assert!(refused.text().starts_with(text), "{}", refused.text());
+    }
+    assert_eq!(states(), 2);
+    wait_for("the client to disconnect", || (run().status == 204).then_some(()));
+    wait_for("the mouse to replace the states", || (states() == 1).then_some(()));
     watched.stop();
 }
 

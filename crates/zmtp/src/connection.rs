@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read, Write};
 
 use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
 use crate::limits::MAX_WAITING_REPLY_BYTES;
-use crate::service::Service;
+use crate::service::{ClientId, Service};
 
 /// The maximum number of bytes in one read from a stream.
 const READ_BYTES: usize = 4 * 1024;
@@ -19,6 +19,7 @@ const MAX_EVENTS: usize = 64;
 /// writable, call [`set_ready`](Self::set_ready) and then [`turn`](Self::turn).
 #[derive(Debug)]
 pub struct Connection<S> {
+    client: ClientId,
     stream: S,
     decoder: Decoder,
     /// Received bytes, of which the first `consumed` have been decoded.
@@ -62,6 +63,7 @@ impl<S: Read + Write> Connection<S> {
     /// Creates a connection over a newly connected stream. The first turn sends the greeting.
     pub fn new(stream: S) -> Self {
         Self {
+            client: ClientId::unique(),
             stream,
             decoder: Decoder::default(),
             input: Vec::new(),
@@ -70,6 +72,11 @@ impl<S: Read + Write> Connection<S> {
             is_readable: true,
             is_writable: true,
         }
+    }
+
+    /// Returns the identifier of the connection.
+    pub const fn client(&self) -> ClientId {
+        self.client
     }
 
     /// Returns the stream.
@@ -136,7 +143,7 @@ impl<S: Read + Write> Connection<S> {
                 Event::Send(bytes) => self.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.output, context),
                 Event::Request { last, frames } => {
-                    turn.has_activity |= service.answer(&last, frames, &mut reply);
+                    turn.has_activity |= service.answer(self.client, &last, frames, &mut reply);
                     self.push_reply(&reply);
                     requests_left = requests_left.saturating_sub(1);
                 }

@@ -26,8 +26,8 @@ pub(crate) struct Connections<S> {
     queue: VecDeque<usize>,
     /// The deadlines of connections. Each deadline is paired with the identifier of its connection.
     deadlines: BTreeSet<(Instant, usize)>,
-    /// The streams of closed connections, which the server must still deregister.
-    pub(crate) closed: Vec<S>,
+    /// Closed connections, which the server must still deregister.
+    pub(crate) closed: Vec<Connection<S>>,
 }
 
 struct Entry<S> {
@@ -188,7 +188,7 @@ impl<S: Read + Write> Connections<S> {
             if let Some(deadline) = deadline {
                 self.deadlines.remove(&(deadline, id));
             }
-            self.closed.push(connection.into_stream());
+            self.closed.push(connection);
             debug!("connection closed: {reason}");
         }
     }

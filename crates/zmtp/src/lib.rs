@@ -6,12 +6,18 @@
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
-//! use mmsim_zmtp::{RepServer, Service, listen};
+//! use mmsim_zmtp::{ClientId, RepServer, Service, listen};
 //!
 //! struct Greeter;
 //!
 //! impl Service for Greeter {
-//!     fn answer(&mut self, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+//!     fn answer(
+//!         &mut self,
+//!         _client: ClientId,
+//!         request: &[u8],
+//!         _frames: usize,
+//!         reply: &mut Vec<u8>,
+//!     ) -> bool {
 //!         *reply = [b"hello ", request].concat();
 //!         true
 //!     }
@@ -91,7 +97,7 @@ mod timers;
 
 pub use bind::{BindError, listen};
 pub use server::{RepServer, Waker};
-pub use service::Service;
+pub use service::{ClientId, Service};
 
 /// Runs the examples in the README as doctests.
 #[cfg(doctest)]

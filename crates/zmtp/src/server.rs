@@ -171,7 +171,7 @@ impl RepServer {
     fn serve_round(&mut self, service: &mut impl Service) {
         let now = Instant::now();
         self.connections.serve(service, now);
-        self.deregister_closed();
+        self.deregister_closed(service);
         self.accept(now, service);
         service.after_round();
     }
@@ -213,7 +213,7 @@ impl RepServer {
                     }
                 },
             }
-            self.deregister_closed();
+            self.deregister_closed(service);
         }
         if has_turned_away {
             // Clients that are turned away reconnect immediately. The delay keeps them from
@@ -235,8 +235,10 @@ impl RepServer {
 
     /// Deregisters and closes the streams of closed connections, so that new connections can be
     /// accepted immediately.
-    fn deregister_closed(&mut self) {
-        for mut stream in self.connections.closed.drain(..) {
+    fn deregister_closed(&mut self, service: &mut impl Service) {
+        for connection in self.connections.closed.drain(..) {
+            service.disconnected(connection.client());
+            let mut stream = connection.into_stream();
             // Dropping the stream closes it even if this fails.
             let _ = self.poll.registry().deregister(&mut stream);
             self.accept.retry_at = None;

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use crate::codec::event::ProtocolError;
 use crate::codec::handshake::GREETING;
-use crate::service::Service;
+use crate::service::{ClientId, Service};
 
 /// The READY command of a REQ socket.
 pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
@@ -118,7 +118,7 @@ pub(crate) struct Echo {
 }
 
 impl Service for Echo {
-    fn answer(&mut self, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
         reply.clear();
         reply.extend_from_slice(request);
         request != b"ping"

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{RepServer, Service, Waker, listen};
+use mmsim_zmtp::{ClientId, RepServer, Service, Waker, listen};
 
 /// The timeout of each socket operation, in milliseconds.
 const TIMEOUT_MS: i32 = 20_000;
@@ -13,7 +13,7 @@ const TIMEOUT_MS: i32 = 20_000;
 struct Echo;
 
 impl Service for Echo {
-    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
         reply.clear();
         reply.extend_from_slice(request);
         reply.extend_from_slice(format!(" of {frames}").as_bytes());

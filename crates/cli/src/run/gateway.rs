@@ -12,7 +12,7 @@ use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES,
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_viewer::MouseControl;
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{RepServer, Service};
+use mmsim_zmtp::{ClientId, RepServer, Service};
 use tracing::error;
 
 /// What the mouse has reported since the last reset.
@@ -72,7 +72,7 @@ impl Gateway {
     pub(crate) fn begin_run(&self) -> Result<(), MonitorError> {
         let monitor = &self.simulator.monitor;
         if monitor.status().states > 0 {
-            monitor.answer(b"reset", 1)?;
+            monitor.answer(None, b"reset", 1)?;
         }
         self.simulator.name_mouse()?;
         let maze = monitor.served()?.maze;
@@ -95,7 +95,7 @@ impl Simulator {
         if writer.push(Annotation::Mouse(name)).is_ok()
             && let Some(request) = writer.finish()
         {
-            self.monitor.answer(request, 1)?;
+            self.monitor.answer(None, request, 1)?;
         }
         Ok(())
     }
@@ -126,17 +126,23 @@ struct Forwarder {
 
 impl Forwarder {
     /// Forwards a request, and waits after a state until the mouse may take its next step.
-    fn forward(&self, request: &[u8], frames: usize) -> Result<(Vec<u8>, bool), String> {
+    fn forward(
+        &self,
+        client: ClientId,
+        request: &[u8],
+        frames: usize,
+    ) -> Result<(Vec<u8>, bool), String> {
         let Simulator { monitor, control } = &self.simulator;
         if control.wait_for_stop(Duration::ZERO).is_some() {
             // The process of the mouse is about to be killed.
             return Err("the mouse was stopped".into());
         }
+        let is_own = control.is_own_running();
+        let client = (!is_own).then_some(client);
         let (reply, is_activity) =
-            monitor.answer(request, frames).map_err(|error| error.to_string())?;
+            monitor.answer(client, request, frames).map_err(|error| error.to_string())?;
         if reply == b"ok" {
             lock(&self.tracker).observe(request);
-            let is_own = control.is_own_running();
             if is_own && request == b"reset" {
                 self.simulator.name_mouse().map_err(|error| error.to_string())?;
             } else if is_own && request.first() == Some(&b'S') {
@@ -148,12 +154,23 @@ impl Forwarder {
 }
 
 impl Service for Forwarder {
-    fn answer(&mut self, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(
+        &mut self,
+        client: ClientId,
+        request: &[u8],
+        frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> bool {
         let (answer, is_activity) = self
-            .forward(request, frames)
+            .forward(client, request, frames)
             .unwrap_or_else(|reason| (format!("{ERROR_PREFIX}{reason}").into_bytes(), false));
         *reply = answer;
         is_activity
+    }
+
+    fn disconnected(&mut self, client: ClientId) {
+        // A server that has stopped has no clients.
+        let _ = self.simulator.monitor.disconnect(client);
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {

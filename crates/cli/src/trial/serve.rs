@@ -1,13 +1,14 @@
-//! `mmsim trial --serve`: show a trial in a browser. The robot is a client that sends states to a
+//! `mmsim trial --serve`: show a trial in a browser. The robot sends states to a
 //! simulator.
 
 use std::error::Error;
 use std::sync::Arc;
 use std::time::Duration;
 
-use mmsim_client::{Exchange, RunError, Transport, Zmq};
+use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Heading, KnownMaze, Maze, Unknown, WallState, Walls};
 use mmsim_protocol::Annotation;
+use mmsim_server::Monitor;
 use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
 use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason, Throttle};
 
@@ -15,8 +16,7 @@ use super::args::TrialArgs;
 use super::outcome::{Contender, TrialResult};
 use super::results::Results;
 use super::table::failure;
-use crate::connection::report_waiting;
-use crate::local_server;
+use crate::local_server::{self, in_process};
 use crate::own_mouse::{RunEnd, Runs};
 use crate::screen::pace;
 use crate::selection::Selected;
@@ -35,13 +35,15 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     let viewer = (!watch.once).then_some(&watch.viewer);
     let own = OwnMouse { name: contender.robot.name().into(), has_reset_button: false };
     let control = Arc::new(MouseControl::new(Pace::from_interval(pace(watch.pace)), Some(own)));
-    let (server, interrupt) = local_server::start_trial(
+    let ready = local_server::prepare_trial(
         selected.clone(),
         Arc::clone(&control),
         watch.port,
         &watch.retention,
         viewer,
     )?;
+    let monitor = ready.server.monitor();
+    let server = ready.server.spawn(ready.simulation);
     let jobs = [(&selected, contender)];
     let mut succeeded = true;
     let runs = Runs {
@@ -51,8 +53,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         watches: false,
         has_page: false,
     };
-    runs.run(interrupt, || {
-        let outcome = run_trial(server.address(), contender, &selected, control.throttle())?;
+    runs.run(ready.interrupt, || {
+        let outcome = run_trial(&monitor, contender, &selected, control.throttle())?;
         let ending = if let Some(outcome) = outcome {
             let ending = ending(&outcome);
             let mut results = Results::new(&jobs, args);
@@ -83,20 +85,16 @@ fn ending(outcome: &TrialResult) -> Ending {
 /// status of the trial and open sides between unvisited cells are sent as annotations. Passes the
 /// throttle after each state, and returns `None` if the throttle stops the robot.
 fn run_trial(
-    address: &str,
+    monitor: &Monitor,
     contender: &Contender,
     selected: &Selected,
     throttle: &Throttle,
 ) -> Result<Option<TrialResult>, Box<dyn Error>> {
-    let transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, false))?;
-    let mut simulator = Exchange::new(transport);
-    let has_annotations = simulator.info()?.has_annotations();
+    let mut simulator = Exchange::new(in_process(monitor));
     simulator.reset()?;
     let mut reporter = Reporter::new(contender, &selected.maze);
     let outcome = contender.run_watched(&selected.maze, |trial, seen| {
-        if has_annotations {
-            reporter.report(&mut simulator, trial, seen).map_err(Some)?;
-        }
+        reporter.report(&mut simulator, trial, seen).map_err(Some)?;
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
         let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
         simulator.state(trial.pose(), seen, number).map_err(Some)?;

@@ -209,7 +209,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         assert!(is_shown(browser, live, ".run [name=run]"));
         live.set_pace("no limit");
         click(live, "run");
-        wait_for_result(live, "goal reached after ");
+        wait_for_result(live, "goal reached; ");
         assert_eq!(live.text(".run .name"), "flood-fill");
         let states = simulator.info().states;
         let expected = simulator.search(&bundled("05-hedgerow.txt"), BundledStrategy::FloodFill);
