@@ -85,15 +85,15 @@ pub(crate) struct ServerArgs {
 
 /// Options for running a mouse.
 #[derive(Debug, Args)]
-pub(crate) struct RepeatArgs {
-    /// Wait MS milliseconds after each step and each turn; the viewer page can change this
-    /// [default: 50 with --open, else 0]
+pub(crate) struct MouseArgs {
+    /// Wait MS milliseconds after each state; the viewer page can change this [default: 50 with
+    /// --open, else 0]
     #[arg(long, value_name = "MS")]
     pub(crate) pace: Option<u64>,
     /// Stop the mouse after S seconds, not counting pauses
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) time_limit: Option<Duration>,
-    /// Run the mouse again each time its file changes; implies --stay
+    /// Run the mouse again each time one of its files changes; implies --stay
     #[arg(long)]
     pub(crate) watch: bool,
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
@@ -101,7 +101,7 @@ pub(crate) struct RepeatArgs {
     pub(crate) stay: bool,
 }
 
-impl RepeatArgs {
+impl MouseArgs {
     /// Returns the initial pace. If the page opens in a browser, the default is slow enough to
     /// watch.
     pub(crate) fn pace(&self, viewer: &ViewerArgs) -> Pace {

@@ -1,4 +1,4 @@
-//! Runs the user's own mouse again and again, as the viewer page requests.
+//! Runs the user's own mouse, and reruns it when the viewer page or a changed file requests it.
 
 use std::error::Error;
 use std::mem;
@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use mmsim_viewer::{Ending, MouseControl, OwnMouse, StartReason, StopReason};
 
-use crate::args::{RepeatArgs, ViewerArgs};
+use crate::args::{MouseArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::mouse_process::Program;
 use crate::output::note;
@@ -18,8 +18,8 @@ use crate::usage::UsageError;
 /// The interval between checks for changed files.
 const WATCH_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The number of checks in a row that must find a changed file complete. A compiler writes its
-/// output in several steps.
+/// The number of consecutive checks without a change before a file counts as complete. A compiler
+/// writes its output in several steps.
 const STABLE_CHECKS: u32 = 4;
 
 /// The end of one run.
@@ -35,12 +35,12 @@ pub(crate) struct RunEnd {
 pub(crate) fn control(
     command: &'static str,
     program: &Program,
-    args: &RepeatArgs,
+    args: &MouseArgs,
     viewer: &ViewerArgs,
     has_reset_button: bool,
 ) -> Result<Arc<MouseControl>, UsageError> {
     if args.watch && program.files.is_empty() {
-        let message = "--watch needs a mouse that is a file, as in -- python3 mouse.py";
+        let message = "--watch: the command names no file to watch (example: mmsim run --watch -- python3 mouse.py)";
         return Err(UsageError::new(command, message));
     }
     let own = OwnMouse { name: program.name.clone(), has_reset_button };
@@ -57,8 +57,8 @@ pub(crate) struct Runs<'a> {
     pub(crate) control: &'a Arc<MouseControl>,
     /// The address that other clients may use between two runs.
     pub(crate) address: &'a str,
-    /// False to end after the first run, unless somebody has stopped it on the page and is therefore
-    /// still watching.
+    /// False to exit after the first run. A mouse stopped on the page keeps the server running
+    /// anyway, because the user still has the page open.
     pub(crate) stays: bool,
     /// True if a mouse that cannot start may be replaced by one that can.
     pub(crate) watches: bool,

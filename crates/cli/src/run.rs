@@ -94,7 +94,13 @@ fn run_once(
                 break (exit_text(status), exit_code(status), kind);
             }
             Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
-            Err(error) => break (format!("lost: {error}"), 1, Some(EndingKind::Failed)),
+            Err(error) => {
+                break (
+                    format!("stopped: cannot get its exit status: {error}"),
+                    1,
+                    Some(EndingKind::Failed),
+                );
+            }
         }
     };
     drop(process);

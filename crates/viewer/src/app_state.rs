@@ -80,7 +80,7 @@ impl AppState {
     pub(crate) fn search(&self) -> Result<&LiveServer, ApiError> {
         let live = self.live()?;
         if self.is_trial {
-            return Err(ApiError::conflict("the page shows the trial of a robot"));
+            return Err(ApiError::conflict("not available during a two-run trial"));
         }
         Ok(live)
     }

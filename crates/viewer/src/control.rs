@@ -73,7 +73,7 @@ pub struct Ending {
 pub enum EndingKind {
     /// The mouse has reached the goal.
     Goal,
-    /// The mouse has ended elsewhere.
+    /// The mouse exited or gave up before it reached the goal.
     GaveUp,
     /// The mouse was stopped.
     Stopped,

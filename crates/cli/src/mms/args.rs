@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_mms::ScoreRules;
 
-use crate::args::{KnownMazeArgs, PORT_HELP, RepeatArgs, ServerArgs, VIEWER_PORT_HELP, one_of};
+use crate::args::{KnownMazeArgs, MouseArgs, PORT_HELP, ServerArgs, VIEWER_PORT_HELP, one_of};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -49,7 +49,7 @@ pub(crate) struct MmsArgs {
     #[arg(long, value_name = "N")]
     pub(crate) limit: Option<u32>,
     #[command(flatten)]
-    pub(crate) repeat: RepeatArgs,
+    pub(crate) repeat: MouseArgs,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{PORT_HELP, RepeatArgs, ServerArgs, VIEWER_PORT_HELP};
+use crate::args::{MouseArgs, PORT_HELP, ServerArgs, VIEWER_PORT_HELP};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -20,8 +20,8 @@ the mouse, {endpoint} stands for the same address. A mouse that always connects 
 too, unless another simulator uses this port.
 
 On the viewer page, you can run the mouse again, stop it, pause it, and change its pace. The
-simulator holds its reply to a state until the next step is due, so the mouse should not limit the
-time to wait for a reply.
+simulator holds its reply to a state until the next step is due, so the mouse should wait for
+replies without a timeout.
 
 The exit code is that of the mouse, or 128 plus the number of the signal that killed it; 1 if the
 mouse did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
@@ -38,7 +38,7 @@ pub(crate) struct RunArgs {
     #[arg(last = true, required = true, value_name = "COMMAND")]
     pub(crate) command: Vec<OsString>,
     #[command(flatten)]
-    pub(crate) repeat: RepeatArgs,
+    pub(crate) repeat: MouseArgs,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
 }
