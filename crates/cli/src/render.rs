@@ -9,7 +9,7 @@ use args::{PictureFormat, RenderArgs};
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Colour, State, StateMessage};
-use mmsim_recording::{Course, HistoryReader, OpenError, ReadError, Recording, Transition};
+use mmsim_recording::{Course, HistoryReader, OpenError, ReadError, Recording};
 use mmsim_solvers::Distances;
 
 use crate::output::{note, replace};
@@ -64,7 +64,8 @@ fn maze(args: &RenderArgs, name: &str) -> PictureResult {
         return Err(format!("{path}: --at needs a recording, not a maze").into());
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
-    let layers = Layers { numbers: args.distances, heat: args.heat, trail: false };
+    let layers =
+        Layers { numbers: args.distances, heat: args.heat, trail: false, ..Layers::default() };
     let scene = Scene::from_maze(&maze).with_numbers(|cell| distances.at(cell)).with_layers(layers);
     still(args, scene)
 }
@@ -120,8 +121,6 @@ struct RecordedSearch<'a> {
     /// The index of the last state to draw.
     last: Option<usize>,
     layers: Layers,
-    has_texts: bool,
-    has_colours: bool,
     file: &'a Path,
 }
 
@@ -140,9 +139,13 @@ impl<'a> RecordedSearch<'a> {
             truth: recording.maze(),
             initial: info.known_maze().ok_or_else(|| unreadable(file))?,
             last,
-            layers: Layers { numbers: !args.no_numbers, heat: args.heat, trail: !args.no_trail },
-            has_texts: !args.no_texts,
-            has_colours: !args.no_colours,
+            layers: Layers {
+                numbers: !args.no_numbers,
+                heat: args.heat,
+                trail: !args.no_trail,
+                texts: !args.no_texts,
+                colours: !args.no_colours,
+            },
             file,
         })
     }
@@ -165,13 +168,11 @@ impl<'a> RecordedSearch<'a> {
             .with_truth(self.truth)
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
+            .with_texts(|cell| notes.text(cell))
+            .with_colours(|cell| notes.colour(cell).map(Colour::letter))
             .with_trail(&reader.trail)
             .with_layers(self.layers);
-        let scene = if self.has_texts { scene.with_texts(|cell| notes.text(cell)) } else { scene };
-        // A mouse that has a name may colour cells later.
-        let is_coloured = self.has_colours && !notes.is_empty();
-        let letter = |cell| notes.colour(cell).map(Colour::letter);
-        Ok(draw(if is_coloured { scene.with_colours(letter) } else { scene }))
+        Ok(draw(scene))
     }
 }
 
@@ -198,10 +199,8 @@ impl<'a> StateReader<'a> {
         for index in self.states..=index {
             let message = StateMessage::new(self.history.get(index)?, self.size).ok()?;
             let pose = message.pose().ok()?;
-            match self.trail.last().map(|last| self.course.transition(last, pose)) {
-                Some(Transition::Move { .. }) => self.trail.move_to(pose, self.course.walls()),
-                Some(Transition::PutBack | Transition::Jump) | None => self.trail.jump_to(pose),
-            }
+            let course = self.course;
+            self.trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
             self.states = index + 1;
         }
         Some(())

@@ -183,7 +183,10 @@ mod tests {
         let walls = prop::collection::vec(any::<(u8, u8, bool)>(), 0..3);
         let weights = prop::collection::vec((0usize..64, 1u8..200), 0..3);
         let colour = prop::option::of(prop::sample::select(vec!['k', 'w', 'R']));
-        let notes = prop::collection::vec((any::<u8>(), any::<u8>(), "[ -~]{0,10}", colour), 0..3);
+        let special = prop::sample::select(vec!['&', '<', '"', '\u{fffe}', '\u{ffff}']);
+        let text = prop::collection::vec(prop_oneof![any::<char>(), special], 0..=10)
+            .prop_map(String::from_iter);
+        let notes = prop::collection::vec((any::<u8>(), any::<u8>(), text, colour), 0..3);
         (walls, weights, notes, any::<(u8, u8)>(), 0u8..12).prop_map(
             |(walls, weights, notes, mouse, layers)| Change {
                 walls,

@@ -16,9 +16,9 @@ use crate::trail::Trail;
 const MAX_COLOURS: usize = 255;
 
 /// The number of colours that a palette reproduces exactly. These are the colours of the
-/// theme and the colours that cover the largest areas. The rest of the palette approximates all
+/// theme, the colours that mice give to cells, and the colours that cover the largest areas. The rest of the palette approximates all
 /// other colours.
-const EXACT: usize = 112;
+const EXACT: usize = 127;
 
 /// A set of colours with a cached lookup of the nearest colour.
 #[derive(Debug)]
@@ -49,9 +49,7 @@ impl Palette {
         }
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
-        if scene.colours.is_some() {
-            chosen.extend(COLOURS.map(|(_, colour)| colour));
-        }
+        chosen.extend(COLOURS.map(|(_, colour)| colour));
         if scene.layers.heat {
             chosen.extend(ramp(theme));
         }
@@ -158,9 +156,6 @@ impl Sheet {
             .with_trail(&self.trail)
             .with_layers(like.layers)
             .with_theme(like.theme);
-        if like.colours.is_none() {
-            return scene;
-        }
         // Each colour is in one cell with a text.
         let letter = |cell: Cell| {
             let coloured = COLOURS.get(usize::from(cell.y)).filter(|_| cell.x == cell.y);
@@ -212,7 +207,6 @@ mod tests {
         let sheet = Sheet::new(MazeSize::CLASSIC);
         for theme in [Theme::Light, Theme::Dark] {
             let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
-            let scene = scene.with_colours(|_| None);
             let mut palette = Palette::like(&scene, 648).unwrap();
             let notes = COLOURS.map(|(_, colour)| colour);
             for colour in ramp(theme).into_iter().chain(theme.colours().areas()).chain(notes) {

@@ -175,8 +175,8 @@ mod tests {
             assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
                 numbers: false,
-                heat: true,
                 trail: false,
+                ..Layers::ALL
             });
             assert_eq!(at(&heat, 15, 30), ramp(theme)[0]);
             assert_eq!(at(&heat, 35, 10), ramp(theme)[63]);
@@ -242,11 +242,15 @@ mod tests {
         let maze = maze();
         let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
         let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
+        let scene = scene.with_texts(|cell| if cell.x == 0 { "a" } else { "" });
+        let scene = scene.with_colours(|cell| Some('g').filter(|_| cell.y == 0));
         let all = Layers::ALL;
         let pixels = |layers| scene.clone().with_layers(layers).pixmap(220).unwrap();
         assert!(pixels(all) != pixels(Layers { numbers: false, ..all }));
         assert!(pixels(all) != pixels(Layers { heat: false, ..all }));
         assert!(pixels(all) != pixels(Layers { trail: false, ..all }));
+        assert!(pixels(all) != pixels(Layers { texts: false, ..all }));
+        assert!(pixels(all) != pixels(Layers { colours: false, ..all }));
     }
 
     #[test]
@@ -254,7 +258,8 @@ mod tests {
         let maze = maze();
         let map = KnownMaze::unexplored(&maze);
         let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
-        for layers in [Layers::ALL, Layers { numbers: false, heat: false, trail: false }] {
+        let few = Layers { numbers: false, heat: false, trail: false, ..Layers::ALL };
+        for layers in [Layers::ALL, few] {
             let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_layers(layers);
             let scene = scene.with_weights(|cell| cell.x).with_trail(&trail);
             let file = paint(&scene.svg(), scene.blank(220).unwrap()).unwrap();

@@ -42,19 +42,18 @@ pub struct Scene<'a> {
     pub(crate) mouse: Option<Pose>,
     /// The label of each cell, in the order of [`MazeSize::cells`], or an empty list if the scene
     /// has no labels.
-    pub(crate) labels: Vec<Option<Label>>,
+    labels: Vec<Option<Label>>,
     /// The text of each cell that has one, which replaces the label.
-    pub(crate) texts: HashMap<Cell, String>,
-    /// The letter of the colour of each cell that has one. `None` if no cell of the scene and of
-    /// similar scenes has a colour.
-    pub(crate) colours: Option<HashMap<Cell, char>>,
+    texts: HashMap<Cell, String>,
+    /// The letter of the colour of each cell that has one.
+    colours: HashMap<Cell, char>,
     pub(crate) trail: Option<&'a Trail>,
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
 
-/// The layers of a scene that are visible in a file. A page contains all layers, and hides some of
-/// them with classes on the `<svg>` element.
+/// The layers of a scene that are visible in a file. A page contains numbers, heat colours and the
+/// trail in any case, and hides them with classes on the `<svg>` element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Layers {
     /// The numbers in the cells.
@@ -63,17 +62,22 @@ pub struct Layers {
     pub heat: bool,
     /// The path of the mouse.
     pub trail: bool,
+    /// The texts in the cells.
+    pub texts: bool,
+    /// The colours of the cells.
+    pub colours: bool,
 }
 
 impl Layers {
     /// All layers.
-    pub const ALL: Self = Self { numbers: true, heat: true, trail: true };
+    pub const ALL: Self =
+        Self { numbers: true, heat: true, trail: true, texts: true, colours: true };
 }
 
 impl Default for Layers {
-    /// Selects the numbers and the trail, but not the heat colours.
+    /// Selects all layers except the heat colours.
     fn default() -> Self {
-        Self { numbers: true, heat: false, trail: true }
+        Self { heat: false, ..Self::ALL }
     }
 }
 
@@ -101,7 +105,7 @@ impl<'a> Scene<'a> {
             mouse: None,
             labels: Vec::new(),
             texts: HashMap::new(),
-            colours: None,
+            colours: HashMap::new(),
             trail: None,
             layers: Layers::default(),
             theme: Theme::default(),
@@ -139,8 +143,9 @@ impl<'a> Scene<'a> {
     }
 
     /// Adds a text of up to 10 characters to each cell for which `text` does not return an empty
-    /// text. The text replaces the number of the cell. A text of more than 5 characters is split
-    /// into two lines, as in the simulator mms.
+    /// text. The text replaces the number of the cell. If a cell has a text, the number 0 of other
+    /// cells is not shown: a mouse for the simulator mms has no weights except its texts. A text of
+    /// more than 5 characters is split into two lines, as in mms.
     pub fn with_texts<'b>(mut self, text: impl Fn(Cell) -> &'b str) -> Self {
         let texts = self.size.cells().map(|cell| (cell, text(cell)));
         let texts = texts.filter(|(_, text)| !text.is_empty());
@@ -149,13 +154,11 @@ impl<'a> Scene<'a> {
     }
 
     /// Colours each cell for which `colour` returns the letter of a colour of the simulator mms:
-    /// one of `kbacgorwyBCAGRY`. Other letters are ignored. The palette of an
-    /// [`Animation`](crate::Animation) contains these colours only if this method is called for its
-    /// first scene.
+    /// one of `kbacgorwyBCAGRY`. Other letters are ignored.
     pub fn with_colours(mut self, colour: impl Fn(Cell) -> Option<char>) -> Self {
         let letter =
             |cell| Some((cell, colour(cell).filter(|&letter| colours::colour(letter).is_some())?));
-        self.colours = Some(self.size.cells().filter_map(letter).collect());
+        self.colours = self.size.cells().filter_map(letter).collect();
         self
     }
 
@@ -181,7 +184,29 @@ impl<'a> Scene<'a> {
 
     /// Returns the colour of a cell.
     pub(crate) fn colour(&self, cell: Cell) -> Option<Rgb> {
-        colours::colour(*self.colours.as_ref()?.get(&cell)?)
+        colours::colour(*self.colours.get(&cell).filter(|_| self.layers.colours)?)
+    }
+
+    /// Returns the text of a cell.
+    pub(crate) fn text(&self, cell: Cell) -> Option<&str> {
+        self.texts.get(&cell).filter(|_| self.layers.texts).map(String::as_str)
+    }
+
+    /// Returns true if a cell has a text.
+    pub(crate) fn has_texts(&self) -> bool {
+        self.layers.texts && !self.texts.is_empty()
+    }
+
+    /// Returns the labels that are shown, in the order of [`MazeSize::cells`]. A cell with a text
+    /// keeps its label, on which its heat colour depends.
+    pub(crate) fn labels(&self) -> impl Iterator<Item = (Cell, Option<&Label>)> {
+        let labels = self.labels.iter().map(Option::as_ref).chain(std::iter::repeat(None));
+        self.size.cells().zip(labels).map(|(cell, label)| {
+            let is_blank = |label: &&Label| {
+                **label == Label::Number(0) && self.has_texts() && self.text(cell).is_none()
+            };
+            (cell, label.filter(|label| !is_blank(label)))
+        })
     }
 
     /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing

@@ -94,12 +94,12 @@ impl<'a> Svg<'a> {
         let mut class = String::from("maze");
         let mut size = String::new();
         if self.view != View::Page {
-            let Layers { numbers, heat, trail } = scene.layers;
+            let Layers { numbers, heat, trail, .. } = scene.layers;
             let hidden = [(numbers, "numbers"), (heat, "heat"), (trail, "trail")];
             for (_, name) in hidden.iter().filter(|(is_shown, _)| !is_shown) {
                 let _ = write!(class, " hide-{name}");
             }
-            if !numbers && scene.texts.is_empty() {
+            if !numbers && !scene.has_texts() {
                 class.push_str(" no-labels");
             }
             size = format!(r#" width="{}" height="{}""#, 2 * width, 2 * height);
@@ -143,12 +143,13 @@ impl<'a> Svg<'a> {
         if !self.has(|layers| layers.heat) {
             return;
         }
-        let Scene { size, ref labels, theme, .. } = *self.scene;
+        let Scene { size, theme, .. } = *self.scene;
         let ramp: Vec<Rgb> = heat::ramp(theme);
-        let largest = labels.iter().flatten().filter_map(Label::number).max().unwrap_or(0);
+        let number = |(_, label): (Cell, Option<&Label>)| label?.number();
+        let largest = self.scene.labels().filter_map(number).max().unwrap_or(0);
         self.put("<g class=\"heats\">\n");
-        for (index, cell) in size.cells().enumerate() {
-            let number = labels.get(index).and_then(|label| label.as_ref()?.number());
+        for (cell, label) in self.scene.labels() {
+            let number = label.and_then(Label::number);
             let colour = number.map(|number| ramp[heat::step(number, largest)].to_string());
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
@@ -269,11 +270,10 @@ impl<'a> Svg<'a> {
         if !self.has(|layers| layers.numbers) {
             return;
         }
-        let Scene { size, ref labels, ref texts, .. } = *self.scene;
+        let size = self.scene.size;
         self.put("<g class=\"numbers\">\n");
-        for (index, cell) in size.cells().enumerate() {
-            let label = labels.get(index).and_then(Option::as_ref);
-            let label = label.filter(|_| !texts.contains_key(&cell));
+        for (cell, label) in self.scene.labels() {
+            let label = label.filter(|_| self.scene.text(cell).is_none());
             let (class, position) =
                 (self.label_class(cell), position(size, cell, label.map_or(1.0, Label::scale)));
             let path = label.map(Label::path).unwrap_or_default();
@@ -286,10 +286,10 @@ impl<'a> Svg<'a> {
     }
 
     fn texts(&mut self) {
-        let Scene { size, ref texts, .. } = *self.scene;
+        let size = self.scene.size;
         self.put("<g class=\"texts\">\n");
         for cell in size.cells() {
-            let Some(text) = texts.get(&cell) else { continue };
+            let Some(text) = self.scene.text(cell) else { continue };
             let ((path, scale), class) = (label::text(text), self.label_class(cell));
             let position = position(size, cell, scale);
             self.put_part(cell_area(corner(size, cell)), true, format_args!(
@@ -356,10 +356,11 @@ fn position(size: MazeSize, cell: Cell, scale: f64) -> String {
     format!("translate({x} {y}){scale}")
 }
 
-/// Escapes a text for an attribute of an XML document. XML documents cannot contain control
-/// characters.
+/// Escapes a text for an attribute of an XML document. Control characters, U+FFFE and U+FFFF are
+/// removed, because XML documents cannot contain them.
 fn escape(text: &str) -> String {
-    let text: String = text.chars().filter(|letter| !letter.is_control()).collect();
+    let is_allowed = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let text: String = text.chars().filter(is_allowed).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
@@ -479,6 +480,30 @@ mod tests {
             .map(|line| (line.split('"').nth(3).unwrap(), line.rsplit('"').nth(1).unwrap()))
             .collect();
         assert_eq!(colours, [("0,0", "#ffffff"), ("1,0", "#000033"), ("1,1", "#b3b300")]);
+    }
+
+    #[test]
+    fn weight_0_is_hidden_if_other_cells_have_texts() {
+        let maze = maze();
+        let text = |cell: Cell| ["0", "12"].get(usize::from(cell.x + 2 * cell.y)).copied();
+        let scene = Scene::from_maze(&maze)
+            .with_weights(|cell| if cell == Cell::new(1, 0) { 12 } else { 0 })
+            .with_texts(|cell| text(cell).unwrap_or_default());
+        let svg = scene.page_svg();
+        assert_eq!(numbers(&svg), [""; 0], "a number in a cell without a text");
+        assert_eq!(svg.matches(r#"fill="none""#).count(), 2, "heat colours of cells without texts");
+        let without_texts = scene.with_layers(Layers { texts: false, ..Layers::ALL }).page_svg();
+        assert_eq!(numbers(&without_texts), [0, 12, 0, 0].map(digits));
+        assert!(!without_texts.contains("data-text"));
+    }
+
+    #[test]
+    fn characters_that_xml_forbids_are_removed() {
+        let text = "a\u{1}\u{7f}\u{85}\u{fffd}\u{fffe}\u{ffff}b";
+        let maze = maze();
+        let scene = Scene::from_maze(&maze).with_texts(|_| text);
+        assert!(scene.svg().contains("data-text=\"a\u{fffd}b\""));
+        assert!(scene.png(200).is_ok());
     }
 
     #[test]

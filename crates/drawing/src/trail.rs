@@ -55,6 +55,20 @@ impl Trail {
         self.last
     }
 
+    /// Adds the next pose of the mouse. If `is_move` returns false for the last pose and `pose`, or if
+    /// there is no last pose, the mouse was placed in the new pose, which leaves no passage.
+    pub fn extend(
+        &mut self,
+        pose: Pose,
+        walls: Option<&Walls>,
+        is_move: impl Fn(Pose, Pose) -> bool,
+    ) {
+        match self.last {
+            Some(last) if is_move(last, pose) => self.move_to(pose, walls),
+            _ => self.jump_to(pose),
+        }
+    }
+
     /// Places the mouse in its first pose, or in another pose without a passage, for example back at
     /// the start. A pose outside the maze is ignored.
     pub fn jump_to(&mut self, pose: Pose) {

@@ -95,6 +95,11 @@ impl Course {
         self.walls.as_ref()
     }
 
+    /// Returns true if a mouse moved from one pose to another. See [`Transition`].
+    pub fn is_move(&self, from: Pose, to: Pose) -> bool {
+        matches!(self.transition(from, to), Transition::Move { .. })
+    }
+
     /// Returns how a mouse got from one pose to another. See [`Transition`].
     pub fn transition(&self, from: Pose, to: Pose) -> Transition {
         let steps = from.cell.x.abs_diff(to.cell.x).saturating_add(from.cell.y.abs_diff(to.cell.y));

@@ -38,15 +38,15 @@ enum ThemeName {
 
 impl Default for PictureOptions {
     fn default() -> Self {
-        let Layers { numbers, heat, trail } = Layers::default();
-        Self { numbers, heat, trail, texts: true, colours: true, theme: Theme::default() }
+        let Layers { numbers, heat, trail, texts, colours } = Layers::default();
+        Self { numbers, heat, trail, texts, colours, theme: Theme::default() }
     }
 }
 
 impl PictureOptions {
     fn apply(self, scene: Scene<'_>) -> Scene<'_> {
-        let Self { numbers, heat, trail, theme, .. } = self;
-        scene.with_layers(Layers { numbers, heat, trail }).with_theme(theme)
+        let Self { numbers, heat, trail, texts, colours, theme } = self;
+        scene.with_layers(Layers { numbers, heat, trail, texts, colours }).with_theme(theme)
     }
 }
 
@@ -109,11 +109,8 @@ pub(crate) fn draw_state<T>(
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
+        .with_texts(|cell| notes.text(cell))
+        .with_colours(|cell| notes.colour(cell).map(Colour::letter))
         .with_trail(&trail);
-    let scene = if options.texts { scene.with_texts(|cell| notes.text(cell)) } else { scene };
-    // A mouse that has a name may colour cells later.
-    let is_coloured = options.colours && !notes.is_empty();
-    let letter = |cell| notes.colour(cell).map(Colour::letter);
-    let scene = if is_coloured { scene.with_colours(letter) } else { scene };
     Ok(draw(options.apply(scene)))
 }

@@ -3,8 +3,8 @@
 use std::borrow::Borrow;
 
 use mmsim_drawing::Trail;
-use mmsim_maze::{MazeSize, Pose};
-use mmsim_recording::{Block, Course, States, Transition};
+use mmsim_maze::MazeSize;
+use mmsim_recording::{Block, States};
 
 /// The maximum number of stored trails of a run.
 const MAX_TRAILS: usize = 256;
@@ -47,7 +47,8 @@ impl TrailHistory {
             for index in next..stop {
                 let message = states.borrow().message(index);
                 if let Some(pose) = message.and_then(|message| message.pose().ok()) {
-                    extend(&mut trail, states.borrow().course(), pose);
+                    let course = states.borrow().course();
+                    trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
                 }
             }
             next = stop;
@@ -70,18 +71,9 @@ impl TrailHistory {
     }
 }
 
-/// Adds the next pose of the mouse to a trail. Being put back to the start and other jumps leave no
-/// passage.
-fn extend(trail: &mut Trail, course: &Course, pose: Pose) {
-    match trail.last().map(|last| course.transition(last, pose)) {
-        Some(Transition::Move { .. }) => trail.move_to(pose, course.walls()),
-        Some(Transition::PutBack | Transition::Jump) | None => trail.jump_to(pose),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, Heading};
+    use mmsim_maze::{Cell, Heading, Pose};
     use mmsim_protocol::state_bytes;
     use mmsim_recording::History;
 
@@ -102,7 +94,8 @@ mod tests {
             let mut state = vec![b'S', pose.cell.x, pose.cell.y, letter];
             state.resize(state_bytes(size), b'C');
             history.push(&state).unwrap();
-            extend(&mut trail, history.course(), pose);
+            let course = history.course();
+            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
             if indices.contains(&index) {
                 expected.push((index, trail.clone()));
             }

@@ -8,7 +8,7 @@ use std::net::TcpStream;
 use harness::{WatchedServer, stop_viewer};
 use mmsim_drawing::{Passage, Trail};
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
-use mmsim_recording::{Course, Transition};
+use mmsim_recording::Course;
 use mmsim_tests::{ask, connect, stop, wait_for};
 use serde_json::{Value, json};
 
@@ -73,10 +73,7 @@ fn new_states_of_a_cached_block_are_returned() {
         for state in &sent {
             let heading = Heading::from_letter(state[3].into()).unwrap();
             let pose = Pose::new(Cell::new(state[1], state[2]), heading);
-            match trail.last().map(|last| course.transition(last, pose)) {
-                Some(Transition::Move { .. }) => trail.move_to(pose, course.walls()),
-                _ => trail.jump_to(pose),
-            }
+            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
         }
         let passages = trail
             .passages()

@@ -2,7 +2,7 @@
 
 use mmsim_drawing::Trail;
 use mmsim_maze::{Heading, Maze, Pose};
-use mmsim_recording::{Course, Transition};
+use mmsim_recording::Course;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for};
@@ -134,10 +134,7 @@ impl<'a> Panel<'a> {
         let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
         for state in states {
             let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());
-            match trail.last().map(|last| course.transition(last, pose)) {
-                Some(Transition::Move { .. }) => trail.move_to(pose, course.walls()),
-                _ => trail.jump_to(pose),
-            }
+            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
         }
         Drawing::expected(maze, states.last(), &trail)
             .assert_shown(&Drawing::on_page(self.browser, self.source));
