@@ -3,7 +3,7 @@
 use crate::heat::{Rgb, luminance};
 
 /// The distance from a coloured area to the edges of its cell, in units. The floor between the area
-/// and the walls keeps the walls visible on any colour.
+/// and the walls keeps the walls visible beside any colour.
 pub(crate) const INSET: u32 = 2;
 
 /// The colours, each with its letter.

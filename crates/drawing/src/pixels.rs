@@ -220,6 +220,21 @@ mod tests {
     }
 
     #[test]
+    fn walls_are_on_floor_in_a_heat_map() {
+        let maze = maze();
+        let map = KnownMaze::unexplored(&maze);
+        for theme in [Theme::Light, Theme::Dark] {
+            let layers = Layers { numbers: false, ..Layers::ALL };
+            let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_theme(theme);
+            let scene = scene.with_weights(|cell| 9 + cell.x).with_layers(layers);
+            // The wall between the south-eastern cell and the goal.
+            assert_ne!(at(&scene, 30, 20), theme.colours().floor, "{theme:?}");
+            assert_eq!(at(&scene, 30, 21), theme.colours().floor, "{theme:?}");
+            assert_eq!(at(&scene, 30, 23), ramp(theme)[63], "{theme:?}");
+        }
+    }
+
+    #[test]
     fn the_trail_is_faint_behind_numbers() {
         let maze = maze();
         let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1), Cell::new(1, 1)]);

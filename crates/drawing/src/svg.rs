@@ -153,10 +153,15 @@ impl<'a> Svg<'a> {
             let colour = number.map(|number| ramp[heat::step(number, largest)].to_string());
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
-            self.put_part(cell_area((x, y)), number.is_some(), format_args!(
-                "<rect class=\"heat\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{PITCH}\" height=\"{PITCH}\" fill=\"{colour}\"/>\n",
-                cell.x, cell.y
-            ));
+            let tile = tile((x, y));
+            self.put_part(
+                cell_area((x, y)),
+                number.is_some(),
+                format_args!(
+                    "<rect class=\"heat\" data-cell=\"{},{}\" {tile} fill=\"{colour}\"/>\n",
+                    cell.x, cell.y
+                ),
+            );
         }
         self.put("</g>\n");
     }
@@ -166,13 +171,16 @@ impl<'a> Svg<'a> {
         self.put("<g class=\"colours\">\n");
         for cell in size.cells() {
             let Some(colour) = self.scene.colour(cell) else { continue };
-            let ((x, y), width) = (corner(size, cell), PITCH - 2 * INSET);
-            let area = cell_area((x, y));
-            let (x, y) = (x + INSET, y + INSET);
-            self.put_part(area, true, format_args!(
-                "<rect class=\"colour\" data-cell=\"{},{}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{width}\" fill=\"{colour}\"/>\n",
-                cell.x, cell.y
-            ));
+            let (x, y) = corner(size, cell);
+            let tile = tile((x, y));
+            self.put_part(
+                cell_area((x, y)),
+                true,
+                format_args!(
+                    "<rect class=\"colour\" data-cell=\"{},{}\" {tile} fill=\"{colour}\"/>\n",
+                    cell.x, cell.y
+                ),
+            );
         }
         self.put("</g>\n");
     }
@@ -349,6 +357,12 @@ impl<'a> Svg<'a> {
     }
 }
 
+/// Returns the attributes of a coloured area in the cell with this corner.
+fn tile((x, y): (u32, u32)) -> String {
+    let (x, y, width) = (x + INSET, y + INSET, PITCH - 2 * INSET);
+    format!(r#"x="{x}" y="{y}" width="{width}" height="{width}""#)
+}
+
 /// Returns the transformation of a label in this cell.
 fn position(size: MazeSize, cell: Cell, scale: f64) -> String {
     let ((x, y), scale) = (centre(size, cell), decimals(scale));
@@ -438,7 +452,7 @@ mod tests {
         let weight = |cell: Cell| if cell == Cell::new(1, 1) { 255 } else { cell.x + cell.y };
         let svg = Scene::from_maze(&maze).with_weights(weight).page_svg();
         assert_eq!(numbers(&svg), [&digits(0), &digits(1), &digits(1), INFINITY]);
-        assert!(svg.contains(r#"data-cell="1,1" x="20" y="0" width="20" height="20" fill="none""#));
+        assert!(svg.contains(r#"data-cell="1,1" x="22" y="2" width="16" height="16" fill="none""#));
         assert_eq!(svg.matches(r#"fill="none""#).count(), 1);
         let warmest = ramp(Theme::Light)[63].to_string();
         assert_eq!(svg.matches(&warmest).count(), 2, "1 is the largest weight");

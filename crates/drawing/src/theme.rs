@@ -49,9 +49,9 @@ impl Theme {
         match self {
             Self::Light => Colours {
                 floor: rgb(0x00fd_fdfc),
-                visited: rgb(0x00d6_e4f7),
+                visited: rgb(0x00c4_d8f5),
                 wall: rgb(0x001b_2430),
-                unknown: rgb(0x0070_7a8a),
+                unknown: rgb(0x006c_7686),
                 mistaken: rgb(0x00d0_1c50),
                 start: (rgb(0x00cb_ebe2), rgb(0x0005_6b5c)),
                 goal: (rgb(0x00ec_dcf7), rgb(0x007a_2ba8)),
@@ -67,7 +67,7 @@ impl Theme {
                 wall: rgb(0x00e8_edf4),
                 unknown: rgb(0x007a_8698),
                 mistaken: rgb(0x00ff_b02e),
-                start: (rgb(0x0011_4a43), rgb(0x006f_e3cd)),
+                start: (rgb(0x000d_4039), rgb(0x006f_e3cd)),
                 goal: (rgb(0x0043_2560), rgb(0x00d9_a8f7)),
                 trail: (rgb(0x003f_6597), rgb(0x0058_a6ff)),
                 number: rgb(0x00e2_e8f0),
@@ -206,12 +206,15 @@ mod tests {
             let colours = theme.colours();
             let Colours { floor, visited, wall, unknown, mistaken, start, goal, mouse, .. } =
                 colours;
+            // Heat colours and the colours of mice do not touch walls.
             let newest = colours.trail(AGES - 1);
             for (what, colour, behind) in [
                 ("wall", wall, floor),
                 ("wall of a visited cell", wall, visited),
                 ("unknown wall", unknown, floor),
                 ("unknown wall of a visited cell", unknown, visited),
+                ("unknown wall of the start", unknown, start.0),
+                ("unknown wall of a goal cell", unknown, goal.0),
                 ("new trail", newest, floor),
                 ("new trail in a visited cell", newest, visited),
                 ("mistaken wall", mistaken, floor),
@@ -231,7 +234,7 @@ mod tests {
             let colours = theme.colours();
             let Colours { floor, visited, wall, unknown, .. } = colours;
             for (what, one, other, least) in [
-                ("visited cell", visited, floor, 1.25),
+                ("visited cell", visited, floor, 1.4),
                 ("unknown wall", unknown, wall, 3.0),
                 ("old trail", colours.trail(0), colours.trail(AGES - 1), 1.5),
                 ("old trail in a visited cell", colours.trail(0), visited, 1.5),
