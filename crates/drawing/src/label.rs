@@ -71,12 +71,7 @@ impl Label {
 
 /// Returns the SVG path of a text of up to 10 characters and the factor by which the path is scaled
 /// to fit into a cell. The path is centred on (0, 0). The scaled path is at most 15 units wide.
-///
-/// ```
-/// assert_eq!(mmsim_drawing::text("12"), (mmsim_drawing::digits(12), 1.0));
-/// assert_eq!(mmsim_drawing::text("2000").1, 0.75);
-/// ```
-pub fn text(text: &str) -> (String, f64) {
+pub(crate) fn text(text: &str) -> (String, f64) {
     let count = text.chars().count();
     let Some((end, _)) = text.char_indices().nth(LINE_CHARS) else {
         return (line(text, 0.0), scale(count));

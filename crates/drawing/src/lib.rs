@@ -17,7 +17,7 @@
 //!
 //! The elements of an SVG have classes (see [`Scene::page_svg`]). In a page, the [`stylesheet`]
 //! sets the colours of the classes. An SVG file contains its own styles. Numbers and
-//! texts are drawn as strokes ([`digits`], [`text`](fn@text)), so no font is needed.
+//! texts are drawn as strokes ([`digits`]), so no font is needed.
 //!
 //! ```
 //! use mmsim_drawing::{Scene, Theme};
@@ -60,7 +60,7 @@ mod walls;
 pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
 pub use bars::{Bar, BarChart, BarGroup};
 pub use font::digits;
-pub use label::{text, weight};
+pub use label::weight;
 pub use page::page_json;
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene};

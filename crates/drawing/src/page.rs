@@ -1,9 +1,9 @@
 //! JSON tables that a web page uses to draw numbers and heat colours.
 
-use crate::colours::{COLOURS, is_light};
+use crate::colours::{COLOURS, INSET, is_light};
 use crate::font::{ADVANCE, GLYPHS, MISSING, decimals};
 use crate::heat::ramp;
-use crate::label::INFINITY;
+use crate::label::{FULL_CHARS, INFINITY, LINE_CHARS, LINE_OFFSET};
 use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
 use crate::theme::Theme;
 
@@ -12,7 +12,7 @@ use crate::theme::Theme;
 ///
 /// ```json
 /// {"advance": 5, "glyphs": ["", "m…", … 95], "missing": "m…", "infinity": "M…",
-///  "colours": {"k": "#rrggbb", … 15}, "light_colours": "gwy…",
+///  "text": {"line": 5, "full": 3, "offset": 5.5}, "inset": 2, "colours": {"k": "#rrggbb", … 15}, "light_colours": "gwy…",
 ///  "trail": {"ages": 6, "min_fade": 48, "lines": ["v-20", … 4], "arrows": ["m…", … 4]},
 ///  "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
@@ -20,10 +20,11 @@ use crate::theme::Theme;
 /// The path of a line of text is the concatenation of the paths of its characters, each preceded by
 /// `M{x} {y}`. The glyphs are those of the characters from the space to `~`; `missing` is the glyph
 /// of other characters. For character i of n, counted from 0, x is (i − n/2) · advance, rounded to
-/// two decimals, and y is 0 (see [`digits`](crate::digits)). A text of more than 5 characters
-/// consists of two lines, of which the first has 5 characters and y = −5.5, and the second has y =
-/// 5.5. A line of n characters is scaled by 3 / max(n, 3). A label is black in a cell with one of the
-/// `light_colours`, and white in a cell with another colour. The index of the colour for a weight w is round(63 · w / max(1, the
+/// two decimals, and y is 0 (see [`digits`](crate::digits)). A text of more than 5 characters is
+/// split into two lines: the first 5 characters at y = −5.5 and the rest at y = 5.5. A line of n
+/// characters is scaled by 3 / max(n, 3). These constants are the properties `line`, `offset` and
+/// `full` of `text`. A coloured area is `inset` units smaller than its cell on each side. A label is
+/// black in a cell with one of the `light_colours`, and white in a cell with another colour. The index of the colour for a weight w is round(63 · w / max(1, the
 /// largest weight)). The weight 255 is drawn as the path `infinity`, has no heat colour and does not
 /// count as the largest weight.
 ///
@@ -41,7 +42,7 @@ pub fn page_json() -> String {
         COLOURS.iter().filter(|(_, colour)| is_light(*colour)).map(|(letter, _)| letter).collect();
     let colours = COLOURS.map(|(letter, colour)| format!("\"{letter}\":\"{colour}\"")).join(",");
     format!(
-        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","colours":{{{colours}}},"light_colours":"{light}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
+        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"light_colours":"{light}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
         list(GLYPHS.map(String::from).into_iter()),
         list(LINES.map(String::from).into_iter()),
@@ -73,6 +74,8 @@ mod tests {
             })
             .concat();
         assert_eq!(written, crate::digits(255));
+        let text = serde_json::json!({ "line": 5, "full": 3, "offset": 5.5 });
+        assert_eq!((&json["text"], &json["inset"]), (&text, &serde_json::json!(2)));
         for (letter, colour) in COLOURS {
             assert_eq!(json["colours"][letter.to_string()], colour.to_string());
         }

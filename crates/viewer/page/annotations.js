@@ -5,12 +5,8 @@ import { setAttributes } from "./dom.js";
 
 /** @typedef {import("./api.js").DrawingStyle} DrawingStyle */
 
-/** The width of a cell, and the distance from a coloured area to the edges of its cell, in units of the drawing. */
-const [PITCH, INSET] = [20, 2];
-/** Characters in a line of text, and characters that fit into a cell without scaling. */
-const [LINE, FULL] = [5, 3];
-/** Distance of each of two lines from the middle of the cell. */
-const LINE_OFFSET = 5.5;
+/** The width of a cell in units of the drawing. */
+const PITCH = 20;
 
 /** @type {Record<string, string>} */
 const COLOUR_NAMES = {
@@ -18,7 +14,7 @@ const COLOUR_NAMES = {
   B: "dark blue", C: "dark cyan", A: "dark grey", G: "dark green", R: "dark red", Y: "dark yellow",
 }; // prettier-ignore
 
-export class CellNotes {
+export class CellAnnotations {
   #width;
   #height;
   #style;
@@ -48,8 +44,9 @@ export class CellNotes {
     const coloured = [...colours].flatMap((letter, cell) => (letter === "-" ? [] : [/** @type {[number, string]} */ ([cell, letter])]));
     this.#colours.show(coloured, (cell, letter) => {
       const [x, y] = this.#corner(cell);
-      const side = PITCH - 2 * INSET;
-      const area = { x: x + INSET, y: y + INSET, width: side, height: side };
+      const { inset } = this.#style;
+      const side = PITCH - 2 * inset;
+      const area = { x: x + inset, y: y + inset, width: side, height: side };
       return { class: "colour", "data-cell": this.#name(cell), ...area, fill: this.#style.colours[letter] };
     });
   }
@@ -121,10 +118,10 @@ export function linePath(characters, { advance, glyphs, missing }, y = 0) {
 
 /** Returns the SVG path of a text in a cell, and the factor by which it is scaled. @param {string} text @param {DrawingStyle} style */
 function textPath(text, style) {
+  const { line, full, offset } = style.text;
   const characters = [...text];
-  const [first, second] = [characters.slice(0, LINE), characters.slice(LINE)];
-  const longest = Math.max(first.length, second.length, FULL);
-  const scale = FULL / longest;
+  const [first, second] = [characters.slice(0, line), characters.slice(line)];
+  const scale = full / Math.max(first.length, second.length, full);
   if (second.length === 0) return { path: linePath(first, style), scale };
-  return { path: linePath(first, style, -LINE_OFFSET) + linePath(second, style, LINE_OFFSET), scale };
+  return { path: linePath(first, style, -offset) + linePath(second, style, offset), scale };
 }

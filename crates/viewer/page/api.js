@@ -19,7 +19,7 @@
  *   total: RunReport, fast_runs: number, put_backs: number, jumps: number }} PhaseReport
  * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: string | null }} TrialReport
- * @typedef {{ at: number, states: number, state: number[], steps: number, turns: number, phases: PhaseReport,
+ * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport,
  *   trial: TrialReport | null,
  *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
  *   closed: number | null, solved: boolean, trail: number[],
@@ -28,9 +28,10 @@
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
  *   put_backs: number[] }} DistanceHistory
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
- *   colours: Record<string, string>, light_colours: string,
+ *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
+ * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
  */
 
 /** An error response, with a message for the user. */
@@ -104,9 +105,12 @@ export const stateView = (source, index, signal) => getJson(sourceUrl(source, "m
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
 /**
- * Returns the last log lines up to a state, each with the index of its state.
- * @param {Source} source @param {number} last @param {string} filter @param {AbortSignal} signal
- * @returns {Promise<[number, string][]>}
+ * Returns up to `max` log lines up to the state `at` and up to `max` later lines, but none before the state `from`. Each
+ * line is preceded by the index of its state. The response contains all lines from the state `first` to the state `last`.
+ * @param {Source} source
+ * @param {{ at: number, from: number, max: number, filter: string }} range
+ * @param {AbortSignal} signal
+ * @returns {Promise<LogLines>}
  */
-export const log = (source, last, filter, signal) =>
-  getJson(sourceUrl(source, "log", `&at=${last}&max=200&filter=${encodeURIComponent(filter)}`), signal);
+export const log = (source, { at, from, max, filter }, signal) =>
+  getJson(sourceUrl(source, "log", `&at=${at}&from=${from}&max=${max}&filter=${encodeURIComponent(filter)}`), signal);

@@ -11,7 +11,7 @@ const TIMEOUT = 30_000;
 
 /**
  * @param {(event: import("./api.js").ServerEvent) => void} onEvent
- * @param {(connected: boolean) => void} onConnection
+ * @param {(connected: boolean, reason?: string) => void} onConnection the reason is the server's, if it refuses
  */
 export function listen(onEvent, onConnection) {
   /** @type {EventSource | undefined} */
@@ -37,10 +37,20 @@ export function listen(onEvent, onConnection) {
     };
     opened.onopen = () => onConnection(true);
     opened.onerror = () => {
-      onConnection(false);
-      if (opened.readyState === EventSource.CLOSED) setTimeout(() => stream === opened && open(), RETRY);
+      if (opened.readyState !== EventSource.CLOSED) return onConnection(false);
+      setTimeout(() => stream === opened && open(), RETRY);
+      refusal().then((reason) => stream === opened && onConnection(false, reason));
     };
   };
   document.addEventListener("visibilitychange", open);
   open();
+}
+
+/** Returns the text of the server's error response, which an `EventSource` does not provide. */
+async function refusal() {
+  const abort = new AbortController();
+  const response = await fetch("/events", { signal: abort.signal }).catch(() => null);
+  const text = response && !response.ok ? await response.text() : "";
+  abort.abort();
+  return text;
 }

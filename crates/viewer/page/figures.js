@@ -20,8 +20,8 @@ export function showFigures(panel, source, view) {
     setText(panel, `.${name} dd`, value == null ? placeholder : formatNumber(value));
   const trialSteps = view?.trial && view.trial.run_1.steps + (view.trial.run_2?.steps ?? 0);
   const trialTurns = view?.trial && view.trial.run_1.turns + (view.trial.run_2?.turns ?? 0);
-  show("steps", trialSteps ?? view?.steps);
-  show("turns", trialTurns ?? view?.turns);
+  show("steps", trialSteps ?? view?.phases.total.steps);
+  show("turns", trialTurns ?? view?.phases.total.turns);
   show("visited", view?.visited);
   setText(panel, ".time dd", view ? formatTime(view.phases.total.ms) : "–");
   if (isTrial) showTrial(panel, view?.trial, source?.robot);

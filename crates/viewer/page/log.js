@@ -6,18 +6,29 @@ import { formatNumber, query, setText, showError, sleep } from "./dom.js";
 
 /** Minimum time between requests, in milliseconds. */
 const PAUSE = 80;
+/** The maximum number of lines in a request before and after a state. The pane keeps at most twice as many. */
+const MAX_LINES = 200;
+
+/** @type {{ lines: [number, string][], first: number, last: number, hasLater: boolean, filter: string }} */
+const NOTHING = { lines: [], first: 0, last: -1, hasLater: false, filter: "" };
+
+/** @typedef {{ source: api.Source, index: number, states: number, signal: AbortSignal }} Requested */
 
 export class LogPane {
   #element;
   #filter;
   #list;
   #seek;
-  /** @type {{ source: api.Source, index: number, states: number, signal: AbortSignal } | null} */
-  #wanted = null;
-  #loading = false;
-  /** The shown lines. @type {[number, string][]} */
-  #lines = [];
-  #shownText = "";
+  /** @type {Requested | null} */
+  #requested = null;
+  /** @type {Promise<void> | null} */
+  #loading = null;
+  /** The loaded lines, which are all lines that match the filter from the state `first` to the state `last`. */
+  #loaded = { ...NOTHING };
+  /** The lines in the list, a part of the loaded lines. @type {[number, string][]} */
+  #shown = [];
+  /** The state of the highlighted lines. */
+  #highlighted = -1;
 
   /** @param {HTMLElement} panel @param {(index: number) => void} seek */
   constructor(panel, seek) {
@@ -27,7 +38,7 @@ export class LogPane {
     this.#seek = seek;
     this.#filter.oninput = () => void this.#load();
     this.#filter.onkeydown = (event) => {
-      if (event.key === "Enter") this.#jump(event.shiftKey);
+      if (event.key === "Enter") void this.#jump(event.shiftKey);
     };
     this.#list.onkeydown = (event) => this.#handleKey(event);
   }
@@ -39,80 +50,118 @@ export class LogPane {
 
   /** Forgets the lines of the previous run. */
   clear() {
-    this.#wanted = null;
+    this.#requested = null;
     this.#element.hidden = true;
     this.#filter.value = "";
-    this.#render([]);
+    this.#loaded = { ...NOTHING };
+    this.#render();
   }
 
   /** Shows the lines up to a state. @param {api.Source} source @param {number} index @param {number} states @param {AbortSignal} signal */
   show(source, index, states, signal) {
-    this.#wanted = { source, index, states, signal };
+    this.#requested = { source, index, states, signal };
+    this.#render();
     void this.#load();
   }
 
-  /** Loads the wanted lines. If others are wanted in the meantime, loads those next. */
-  async #load() {
-    if (this.#loading) return;
-    this.#loading = true;
-    for (let loaded = ""; ; ) {
-      const wanted = this.#wanted;
-      const filter = this.#filter.value.trim();
-      const last = wanted && (filter ? wanted.states - 1 : wanted.index);
-      const key = wanted && `${wanted.source.run} ${last} ${filter}`;
-      if (!wanted || last === null || last < 0 || key === null || key === loaded) break;
-      const lines = await api.log(wanted.source, last, filter, wanted.signal).catch(showLogError);
-      if (this.#wanted?.source === wanted.source && lines) {
-        if (lines.length > 0) this.#element.hidden = false;
-        this.#render(lines);
-      }
-      loaded = key;
+  /** Loads the requested lines. Repeats if the request changes meanwhile. */
+  #load() {
+    this.#loading ??= this.#loadRequested().finally(() => (this.#loading = null));
+    return this.#loading;
+  }
+
+  async #loadRequested() {
+    for (;;) {
+      const requested = this.#requested;
+      if (!requested || requested.index < 0) return;
+      const { index, states } = requested;
+      const { filter, first, last, hasLater } = this.#loaded;
+      const isLoaded = filter === this.#filterText && first <= index && (index <= last || !hasLater);
+      if (isLoaded && (hasLater || last >= states - 1)) return;
+      // The new lines of a growing run are added to the loaded lines.
+      if (!(await this.#read(requested, isLoaded ? states - 1 : index, isLoaded ? last + 1 : 0))) return;
       await sleep(PAUSE);
     }
-    this.#loading = false;
-    this.#highlight();
   }
 
-  /** @param {[number, string][]} lines */
-  #render(lines) {
-    const text = JSON.stringify(lines);
-    if (text !== this.#shownText) {
-      this.#shownText = text;
-      this.#lines = lines;
-      const focused = this.#list.contains(document.activeElement);
-      this.#list.replaceChildren(
-        ...lines.map(([state, line]) => {
-          const item = document.createElement("li");
-          const button = document.createElement("button");
-          const [number, content] = [document.createElement("small"), document.createElement("span")];
-          number.textContent = formatNumber(state + 1);
-          content.textContent = line;
-          button.append(number, content);
-          button.onclick = () => this.#seek(state);
-          item.append(button);
-          return item;
-        }),
-      );
-      if (focused) this.#list.querySelector("button")?.focus();
+  /**
+   * Loads the lines around a state, or adds those from the state `from` to the loaded lines. Returns false if this fails.
+   * @param {Requested} requested @param {number} at @param {number} from
+   */
+  async #read({ source, signal }, at, from) {
+    const filter = this.#filterText;
+    const range = { at, from, max: MAX_LINES, filter };
+    const reply = await api.log(source, range, signal).catch(showLogError);
+    if (!reply || this.#requested?.source !== source) return false;
+    const { lines, first, last, has_later: hasLater } = reply;
+    if (filter !== this.#filterText) return true; // the next request replaces the lines
+    const isAdded = from > 0 && first === from;
+    const kept = isAdded ? this.#loaded.lines : [];
+    this.#loaded = { lines: [...kept, ...lines], first: isAdded ? this.#loaded.first : first, last, hasLater, filter };
+    const excess = this.#loaded.lines.length - 2 * MAX_LINES;
+    if (isAdded && excess > 0) {
+      const dropped = this.#loaded.lines.splice(0, excess);
+      this.#loaded.first = Math.min(at, dropped[excess - 1][0] + 1);
     }
-    setText(this.#element, ".empty", this.#filter.value && lines.length === 0 ? "No line matches." : "");
-    this.#highlight();
+    if (this.#loaded.lines.length > 0) this.#element.hidden = false;
+    this.#render();
+    return true;
   }
 
-  /** Highlights the lines of the newest shown state that has some. */
-  #highlight() {
-    const index = this.#wanted?.index ?? -1;
-    const states = this.#lines.map(([state]) => state);
+  get #filterText() {
+    return this.#filter.value.trim();
+  }
+
+  /** Shows the loaded lines. Without a filter, shows only those up to the shown state. */
+  #render() {
+    const index = this.#requested?.index ?? -1;
+    const { filter, first, hasLater } = this.#loaded;
+    const lines = filter ? this.#loaded.lines : this.#loaded.lines.filter(([state]) => state <= index);
+    let same = 0;
+    while (same < lines.length && isSame(lines[same], this.#shown[same])) same += 1;
+    const hadFocus = this.#list.contains(document.activeElement);
+    while (this.#list.children.length > same) this.#list.lastElementChild?.remove();
+    this.#list.append(...lines.slice(same).map((line) => this.#item(line)));
+    const isUnchanged = same === this.#shown.length && same === lines.length;
+    this.#shown = lines;
+    setText(this.#element, ".empty", filter && lines.length === 0 ? "No line matches." : "");
+    const isPartial = first > 0 || (filter !== "" && hasLater);
+    setText(this.#element, ".partial", isPartial ? "Only lines near the shown state are listed." : "");
+    this.#highlight(index, isUnchanged, hadFocus && !this.#list.contains(document.activeElement));
+  }
+
+  /** @param {[number, string]} line */
+  #item([state, line]) {
+    const item = document.createElement("li");
+    const button = document.createElement("button");
+    const [number, content] = [document.createElement("small"), document.createElement("span")];
+    number.textContent = formatNumber(state + 1);
+    content.textContent = line;
+    button.append(number, content);
+    button.onclick = () => this.#seek(state);
+    item.append(button);
+    return item;
+  }
+
+  /**
+   * Highlights the lines of the newest displayed state with log lines, and scrolls to them if they are others.
+   * @param {number} index @param {boolean} isUnchanged @param {boolean} lostFocus
+   */
+  #highlight(index, isUnchanged, lostFocus) {
+    const states = this.#shown.map(([state]) => state);
     const newest = states.filter((state) => state <= index).at(-1) ?? -1;
-    const stop = Math.max(0, states.lastIndexOf(newest));
-    this.#buttons.forEach((button, i) => {
-      const [state] = this.#lines[i];
-      button.ariaCurrent = state === newest ? "true" : null;
-      button.classList.toggle("later", state > index);
-      button.tabIndex = i === stop ? 0 : -1;
+    if (isUnchanged && newest === this.#highlighted) return;
+    this.#highlighted = newest;
+    const current = Math.max(0, states.lastIndexOf(newest));
+    const buttons = this.#buttons;
+    buttons.forEach((button, i) => {
+      button.ariaCurrent = states[i] === newest ? "true" : null;
+      button.classList.toggle("later", states[i] > index);
+      button.tabIndex = i === current ? 0 : -1;
     });
-    const button = this.#buttons[stop];
-    if (!button || this.#list.contains(document.activeElement)) return;
+    const button = buttons[current];
+    if (lostFocus) button?.focus({ preventScroll: true });
+    if (!button) return;
     const [line, list] = [button.getBoundingClientRect(), this.#list.getBoundingClientRect()];
     if (line.top < list.top) this.#list.scrollTop += line.top - list.top;
     else if (line.bottom > list.bottom) this.#list.scrollTop += line.bottom - list.bottom;
@@ -123,12 +172,24 @@ export class LogPane {
   }
 
   /** Shows the state of the previous or next line, or starts again at the other end. @param {boolean} forward */
-  #jump(forward) {
-    const index = this.#wanted?.index ?? 0;
-    const lines = this.#lines;
-    const line = forward
-      ? (lines.find(([state]) => state > index) ?? lines[0])
-      : (lines.filter(([state]) => state < index).at(-1) ?? lines.at(-1));
+  async #jump(forward) {
+    await this.#load();
+    const requested = this.#requested;
+    if (!requested) return;
+    const { index, states } = requested;
+    /** @returns {[number, string] | undefined} */
+    const next = () => {
+      const { lines } = this.#loaded;
+      return forward ? lines.find(([state]) => state > index) : lines.filter(([state]) => state < index).at(-1);
+    };
+    const isComplete = () => (forward ? !this.#loaded.hasLater : this.#loaded.first === 0);
+    if (!next() && !isComplete()) await this.#read(requested, index, 0);
+    let line = next();
+    if (!line) {
+      const isWhole = this.#loaded.first === 0 && !this.#loaded.hasLater;
+      if (!isWhole) await this.#read(requested, forward ? 0 : states - 1, 0);
+      line = this.#loaded.lines.at(forward ? 0 : -1);
+    }
     if (line) this.#seek(line[0]);
   }
 
@@ -142,6 +203,9 @@ export class LogPane {
     buttons[Math.max(0, Math.min(i + step, buttons.length - 1))]?.focus();
   }
 }
+
+/** @param {[number, string]} line @param {[number, string] | undefined} other */
+const isSame = ([state, text], other) => other !== undefined && state === other[0] && text === other[1];
 
 /** @param {unknown} error */
 function showLogError(error) {

@@ -3,7 +3,7 @@
 // change, since most of the thousands of elements stay the same.
 
 import { setAttributes } from "./dom.js";
-import { CellNotes, colourName, labelClass, linePath } from "./notes.js";
+import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
 import { DX, DY, HEADINGS, NO_PATH, VISITED, WALL_BITS } from "./state.js";
 
 /**
@@ -46,7 +46,7 @@ export class MazeMap {
   #wallIndex;
   #numbers;
   #numberClasses;
-  #notes;
+  #annotations;
   #style;
   #heat;
   #trail;
@@ -66,7 +66,7 @@ export class MazeMap {
     this.#source = source;
     this.#style = style;
     this.svg = svg;
-    this.#notes = new CellNotes(svg, source, style);
+    this.#annotations = new CellAnnotations(svg, source, style);
     this.#mouse = all(".mouse")[0];
 
     const cells = all(".cell");
@@ -117,18 +117,19 @@ export class MazeMap {
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
-  /** @param {State} state @param {StateView} view @param {Layers} layers */
-  show(state, view, layers) {
-    const { numbers, heat, trail } = layers;
+  /** @param {State} state @param {StateView} view @param {Layers} layers @param {boolean} labelled false hides all labels */
+  show(state, view, layers, labelled) {
+    const { heat, trail } = layers;
+    const numbers = layers.numbers && labelled;
     const texts = layers.texts ? view.texts : [];
     const colours = layers.colours ? view.colours : "";
-    const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && !texts.length };
+    const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && !(labelled && texts.length) };
     for (const [name, isSet] of Object.entries(classes)) this.svg.classList.toggle(name, isSet);
     this.#showWalls(state.walls, view.declared_walls);
-    this.#notes.show(texts, colours);
+    this.#annotations.show(labelled ? texts : [], colours);
     // A hidden layer is updated when it is shown again.
     if (numbers) this.#showNumberClasses(colours);
-    this.#showWeights(state.weights, texts, layers);
+    this.#showWeights(state.weights, texts, { numbers, heat });
     if (trail) this.#showTrail(view.trail);
     this.#placeMouse(state.x, state.y, state.heading);
   }
@@ -152,7 +153,12 @@ export class MazeMap {
     }
   }
 
-  /** @param {Uint8Array} weights @param {[number, string][]} texts which replace weights @param {Layers} layers */
+  /**
+   * Texts replace weights. If a cell has a text, the weight 0 of other cells is not shown.
+   * @param {Uint8Array} weights
+   * @param {[number, string][]} texts
+   * @param {{ numbers: boolean, heat: boolean }} layers
+   */
   #showWeights(weights, texts, { numbers, heat }) {
     let [max, blank] = [1, true];
     for (const weight of weights) {
@@ -163,8 +169,9 @@ export class MazeMap {
     const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
       const weight = weights[i];
-      if (numbers) this.#numbers.set(i, blank || replaced.has(i) ? -1 : weight);
-      if (heat) this.#heat.set(i, blank || weight === NO_PATH ? -1 : first + Math.round((weight * 63) / max));
+      const hidden = blank || (weight === 0 && texts.length > 0 && !replaced.has(i));
+      if (numbers) this.#numbers.set(i, hidden || replaced.has(i) ? -1 : weight);
+      if (heat) this.#heat.set(i, hidden || weight === NO_PATH ? -1 : first + Math.round((weight * 63) / max));
     }
   }
 

@@ -11,7 +11,7 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, [name=close]";
+const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close]";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
@@ -19,6 +19,9 @@ const panels = new Map();
 let active = "";
 /** @type {RunForm | undefined} */
 let runForm;
+let isConnected = true;
+/** The message when the server does not reply. */
+const unreachable = query(document, "#offline").textContent ?? "";
 /** The element that had the focus when the connection was lost. @type {HTMLElement | null} */
 let focusedOnline = null;
 
@@ -58,11 +61,17 @@ listen(
   showConnection,
 );
 
-/** Says whether the server can be reached, and disables what needs the server. @param {boolean} connected */
-function showConnection(connected) {
+/**
+ * Says whether the server can be reached, and disables what needs the server.
+ * @param {boolean} connected
+ * @param {string} [reason] the reply of a server that refuses the connection
+ */
+function showConnection(connected, reason) {
+  isConnected = connected;
   setAttributes(query(document, "#status"), { "data-connected": connected });
   setText(document, "#status", connected ? "Connected" : "Connection lost, reconnecting…");
   query(document, "#offline").hidden = connected;
+  if (!connected) setText(document, "#offline", reason ? `Cannot connect: ${reason}` : unreachable);
   if (connected) {
     for (const part of document.querySelectorAll("[inert]")) part.removeAttribute("inert");
     if (document.activeElement === document.body) focusedOnline?.focus();
@@ -153,7 +162,7 @@ document.addEventListener("keydown", (event) => {
   if (target.matches("select, input:not([type=range], [type=checkbox])")) return;
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
-  else if (key === "/" && mazes) mazes.focusSearch();
-  else if (!panels.get(active)?.handleKey(event)) return;
+  else if (key === "/" && mazes && isConnected) mazes.focusSearch();
+  else if (!panels.get(active)?.handleKey(event, isConnected)) return;
   event.preventDefault();
 });

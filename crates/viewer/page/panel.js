@@ -150,7 +150,8 @@ export class Panel {
     setText(element, ".note", source.note ?? "");
     setText(element, ".about-maze", kind === "recording" ? `maze ${source.maze}` : "");
     setText(element, ".about-mouse", "");
-    for (const layer of [".texts-layer", ".colours-layer"]) query(element, layer).hidden = true;
+    this.#offer("texts", false);
+    this.#offer("colours", false);
     this.#log.clear();
     clearTimeout(this.#slowTimer);
     this.#slowTimer = 0;
@@ -220,11 +221,9 @@ export class Panel {
   #show() {
     const shown = this.#shown;
     const layers = this.#layers;
-    layers.numbers &&= !this.#isFast;
     if (shown) {
-      layers.texts &&= !this.#isFast;
-      this.#map?.show(shown.state, shown.view, layers);
-      this.#showNotes(shown.view);
+      this.#map?.show(shown.state, shown.view, layers, !this.#isFast);
+      this.#showAnnotations(shown.view);
       if (this.#log.isShown) this.#showLog();
     }
     this.timeline.show();
@@ -243,11 +242,16 @@ export class Panel {
   }
 
   /** Shows the names of the mouse and its strategy, and the layers that the mouse uses. @param {api.StateView} view */
-  #showNotes({ mouse, strategy, trial, texts, colours }) {
+  #showAnnotations({ mouse, strategy, trial, texts, colours }) {
     const names = trial ? [] : [mouse, strategy].filter(Boolean);
     setText(this.element, ".about-mouse", names.join(" · "));
-    if (texts.length > 0) query(this.element, ".texts-layer").hidden = false;
-    if (colours) query(this.element, ".colours-layer").hidden = false;
+    if (texts.length > 0) this.#offer("texts", true);
+    if (colours) this.#offer("colours", true);
+  }
+
+  /** Shows or hides a layer that few mice use and its legend. @param {"texts" | "colours"} layer @param {boolean} offered */
+  #offer(layer, offered) {
+    for (const part of this.element.querySelectorAll(`.${layer}-layer`)) part.toggleAttribute("hidden", !offered);
   }
 
   #showLog() {
@@ -296,9 +300,9 @@ export class Panel {
     }
   }
 
-  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
-  handleKey(event) {
-    return this.timeline.handleKey(event) || this.#viewport.handleKey(event);
+  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event @param {boolean} connected */
+  handleKey(event, connected) {
+    return (connected && this.timeline.handleKey(event)) || this.#viewport.handleKey(event);
   }
 
   /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */

@@ -28,15 +28,18 @@ export class RecordingList {
     const { body } = document;
     /** @param {boolean} dragging */
     const highlight = (dragging) => body.classList.toggle("dropping", dragging);
+    // The section is inert while the server cannot be reached.
+    const canOpen = () => !this.#element.inert;
     body.ondragover = (event) => {
       event.preventDefault();
-      highlight(true);
+      if (event.dataTransfer && !canOpen()) event.dataTransfer.dropEffect = "none";
+      highlight(canOpen());
     };
     body.ondragleave = (event) => highlight(event.relatedTarget !== null);
     body.ondrop = (event) => {
       event.preventDefault();
       highlight(false);
-      this.#upload(event.dataTransfer?.files);
+      if (canOpen()) this.#upload(event.dataTransfer?.files);
     };
   }
 

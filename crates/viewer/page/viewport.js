@@ -198,7 +198,10 @@ export class Viewport {
   }
 
   /** @param {PointerEvent} event */
-  #move({ pointerId, clientX: x, clientY: y }) {
+  #move(event) {
+    const { pointerId, clientX: x, clientY: y } = event;
+    // The button may have been released outside the map.
+    if (!event.buttons) this.#release(event);
     const before = this.#pointers.get(pointerId);
     if (!before) return;
     const moved = Math.hypot(x - before.x, y - before.y);

@@ -1,17 +1,16 @@
 //! The HTTP API of the page.
 
-use std::io::{Seek, Write};
 use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
-use axum::http::{StatusCode, header};
+use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::thumbnail;
 use mmsim_maze::Maze;
-use mmsim_recording::{Block, Integrity, Recording};
+use mmsim_recording::{Block, Integrity};
 use mmsim_solvers::{BundledStrategy, MazeFacts};
 use mmsim_trial::race_optimum;
 use serde::{Deserialize, Serialize};
@@ -21,13 +20,12 @@ use crate::app_state::AppState;
 use crate::control::OwnMouse;
 use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
-use crate::limits::MAX_RECORDING_BYTES;
 use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
 use crate::state_view::StateView;
-use crate::transfer::{buffer_body, receive_body};
+use crate::transfer::buffer_body;
 use crate::trial::trial_status;
-use crate::{assets, events, mouse_api, recordings, stream};
+use crate::{assets, events, log_view, mouse_api, recording_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
@@ -50,14 +48,12 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
         .route("/api/sources/{id}/costs", get(distances))
-        .route("/api/sources/{id}/log", get(log))
+        .route("/api/sources/{id}/log", get(log_view::handle))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
-        .route("/api/recordings", get(list_recordings))
-        .route("/api/recordings/open", post(open_recording))
-        .route("/api/recordings/close", post(close_recording))
+        .merge(recording_api::router())
         .merge(mouse_api::router())
         .layer(middleware::from_fn_with_state(Arc::clone(&state), buffer_body))
-        .route("/api/recordings", post(upload))
+        .merge(recording_api::upload_router())
         .with_state(state)
         .merge(assets::router())
 }
@@ -278,37 +274,6 @@ async fn distances(
     run_blocking(move || Ok(Json(state.source(&id)?.distances(run)?))).await
 }
 
-/// The maximum number of log lines in a response.
-const MAX_LOG_LINES: usize = 500;
-
-#[derive(Deserialize)]
-struct LogQuery {
-    run: u32,
-    /// The index of the last state whose lines are returned.
-    at: usize,
-    max: Option<usize>,
-    /// Only lines that contain this text are returned, ignoring case.
-    #[serde(default)]
-    filter: String,
-}
-
-/// Returns the last log lines up to a state, each with the index of the state that follows the
-/// line.
-async fn log(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(LogQuery { run, at, max, filter }): Query<LogQuery>,
-) -> ApiResult<Json<Vec<(usize, String)>>> {
-    run_blocking(move || {
-        let (max, filter) =
-            (max.unwrap_or(MAX_LOG_LINES).min(MAX_LOG_LINES), filter.to_lowercase());
-        let matches = |text: &str| text.to_lowercase().contains(&filter);
-        let lines = state.source(&id)?.log(run, at, max, matches)?;
-        Ok(Json(lines.into_iter().map(|line| (line.state, line.text)).collect()))
-    })
-    .await
-}
-
 async fn page_svg(
     State(state): SharedState,
     Path(id): Path<String>,
@@ -406,66 +371,4 @@ fn download(
     let disposition = format!("attachment; filename=\"{name}.{extension}\"");
     let headers = [(header::CONTENT_TYPE, media_type), (header::CONTENT_DISPOSITION, &disposition)];
     Ok((headers, content.into()).into_response())
-}
-
-async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
-    run_blocking(move || {
-        let folder = state.recordings_dir.as_deref();
-        let entries = folder.map(recordings::list).transpose()?.unwrap_or_default();
-        Ok(Json(entries).into_response())
-    })
-    .await
-}
-
-#[derive(Deserialize)]
-struct RecordingName {
-    name: String,
-}
-
-#[derive(Deserialize, Serialize)]
-struct RecordingId {
-    id: String,
-}
-
-async fn open_recording(
-    State(state): SharedState,
-    Json(RecordingName { name }): Json<RecordingName>,
-) -> ApiResult<Json<RecordingId>> {
-    Arc::clone(&state)
-        .recording_jobs
-        .run(move |_| Ok(Json(RecordingId { id: recordings::open(&state, &name)? })))
-        .await
-}
-
-async fn close_recording(
-    State(state): SharedState,
-    Json(RecordingId { id }): Json<RecordingId>,
-) -> ApiResult<StatusCode> {
-    state.close(&id)?;
-    Ok(StatusCode::NO_CONTENT)
-}
-
-/// Receives an uploaded recording and opens it.
-async fn upload(
-    State(state): SharedState,
-    Query(RecordingName { name }): Query<RecordingName>,
-    body: Body,
-) -> ApiResult<Json<RecordingId>> {
-    state.check_capacity()?;
-    let permit = state.uploads.acquire().await?;
-    // The file has no name, so the system deletes it even if the process is killed.
-    let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
-    receive_body(body, MAX_RECORDING_BYTES, state.limits, |chunk| file.write_all(&chunk)).await?;
-    Arc::clone(&state)
-        .recording_jobs
-        .run(move |_| {
-            let _permit = permit;
-            file.rewind().map_err(ApiError::internal)?;
-            let file = std::io::BufReader::new(file);
-            let title = recordings::title(&name);
-            let recording = Recording::read_within(file, &state.budget)
-                .map_err(|error| ApiError::bad_request(format!("{title}: {error}")))?;
-            Ok(Json(RecordingId { id: state.open(&title, recording)? }))
-        })
-        .await
 }

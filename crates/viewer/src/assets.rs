@@ -18,6 +18,7 @@ const JSON: &str = "application/json";
 const HTML: &str = "text/html; charset=utf-8";
 
 const FILES: &[(&str, &str, &str)] = files![
+    "annotations.js": SCRIPT,
     "api.js": SCRIPT,
     "chart.js": SCRIPT,
     "dom.js": SCRIPT,
@@ -28,7 +29,6 @@ const FILES: &[(&str, &str, &str)] = files![
     "map.js": SCRIPT,
     "mazes.js": SCRIPT,
     "pace.js": SCRIPT,
-    "notes.js": SCRIPT,
     "page.css": STYLE,
     "page.js": SCRIPT,
     "panel.js": SCRIPT,

@@ -1,13 +1,14 @@
 //! Sources of states: the live simulation and recordings.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
 use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
-use mmsim_recording::{Block, Integrity, LogLine, Notes, Recording, States, Times};
+use mmsim_recording::{Block, Integrity, LogLine, Notes, Recording, States, Times, read_log};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
@@ -250,22 +251,24 @@ impl Source {
         trails.at(index, |index| self.block(run, index))
     }
 
-    /// Returns the last `max` log lines that match a filter, up to the state with the index `last`, in
-    /// order.
+    /// Returns the last `max` log lines that match a filter and belong to a range of states, in order.
     pub(crate) fn log(
         &self,
         run: u32,
-        last: usize,
+        states: RangeInclusive<usize>,
         max: usize,
         filter: impl Fn(&str) -> bool,
     ) -> Result<Vec<LogLine>, ApiError> {
-        match &self.kind {
-            SourceKind::Live(monitor) => Ok(monitor.log(run, last, max, filter)?),
-            SourceKind::Recording { recording, .. } => {
-                self.states(run)?;
-                Ok(recording.history().log(last, max, filter))
-            }
-        }
+        self.states(run)?;
+        let first_block = states.start() / Block::STATES;
+        let read = |block| match &self.kind {
+            _ if block < first_block => Ok(None),
+            SourceKind::Live(monitor) => monitor.log_block(run, block),
+            SourceKind::Recording { recording, .. } => Ok(recording.history().log_block(block)),
+        };
+        let mut lines = read_log(*states.end(), max, filter, read)?;
+        lines.retain(|line| states.contains(&line.state));
+        Ok(lines)
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the

@@ -20,9 +20,6 @@ pub(crate) struct StateView {
     states: usize,
     /// The state message `S`, exactly as the client sent it.
     state: Vec<u8>,
-    /// The number of steps and quarter turns of all phases.
-    steps: u64,
-    turns: u64,
     phases: PhaseReport,
     /// The figures of a two-run trial.
     trial: Option<TrialReport>,
@@ -86,8 +83,6 @@ impl StateView {
             at: index,
             states: source.states(run)?,
             state: decoded.message.to_vec(),
-            steps: phases.total.steps,
-            turns: phases.total.turns,
             phases: PhaseReport::new(&phases, index, &times),
             trial: TrialReport::new(index, &times, |index| source.block(run, index).ok()),
             event: ViewEvent::from_transition(phases.transition),

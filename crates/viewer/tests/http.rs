@@ -108,7 +108,7 @@ fn a_view_contains_the_figures_of_a_state() {
     let run = json!({"steps": 3 + 2, "turns": 0, "ms": ms});
     assert_eq!(
         view,
-        json!({"at": 6, "states": 700, "state": sent[6], "steps": 3 + 2, "turns": 0,
+        json!({"at": 6, "states": 700, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "put_backs": 1, "jumps": 0},
             "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
@@ -209,11 +209,17 @@ fn what_a_mouse_displays_is_returned_with_its_state() {
         let expected = [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone()];
         assert_eq!(displayed(at), expected);
     }
-    assert_eq!(log("at=0"), json!([[0, "hello"]]));
-    assert_eq!(log("at=2"), json!([[0, "hello"], [1, "Bye"], [1, "hallo"]]));
-    assert_eq!(log("at=2&max=1"), json!([[1, "hallo"]]));
-    assert_eq!(log("at=2&filter=bY"), json!([[1, "Bye"]]));
-    assert_eq!(log("at=2&filter=none"), json!([]));
+    let found = |lines: serde_json::Value, first: usize, last: usize, has_later: bool| json!({ "lines": lines, "first": first, "last": last, "has_later": has_later });
+    let all = json!([[0, "hello"], [1, "Bye"], [1, "hallo"]]);
+    for at in 0..4 {
+        assert_eq!(log(&format!("at={at}")), found(all.clone(), 0, 2, false));
+    }
+    assert_eq!(log("at=2&max=1"), found(json!([[1, "hallo"]]), 2, 2, false));
+    let around = json!([[0, "hello"], [1, "Bye"]]);
+    assert_eq!(log("at=0&max=1"), found(around, 0, 0, true));
+    assert_eq!(log("at=2&from=1"), found(json!([[1, "Bye"], [1, "hallo"]]), 1, 2, false));
+    assert_eq!(log("at=2&filter=bY"), found(json!([[1, "Bye"]]), 0, 2, false));
+    assert_eq!(log("at=2&filter=none"), found(json!([]), 0, 2, false));
     assert_eq!((log("at=x"), log("max=1")), (json!(400), json!(400)));
     assert_eq!(watched.get("/api/sources/live/log?run=2&at=0").status, 410);
     for (options, texts, colours) in [("", 1, 1), ("&texts=false", 0, 1), ("&colours=false", 1, 0)]

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::{Command, Stdio};
 
-use mmsim_maze::{Cell, Heading, MazeSize, WallState};
+use fantoccini::key::Key;
+use mmsim_drawing::Scene;
+use mmsim_maze::{Cell, Heading, Maze, MazeSize, WallState};
 use mmsim_protocol::{Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES};
 use serde_json::json;
 
@@ -45,20 +47,34 @@ fn name(cell: Cell) -> String {
     format!("{},{}", cell.x, cell.y)
 }
 
-/// Returns the texts and colours on the page. Asserts that the drawn path of each text is that of
-/// the text, and that no number is drawn below a text.
-fn displayed(browser: &Browser) -> (Notes, Notes) {
+/// Returns the texts and colours on the page. Asserts that they are drawn as in a picture, and that
+/// no number is drawn below a text.
+fn displayed(browser: &Browser, maze: &Maze) -> (Notes, Notes) {
     let script = "
         const read = (selector, name) => Object.fromEntries([...document.querySelectorAll(selector)]
             .filter((element) => element.checkVisibility())
             .map((element) => [element.dataset.cell, element.getAttribute(name)]));
-        return [read('.map .text', 'data-text'), read('.map .colour', 'fill'),
-            read('.map .text', 'd'), read('.map .number', 'd')];";
-    let [texts, colours, paths, numbers]: [Notes; 4] = browser.run(script, &[]);
+        return [read('.map .text', 'data-text'), read('.map .colour', 'fill'), read('.map .number', 'd')];";
+    let [texts, colours, numbers]: [Notes; 3] = browser.run(script, &[]);
     for (cell, text) in &texts {
-        assert_eq!(paths[cell], mmsim_drawing::text(text).0, "{text}");
         assert_eq!(numbers.get(cell).map_or("", String::as_str), "", "a number below {text}");
     }
+    let letter = |fill: &String| COLOURS.iter().find(|(_, hex)| hex == fill).unwrap().0;
+    let picture = Scene::from_maze(maze)
+        .with_texts(|cell| texts.get(&name(cell)).map_or("", String::as_str))
+        .with_colours(|cell| colours.get(&name(cell)).map(letter))
+        .page_svg();
+    let kinds = [r#"<path class="text"#, r#"<rect class="colour"#];
+    let lines = picture.lines().filter(|line| kinds.iter().any(|kind| line.starts_with(kind)));
+    let expected: String = lines.collect();
+    let script = "
+        const expected = new DOMParser().parseFromString(`<svg>${arguments[0]}</svg>`, 'text/xml');
+        const read = (elements) => [...elements].map((element) =>
+            [...element.attributes].map(({ name, value }) => `${name}=${value}`).sort().join(' ')).sort();
+        return [read(expected.documentElement.children),
+            read(document.querySelectorAll('.map .text, .map .colour'))];";
+    let [expected, found]: [Vec<String>; 2] = browser.run(script, &[json!(expected)]);
+    assert_eq!(found, expected);
     (texts, colours)
 }
 
@@ -129,7 +145,9 @@ fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, Notes)> {
 #[test]
 fn every_text_and_colour_returns_when_scrubbing() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
+        let maze = bundled("oblong-long-meadow.txt");
+        let size = maze.size();
+        let displayed = || displayed(browser, &maze);
         let live = Panel::live(browser);
         live.wait_until_empty();
         let is_offered = |name: &str| -> bool {
@@ -142,7 +160,7 @@ fn every_text_and_colour_returns_when_scrubbing() {
         let assert_at = |index: usize| {
             let expected = &history[index];
             wait_for("the notes", || (live.data("fast") == "false").then_some(()));
-            let (texts, colours) = displayed(browser);
+            let (texts, colours) = displayed();
             assert_eq!((&texts, &colours), (&expected.0, &expected.1), "state {index}");
         };
         assert_at(history.len() - 1);
@@ -156,7 +174,7 @@ fn every_text_and_colour_returns_when_scrubbing() {
         assert!(is_offered("[name=texts]") && is_offered("[name=colours]"));
         live.click("[name=texts]");
         live.click("[name=colours]");
-        assert_eq!(displayed(browser), (Notes::new(), Notes::new()));
+        assert_eq!(displayed(), (Notes::new(), Notes::new()));
         let numbers = "return [...document.querySelectorAll('.map .number')].every((it) => it.getAttribute('d'))";
         assert!(browser.run::<bool>(numbers, &[]));
         // Saved pictures show the same.
@@ -180,8 +198,40 @@ fn every_text_and_colour_returns_when_scrubbing() {
         simulator.send(b"reset");
         live.wait_for_run(simulator.run_number());
         live.wait_until_empty();
-        assert_eq!(displayed(browser), (Notes::new(), Notes::new()));
+        assert_eq!(displayed(), (Notes::new(), Notes::new()));
         assert!(!is_offered("[name=texts]") && live.text(".about-mouse").is_empty());
+    });
+}
+
+/// In mms, a cell without a text is empty.
+#[test]
+fn cells_without_texts_have_no_number() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let maze = bundled("oblong-long-meadow.txt");
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let mut state = TestState::new(0, maze.size());
+        state.weights.fill(0);
+        let mut entries = Vec::new();
+        for (cell, text, weight) in [(Cell::new(1, 1), "12", 12), (Cell::new(2, 0), "0", 0)] {
+            let index = state.index(cell);
+            state.weights[index] = weight;
+            entries.push(Annotation::Text { cell, text });
+        }
+        simulator.send(&annotations(&entries));
+        simulator.send(&state.message('C', 'C'));
+        live.wait_for_state(0);
+        let numbers = || -> usize {
+            let script = "return [...document.querySelectorAll('.map .number')]
+                .filter((number) => number.getAttribute('d')).length";
+            browser.run(script, &[])
+        };
+        assert_eq!((displayed(browser, &maze).0.len(), numbers()), (2, 0));
+        live.click("[name=heat]");
+        let hot = "return document.querySelectorAll('.map .heat:not([fill=none])').length";
+        assert_eq!(browser.run::<usize>(hot, &[]), 2);
+        live.click("[name=texts]");
+        assert_eq!((displayed(browser, &maze).0.len(), numbers()), (0, maze.size().area()));
     });
 }
 
@@ -276,6 +326,101 @@ fn the_log_follows_the_slider_and_can_be_searched() {
     });
 }
 
+/// The log of a long run. Each state has one line.
+#[test]
+fn the_search_reaches_all_lines_of_a_long_log() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let size = bundled("oblong-long-meadow.txt").size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let send = |number: usize| {
+            let odd = if number % 2 == 1 { "odd" } else { "even" };
+            let log = format!("{odd} {number}{}", if number == 7 { " seven" } else { "" });
+            simulator.send(&annotations(&[Annotation::Log(&log)]));
+            simulator.send(&TestState::new(number, size).message('C', 'F'));
+        };
+        (0..900).for_each(send);
+        live.wait_for_state(899);
+        let enter = '\u{e007}';
+        // Enter directly after the text already uses the matches.
+        wait_for("the log", || browser.exists(".log li").then_some(()));
+        browser.type_into(".log input", &format!("seven{enter}"));
+        live.wait_for_state(7);
+        browser.clear(".log input");
+        slide(browser, live, 899);
+        browser.type_into(".log input", &format!("odd{enter}"));
+        live.wait_for_state(897);
+        let partial = "Only lines near the shown state are listed.";
+        wait_for("the note", || (live.text(".log .partial") == partial).then_some(()));
+        // The matches go on at both ends of the loaded lines, and after the last match.
+        let next = || browser.press_with(Key::Shift, enter);
+        for (from, expected) in [(500, 499), (1, 899), (101, 99), (700, 699)] {
+            slide(browser, live, from);
+            browser.press([enter]);
+            live.wait_for_state(expected);
+        }
+        for (from, expected) in [(0, 1), (899, 1), (400, 401), (100, 101)] {
+            slide(browser, live, from);
+            next();
+            live.wait_for_state(expected);
+        }
+        // Only the lines of new states are searched.
+        live.click("[name=follow]");
+        live.wait_for_state(899);
+        let shown = |number: usize| {
+            wait_for("the newest line", || {
+                let script = "return document.querySelector('.log li:last-child')?.textContent";
+                let newest: String = browser.run(script, &[]);
+                newest.ends_with(&number.to_string()).then_some(())
+            });
+        };
+        shown(899);
+        browser.run::<()>("performance.clearResourceTimings()", &[]);
+        send(900);
+        send(901);
+        shown(901);
+        let script = "return performance.getEntriesByType('resource').map(({ name }) => name)
+            .filter((name) => name.includes('/log?'))
+            .map((name) => new URL(name).searchParams.get('from'))";
+        let from: Vec<String> = browser.run(script, &[]);
+        assert!(!from.is_empty() && from.iter().all(|from| from != "0"), "{from:?}");
+    });
+}
+
+#[test]
+fn a_long_log_scrolls_to_the_shown_state_after_a_click() {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let size = bundled("oblong-long-meadow.txt").size();
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        for number in 0..120 {
+            simulator.send(&annotations(&[Annotation::Log(&format!("line {number}"))]));
+            simulator.send(&TestState::new(number, size).message('C', 'F'));
+        }
+        live.wait_for_state(119);
+        let wait_for_line = |number: usize| {
+            wait_for(&format!("line {number} in view"), || {
+                let script = "
+                    const line = document.querySelector('.log [aria-current]');
+                    if (!line?.textContent.endsWith(` ${arguments[0]}`)) return false;
+                    const [inner, outer] = [line, line.closest('ol')].map((it) => it.getBoundingClientRect());
+                    return inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;";
+                browser.run::<bool>(script, &[json!(number)]).then_some(())
+            });
+        };
+        wait_for_line(119);
+        live.click(".log li:nth-child(118) button");
+        live.wait_for_state(117);
+        wait_for_line(117);
+        for number in [119, 60, 3, 80] {
+            slide(browser, live, number);
+            wait_for_line(number);
+        }
+        let focused = "return document.activeElement.closest('.log li') !== null";
+        assert!(browser.run::<bool>(focused, &[]), "the log keeps the focus");
+    });
+}
+
 /// Returns what a mouse displays after each of its movements, according to its commands.
 fn interpreted(commands: &str) -> Vec<(Notes, Notes)> {
     let (mut shown, mut history) = ((Notes::new(), Notes::new()), Vec::new());
@@ -319,6 +464,7 @@ fn a_mouse_of_mms_is_displayed() {
             let is_open = browser.exists(&live.part(".run .phase"));
             (is_open && live.text(".run .phase") == "ended").then_some(())
         });
+        let maze = bundled("01-harbour.txt");
         let commands = fs::read_to_string(simulator.home.path().join("commands")).unwrap();
         let mut expected = interpreted(&commands);
         // The first state precedes all commands.
@@ -330,7 +476,8 @@ fn a_mouse_of_mms_is_displayed() {
         live.wait_for_state(states - 1);
         for (index, (texts, colours)) in expected.iter().enumerate().rev() {
             slide(browser, live, index);
-            assert_eq!(displayed(browser), (texts.clone(), colours.clone()), "state {index}");
+            let displayed = displayed(browser, &maze);
+            assert_eq!(displayed, (texts.clone(), colours.clone()), "state {index}");
         }
         browser.leave();
     });

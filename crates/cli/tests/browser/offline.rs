@@ -1,8 +1,14 @@
 //! The page while its simulator cannot be reached.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use fantoccini::key::Key;
+use mmsim_tests::TIMEOUT;
 use serde_json::json;
 
 use crate::browser::{wait_for, with_browser};
+use crate::http;
 use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled};
 use crate::test_state::TestState;
@@ -39,8 +45,8 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         let can_focus = |selectors: &[&str]| -> Vec<bool> {
             let script = "return arguments[0].map((selector) => {
                 const element = document.querySelector(selector);
-                element.focus();
-                return document.activeElement === element;
+                element?.focus();
+                return element !== null && document.activeElement === element;
             })";
             browser.run(script, &[json!(selectors)])
         };
@@ -58,6 +64,16 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         live.click("[name=heat]");
         live.click("[name=heat]");
         browser.press(['+', '0']);
+        // The shortcuts of the timeline are disabled, too, and files cannot be dropped.
+        let script = "
+            document.activeElement.blur();
+            const event = new DragEvent('dragover', { dataTransfer: new DataTransfer(), cancelable: true });
+            document.body.dispatchEvent(event);
+            return document.body.classList.contains('dropping')
+                || !document.querySelector('.log').inert;";
+        assert!(!browser.run::<bool>(script, &[]));
+        browser.press(['/', 'g', ' ', char::from(Key::Left), char::from(Key::Home)]);
+        assert_eq!(live.position(), "State 2 of 2");
         live.assert_shows(&maze, &states);
         assert!(
             !browser.run::<bool>("return document.querySelector('#error').checkVisibility()", &[])
@@ -107,6 +123,36 @@ fn controls_work_again_after_a_lost_connection() {
         assert_eq!(browser.text("#status"), "Connected");
         let errors = browser.take_errors();
         assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
+        browser.leave();
+    });
+}
+
+/// A page that the simulator refuses shows the reason, and connects when another page is closed.
+#[test]
+fn the_page_shows_why_the_simulator_refuses_it() {
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let (host, _) = http::split_url(&simulator.page);
+        let others: Vec<TcpStream> = (0..32)
+            .map(|_| {
+                let mut stream = TcpStream::connect(host).unwrap();
+                stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+                write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
+                let mut status = [0; 12];
+                stream.read_exact(&mut status).unwrap();
+                assert_eq!(&status, b"HTTP/1.1 200");
+                stream
+            })
+            .collect();
+        browser.open(&simulator.page);
+        wait_for("the reason", || {
+            let text = browser.text("#offline");
+            text.contains("32 pages are already open").then_some(())
+        });
+        drop(others);
+        wait_for("the connection", || (browser.text("#status") == "Connected").then_some(()));
+        let errors = browser.take_errors();
+        assert!(errors.iter().all(|error| error.message.contains("503")), "{errors:?}");
         browser.leave();
     });
 }

@@ -95,6 +95,19 @@ fn the_map_zooms_and_moves() {
         let shown = live.text(".position");
         assert_eq!(shown, "State 1 of 1", "dragging does not step through the history");
 
+        // The button is released outside the map, so the pointer does not drag the map any more.
+        press('0');
+        mouse(browser, "mousePressed", (x, y), &pressed);
+        mouse(browser, "mouseMoved", (x + 2.0, y), &pressed);
+        mouse(browser, "mouseReleased", (2.0, 2.0), &pressed);
+        mouse(browser, "mouseWheel", (x, y), &json!({ "deltaX": 0, "deltaY": -400 }));
+        wait_for("the zoom", || (view_box(live)[2] < 500.0).then_some(()));
+        let before = live.attribute(".map svg", "viewBox");
+        for step in 1..4 {
+            mouse(browser, "mouseMoved", (x + 15.0 * f64::from(step), y), &json!({}));
+        }
+        assert_eq!(live.attribute(".map svg", "viewBox"), before);
+
         // The map stays within the maze.
         for _ in 0..12 {
             live.click("[name=zoom-in]");
@@ -159,6 +172,13 @@ fn the_legend_is_remembered() {
         assert!(!is_shown());
         live.click("[name=legend]");
         assert!(is_shown() && live.attribute("[name=legend]", "aria-expanded") == "true");
+        let invisible = "return [...document.querySelectorAll('.legend svg :is(path, rect)')]
+            .filter((shape) => {
+                const { fill, stroke } = getComputedStyle(shape);
+                return fill === 'none' && stroke === 'none';
+            })
+            .map((shape) => shape.outerHTML)";
+        assert_eq!(browser.run::<Vec<String>>(invisible, &[]), [""; 0]);
         browser.open(&simulator.page);
         live.wait_until_empty();
         assert!(is_shown());
