@@ -13,7 +13,7 @@ use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
-use crate::trails::TrailHistory;
+use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
 
 /// The maximum number of decompressed blocks that a source caches. Each page shows
@@ -198,9 +198,7 @@ impl Source {
     /// Returns the block that contains a state, from the cache if possible. Replaces a cached copy
     /// of the newest block if the copy does not contain the state yet.
     pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
-        let has_state = |states: &&Arc<States>| states.get(index).is_some();
-        let cached = self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned());
-        if let Some(states) = cached {
+        if let Some(states) = self.cached_block(run, index) {
             return Ok(states);
         }
         let states = Arc::new(self.read_block(run, index)?);
@@ -214,6 +212,11 @@ impl Source {
             }
         });
         Ok(states)
+    }
+
+    fn cached_block(&self, run: u32, index: usize) -> Option<Arc<States>> {
+        let has_state = |states: &&Arc<States>| states.get(index).is_some();
+        self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned())
     }
 
     /// Returns the block that contains a state, bypassing the cache.
@@ -247,8 +250,11 @@ impl Source {
         let size = self.describe(run)?.size;
         let new = || Arc::new(Mutex::new(TrailHistory::new(size)));
         let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
-        let mut trails = trails.lock().unwrap_or_else(PoisonError::into_inner);
-        trails.at(index, |index| self.block(run, index))
+        // Blocks read for a trail do not replace cached blocks.
+        trails::trail(&trails, index, |index| match self.cached_block(run, index) {
+            Some(states) => Ok(states),
+            None => self.read_block(run, index).map(Arc::new),
+        })
     }
 
     /// Returns the last `max` log lines that match a filter and belong to a range of states, in order.

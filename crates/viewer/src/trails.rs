@@ -1,6 +1,7 @@
 //! The trails of the mouse at the states of a run.
 
 use std::borrow::Borrow;
+use std::sync::{Mutex, PoisonError};
 
 use mmsim_drawing::Trail;
 use mmsim_maze::MazeSize;
@@ -25,37 +26,15 @@ impl TrailHistory {
         Self { stride: Block::STATES, stored: vec![trail.clone()], recent: (0, trail) }
     }
 
-    /// Returns the trail up to the state with this index. `block` returns the block that contains a
-    /// state.
-    pub(crate) fn at<B: Borrow<States>, E>(
-        &mut self,
-        index: usize,
-        mut block: impl FnMut(usize) -> Result<B, E>,
-    ) -> Result<Trail, E> {
-        let end = index + 1;
+    /// Returns the longest stored trail of at most `end` states, and the number of its states.
+    fn nearest(&self, end: usize) -> (usize, Trail) {
         let last = (end / self.stride).min(self.stored.len() - 1);
-        let mut next = last * self.stride;
-        let mut trail = if (next..=end).contains(&self.recent.0) {
-            next = self.recent.0;
-            self.recent.1.clone()
+        let states = last * self.stride;
+        if (states..=end).contains(&self.recent.0) {
+            self.recent.clone()
         } else {
-            self.stored[last].clone()
-        };
-        while next < end {
-            let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
-            let states = block(stop - 1)?;
-            for index in next..stop {
-                let message = states.borrow().message(index);
-                if let Some(pose) = message.and_then(|message| message.pose().ok()) {
-                    let course = states.borrow().course();
-                    trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
-                }
-            }
-            next = stop;
-            self.store(next, &trail);
+            (states, self.stored[last].clone())
         }
-        self.recent = (end, trail.clone());
-        Ok(trail)
     }
 
     /// Stores the trail of the first `states` states, if it is the next one to be stored.
@@ -69,6 +48,33 @@ impl TrailHistory {
             self.stride *= 2;
         }
     }
+}
+
+/// Returns the trail up to the state with this index. `block` returns the block that contains a
+/// state. The trails are not locked while a block is read.
+pub(crate) fn trail<B: Borrow<States>, E>(
+    trails: &Mutex<TrailHistory>,
+    index: usize,
+    mut block: impl FnMut(usize) -> Result<B, E>,
+) -> Result<Trail, E> {
+    let locked = || trails.lock().unwrap_or_else(PoisonError::into_inner);
+    let end = index + 1;
+    let (mut next, mut trail) = locked().nearest(end);
+    while next < end {
+        let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
+        let states = block(stop - 1)?;
+        for index in next..stop {
+            let message = states.borrow().message(index);
+            if let Some(pose) = message.and_then(|message| message.pose().ok()) {
+                let course = states.borrow().course();
+                trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            }
+        }
+        next = stop;
+        locked().store(next, &trail);
+    }
+    locked().recent = (end, trail.clone());
+    Ok(trail)
 }
 
 #[cfg(test)]
@@ -100,14 +106,20 @@ mod tests {
                 expected.push((index, trail.clone()));
             }
         }
-        let mut trails = TrailHistory::new(size);
-        let missing = trails.at(STATES, |index| block(&history, index)).unwrap_err();
+        let trails = Mutex::new(TrailHistory::new(size));
+        let at = |index| {
+            super::trail(&trails, index, |index| {
+                assert!(trails.try_lock().is_ok(), "locked while a block is read");
+                block(&history, index)
+            })
+        };
+        let missing = at(STATES).unwrap_err();
         assert_eq!(missing, STATES);
         let (forward, backward) = (expected.iter(), expected.iter().rev());
         for (index, expected) in forward.clone().chain(backward).chain(forward.skip(4)) {
-            let trail = trails.at(*index, |index| block(&history, index)).unwrap();
-            assert!(trail == *expected, "{index}");
+            assert!(at(*index).unwrap() == *expected, "{index}");
         }
+        let trails = trails.into_inner().unwrap();
         assert_eq!((trails.stride, trails.stored.len()), (4 * Block::STATES, 129));
     }
 
