@@ -1,26 +1,33 @@
 //! Checks which walls of a state count as known, and the distances that follow from them.
 
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use mmsim_client::{InMemory, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
-use mmsim_protocol::{State, state_bytes};
+use mmsim_protocol::{Annotation, Request, State, state_bytes};
 use mmsim_recording::{Block, History};
 use mmsim_server::{ReplyBuffer, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds, steps_between};
 use mmsim_tests::{Exchange, bundled_mazes, json_lines, shared};
 use proptest::prelude::*;
 
-/// Calls `check` with the index of each state and the walls that are known in this state.
-fn for_each_known_maze(history: &History, maze: &Maze, mut check: impl FnMut(usize, KnownMaze)) {
+/// Calls `check` with the index of each state and the walls that are known in this state. Without
+/// `truth`, claims that are wrong count as known.
+fn for_each_known_maze(
+    simulation: &Simulation,
+    truth: Option<&Maze>,
+    mut check: impl FnMut(usize, KnownMaze),
+) {
+    let (history, maze) = (simulation.history(), simulation.maze());
     let unexplored = KnownMaze::unexplored(maze);
     for block in 0..history.len().div_ceil(Block::STATES) {
         let states = history.block(block).unwrap().unpack().unwrap();
         for index in (block * Block::STATES..).take(states.len()) {
             let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
             let context = states.context(index).unwrap();
-            check(index, context.known_maze(&state, &unexplored, Some(maze)));
+            check(index, context.known_maze(&state, &unexplored, truth));
         }
     }
 }
@@ -38,12 +45,105 @@ fn shortest(maze: &Maze) -> Option<u16> {
 }
 
 #[track_caller]
-fn check_bounds(name: &str, simulation: &Simulation) {
-    let (maze, shortest) = (simulation.maze(), shortest(simulation.maze()));
-    for_each_known_maze(simulation.history(), maze, |index, known| {
+fn check_bounds(name: &str, simulation: &Simulation, truth: Option<&Maze>) {
+    let shortest = shortest(simulation.maze());
+    for_each_known_maze(simulation, truth, |index, known| {
         let bounds = PathBounds::new(&known);
         assert!(encloses(bounds, shortest), "{name}, state {index}: {bounds:?}, not {shortest:?}");
     });
+}
+
+/// A simulation and the evidence that its client has for each wall.
+struct Witness {
+    simulation: Simulation,
+    reply: ReplyBuffer,
+    now: Evidence,
+    /// The evidence before each state.
+    states: Vec<Evidence>,
+}
+
+#[derive(Clone, Default)]
+struct Evidence {
+    /// The walls that the client has read, or `None` if it has not read any.
+    read: Option<Walls>,
+    declared: HashMap<(Cell, Heading), WallState>,
+}
+
+impl Witness {
+    fn new(name: &str, maze: Maze) -> Self {
+        let (now, states) = (Evidence::default(), Vec::new());
+        let (simulation, reply) = (Simulation::new(name, maze), ReplyBuffer::new());
+        Self { simulation, reply, now, states }
+    }
+
+    /// Sends a request that the simulation accepts.
+    fn ask(&mut self, request: &[u8]) -> &[u8] {
+        let size = self.simulation.maze().size();
+        match Request::decode(request, size).unwrap() {
+            Request::Reset => {
+                self.now = Evidence::default();
+                self.states.clear();
+            }
+            Request::Walls(Pose { cell, heading }) => {
+                let read = self.now.read.get_or_insert_with(|| Walls::open(size));
+                for heading in [heading.left(), heading, heading.right()] {
+                    read.set(cell, heading, true);
+                }
+            }
+            Request::State(_) => self.states.push(self.now.clone()),
+            Request::Annotations(annotations) => {
+                annotations.iter().for_each(|annotation| self.now.apply(annotation, size));
+            }
+            _ => {}
+        }
+        self.simulation.handle(request, &mut self.reply);
+        assert!(!self.reply.starts_with(b"error"));
+        &self.reply
+    }
+
+    /// Checks that exactly those walls are known that the client has read and claims, and that they
+    /// are known to be what the client has claimed last.
+    #[track_caller]
+    fn check(&self, name: &str) {
+        let (maze, history) = (self.simulation.maze(), self.simulation.history());
+        assert_eq!(history.len(), self.states.len());
+        let sides = maze.size().cells().flat_map(|cell| Heading::ALL.map(|side| (cell, side)));
+        let inner: Vec<_> =
+            sides.filter(|&(cell, side)| maze.size().neighbour(cell, side).is_some()).collect();
+        for_each_known_maze(&self.simulation, None, |index, known| {
+            let message = history.get(index).unwrap();
+            let flags = State::decode(&message, maze.size()).unwrap();
+            let flags = flags.map(maze.start().cell, *maze.goals());
+            let Evidence { read, declared } = &self.states[index];
+            for &(cell, side) in &inner {
+                let claim = declared.get(&(cell, side)).copied();
+                let claim = claim.unwrap_or_else(|| flags.wall(cell, side));
+                let has_read = read.as_ref().is_none_or(|read| read.has(cell, side));
+                let expected = if has_read { claim } else { WallState::Unknown };
+                assert_eq!(
+                    known.wall(cell, side),
+                    expected,
+                    "{name}, state {index}: {cell} {side}"
+                );
+            }
+        });
+    }
+}
+
+impl Evidence {
+    fn apply(&mut self, annotation: Annotation<'_>, size: MazeSize) {
+        match annotation {
+            Annotation::Wall { cell, heading, state } => {
+                let neighbour = size.neighbour(cell, heading).map(|other| (other, heading.back()));
+                for side in [Some((cell, heading)), neighbour].into_iter().flatten() {
+                    self.declared.remove(&side);
+                    self.declared.extend(state.map(|state| (side, state)));
+                }
+            }
+            Annotation::ClearWalls => self.declared.clear(),
+            _ => {}
+        }
+    }
 }
 
 #[test]
@@ -52,14 +152,15 @@ fn distances_of_the_transcripts_enclose_the_shortest_path() {
     for name in ["alljapan-045-2024-exp-fin", "apec2018"] {
         let path = shared.join("mazes/classic").join(name).with_extension("txt");
         for client in ["flood-fill", "weight-increment", "left-wall", "tester"] {
-            let mut simulation = Simulation::new(name, mmsim_formats::read_maze(&path).unwrap());
-            let mut reply = ReplyBuffer::new();
+            let mut witness = Witness::new(name, mmsim_formats::read_maze(&path).unwrap());
             let path = shared.join("transcripts").join(format!("{client}.{name}.jsonl"));
             for exchange in json_lines::<Exchange>(&path) {
-                simulation.handle(&exchange.req, &mut reply);
+                witness.ask(&exchange.req);
             }
-            assert!(simulation.history().len() > 5, "{client} in {name}");
-            check_bounds(&format!("{client} in {name}"), &simulation);
+            assert!(witness.states.len() > 5, "{client} in {name}");
+            let name = format!("{client} in {name}");
+            witness.check(&name);
+            check_bounds(&name, &witness.simulation, None);
         }
     }
 }
@@ -88,7 +189,7 @@ fn the_known_walls_of_bundled_strategies_are_the_walls_in_their_maps() {
                 ControlFlow::Continue(())
             });
             assert_eq!(simulation.history().len(), maps.len(), "{strategy} in {name}");
-            for_each_known_maze(simulation.history(), &maze, |index, known| {
+            for_each_known_maze(&simulation, None, |index, known| {
                 let bounds = PathBounds::new(&known);
                 assert_eq!(bounds, maps[index], "{strategy} in {name}, state {index}");
                 assert!(encloses(bounds, shortest), "{strategy} in {name}, state {index}");
@@ -132,20 +233,18 @@ fn hasty_state(pose: Pose, visited: &CellSet, read: &Walls, size: MazeSize) -> V
 
 /// Walks through the maze like a mouse that moves, reports its state, and only then asks for the
 /// walls of its cell.
-fn hasty_walk(maze: &Maze, steps: usize) -> Simulation {
-    let mut simulation = Simulation::new("hasty", maze.clone());
-    let (mut reply, mut pose) = (ReplyBuffer::new(), maze.start());
+fn hasty_walk(maze: &Maze, steps: usize) -> Witness {
+    let mut witness = Witness::new("hasty", maze.clone());
+    let mut pose = maze.start();
     let (mut visited, mut read, mut visits) =
         (CellSet::EMPTY, Walls::open(maze.size()), [[0; 32]; 32]);
     for _ in 0..steps {
         visited.insert(pose.cell);
         visits[usize::from(pose.cell.y)][usize::from(pose.cell.x)] += 1;
-        let state = hasty_state(pose, &visited, &read, maze.size());
-        simulation.handle(&state, &mut reply);
-        assert_eq!(reply, b"ok");
+        assert_eq!(witness.ask(&hasty_state(pose, &visited, &read, maze.size())), b"ok");
         for heading in Heading::ALL {
             let Pose { cell, .. } = pose;
-            simulation.handle(&[b'W', cell.x, cell.y, heading.letter() as u8], &mut reply);
+            let reply = witness.ask(&[b'W', cell.x, cell.y, heading.letter() as u8]);
             read.set(cell, heading, reply[1] == 1);
         }
         let next = Heading::ALL.into_iter().filter(|&heading| !read.has(pose.cell, heading));
@@ -158,7 +257,7 @@ fn hasty_walk(maze: &Maze, steps: usize) -> Simulation {
         };
         pose = next;
     }
-    simulation
+    witness
 }
 
 #[test]
@@ -166,11 +265,13 @@ fn a_mouse_that_moves_before_it_asks_knows_only_what_it_has_read() {
     let mut wrong = 0;
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
-        let simulation = hasty_walk(&maze, 600);
-        check_bounds(&name, &simulation);
+        let witness = hasty_walk(&maze, 600);
+        witness.check(&name);
+        // All wrong claims are about walls that the mouse has not read.
+        check_bounds(&name, &witness.simulation, None);
         let unexplored = KnownMaze::unexplored(&maze);
-        for_each_known_maze(simulation.history(), &maze, |index, known| {
-            let state = simulation.history().get(index).unwrap();
+        for_each_known_maze(&witness.simulation, None, |index, known| {
+            let state = witness.simulation.history().get(index).unwrap();
             let state = State::decode(&state, maze.size()).unwrap();
             assert!(known.visited().contains(state.pose().cell));
             let claimed = state.map(unexplored.start().cell, *unexplored.goals());
@@ -192,14 +293,14 @@ fn the_walls_of_a_robot_that_never_asks_are_known() {
         assert_eq!(reply, b"ok");
     }
     let proven = PathBounds { optimistic: Some(2), pessimistic: Some(2) };
-    for_each_known_maze(simulation.history(), &maze, |_, known| {
+    for_each_known_maze(&simulation, Some(&maze), |_, known| {
         assert_eq!(PathBounds::new(&known), proven);
     });
     assert_eq!(stored_updates(simulation.history()), 1);
     // After the first reading, only walls that have been read are known.
     simulation.handle(b"W\0\0N", &mut reply);
     simulation.handle(&state(0), &mut reply);
-    for_each_known_maze(simulation.history(), &maze, |index, known| {
+    for_each_known_maze(&simulation, Some(&maze), |index, known| {
         let unproven = PathBounds { optimistic: Some(2), pessimistic: None };
         assert_eq!(PathBounds::new(&known), if index < 3 { proven } else { unproven });
     });
@@ -229,7 +330,7 @@ fn declared_walls_override_the_flags_of_a_state() {
         assert_eq!(reply, b"ok");
         expected.push(bounds);
     }
-    for_each_known_maze(simulation.history(), &maze, |index, known| {
+    for_each_known_maze(&simulation, Some(&maze), |index, known| {
         assert_eq!(PathBounds::new(&known), expected[index], "state {index}");
     });
     let context = simulation.history().context(3).unwrap();
@@ -263,8 +364,7 @@ proptest! {
         ),
     ) {
         let size = maze.size();
-        let mut simulation = Simulation::new("any", maze);
-        let mut reply = ReplyBuffer::new();
+        let mut witness = Witness::new("any", maze.clone());
         for ((x, y, heading), matrices, declaration) in requests {
             let pose = [x % size.width(), y % size.height(), b"NESW"[heading]];
             let request = match (matrices, declaration) {
@@ -275,10 +375,10 @@ proptest! {
                     [b"S", &pose[..], b"F", weights, b"C", walls].concat()
                 }
             };
-            simulation.handle(&request, &mut reply);
-            prop_assert!(!reply.starts_with(b"error"));
+            witness.ask(&request);
             prop_assert!(request[0] != b'S' || request.len() == state_bytes(size));
         }
-        check_bounds("any maze", &simulation);
+        witness.check("any maze");
+        check_bounds("any maze", &witness.simulation, Some(&maze));
     }
 }

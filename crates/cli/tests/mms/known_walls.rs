@@ -43,8 +43,11 @@ fn check(name: &str, recording: &Recording) -> Report {
         for index in (block * Block::STATES..).take(states.len()) {
             let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
             let context = states.context(index).unwrap();
-            let known = context.known_maze(&state, &unexplored, Some(maze));
-            if name != "liar" {
+            // An honest mouse claims exactly the walls that it has read, so the bounds hold without
+            // the true maze.
+            let is_honest = name != "liar";
+            let known = context.known_maze(&state, &unexplored, (!is_honest).then_some(maze));
+            if is_honest {
                 let claimed = context.claimed_maze(&state, &unexplored);
                 assert_eq!(claimed, known, "{name}, state {index}");
             }
