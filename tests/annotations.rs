@@ -124,12 +124,10 @@ fn check(history: &History, displays: &[Display]) {
 fn annotations_of_a_flood_fill_mouse_take_at_most_sixteen_bytes_per_state() {
     let folder = tempfile::tempdir().unwrap();
     let (mut states, mut history, mut recording) = (0, 0, 0);
-    // All mazes take minutes in an unoptimised build.
-    let sample = if cfg!(debug_assertions) { 5 } else { 1 };
     let catalogue = Catalogue::from_path(&bundled_mazes()).unwrap();
     let mazes = catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap()));
     let classic = mazes.filter(|(_, maze)| maze.size() == MazeSize::CLASSIC);
-    for (name, maze) in classic.step_by(sample) {
+    for (name, maze) in classic {
         let sizes = [Style::Nothing, Style::Changes, Style::Everything].map(|style| {
             let path = folder.path().join(format!("{}-{}.mcap", name, style as u8));
             record(&path, &maze, style)

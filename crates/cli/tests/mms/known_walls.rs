@@ -2,7 +2,7 @@
 
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::WallState;
-use mmsim_recording::Block;
+use mmsim_recording::{Block, History};
 use mmsim_solvers::{PathBounds, steps_between};
 
 use super::*;
@@ -16,6 +16,10 @@ const MICE: [(&str, &str); 6] = [
     ("flood-fill", include_str!("mice/flood-fill.py")),
 ];
 
+/// The maximum memory of the history for the update of a state, on average, in bytes. No log lines
+/// are subtracted, although their length depends on the author of the mouse.
+const MAX_UPDATE_BYTES: usize = 16;
+
 /// How well the states of a recording describe what the mouse knows.
 #[derive(Debug, Default)]
 struct Report {
@@ -25,6 +29,9 @@ struct Report {
     misleading: usize,
     /// The number of walls that are known in the last state.
     known: usize,
+    /// The memory of the history for updates, in bytes: the readings, everything that the mouse
+    /// displays, its name and its log.
+    update_bytes: usize,
 }
 
 /// Checks the bounds in every state of a recording. The recording contains the true maze.
@@ -38,9 +45,11 @@ fn check(name: &str, recording: &Recording) -> Report {
     };
     let mut report = Report::default();
     let history = recording.history();
+    let mut plain = History::new(maze.size());
     for block in 0..history.len().div_ceil(Block::STATES) {
         let states = history.block(block).unwrap().unpack().unwrap();
         for index in (block * Block::STATES..).take(states.len()) {
+            plain.push(states.get(index).unwrap()).unwrap();
             let state = State::decode(states.get(index).unwrap(), maze.size()).unwrap();
             let context = states.context(index).unwrap();
             // An honest mouse claims exactly the walls that it has read, so the bounds hold without
@@ -59,6 +68,7 @@ fn check(name: &str, recording: &Recording) -> Report {
             report.known = known_walls(&known);
         }
     }
+    report.update_bytes = history.bytes() - plain.bytes();
     report
 }
 
@@ -86,6 +96,8 @@ fn known_walls_of_mice_that_move_first_bound_the_shortest_path() {
             println!("{name} in {maze}: {report:?}");
             let outer = known_walls(&KnownMaze::unexplored(recording.maze().unwrap()));
             assert!(report.states > 200 && report.known > outer, "{name} in {maze}: {report:?}");
+            let max_bytes = MAX_UPDATE_BYTES * report.states;
+            assert!(report.update_bytes <= max_bytes, "{name} in {maze}: {report:?}");
             misleading += report.misleading;
         }
         // The other mice do not come near the goal.
