@@ -81,7 +81,7 @@ fn phases_of_poses_equal_those_of_the_strategies() {
                 assert_eq!(counts(found.search_run), expected(stats.search_run), "{text}");
                 let total = (stats.steps().into(), stats.turns().into());
                 assert_eq!((found.total.steps, found.total.turns), total, "{text}");
-                assert_eq!((found.put_backs, found.jumps), (0, 0), "{text}");
+                assert_eq!((found.restarts, found.jumps), (0, 0), "{text}");
                 if !visits_start {
                     assert_eq!(counts(found.return_run), expected(stats.return_run), "{text}");
                     assert_eq!(counts(found.fast_run), expected(stats.fast_run), "{text}");

@@ -239,6 +239,12 @@ static inline size_t mmsim_annotate_clear(uint8_t *request, size_t capacity, siz
     return mmsim_annotate(request, capacity, length, &what, 1, "", 0);
 }
 
+/* Says that the mouse was put back to its start. Without this annotation, the simulator compares
+   the poses in two states to find out whether the mouse drove to the start. */
+static inline size_t mmsim_annotate_restart(uint8_t *request, size_t capacity, size_t length) {
+    return mmsim_annotate(request, capacity, length, "R", 1, "", 0);
+}
+
 /* Decodes a reply of `length` bytes. */
 static inline mmsim_reply mmsim_decode_reply(const uint8_t *message, size_t length) {
     mmsim_reply reply = {MMSIM_NO_REPLY, 0, 0, 0, "", 0};

@@ -94,7 +94,7 @@ class Simulator:
     tcp://127.0.0.1:6574. A request fails if there is no reply within `timeout` seconds, by default
     5 s. There is no limit by default with `mmsim run`, which holds replies while the mouse is paused.
 
-    `text`, `colour`, `wall`, `log` and `name` annotate the next state. `annotations` says whether
+    `text`, `colour`, `wall`, `log`, `name` and `restart` annotate the next state. `annotations` says whether
     they are sent: the default is True with `mmsim run` and otherwise False, because the reference
     simulator never replies to a request that it does not know. Annotations that are not sent have
     no effect.
@@ -191,6 +191,10 @@ class Simulator:
             if len(name.encode()) > 100:
                 raise ValueError(f"a name has at most 100 bytes, found {name!r}")
             self._annotate(kind + _with_length(_printable(name)))
+
+    def restart(self) -> None:
+        """Says that the mouse was put back to its start, and did not drive there."""
+        self._annotate(b"R")
 
     def close(self) -> None:
         """Closes the connection."""

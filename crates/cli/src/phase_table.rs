@@ -65,7 +65,7 @@ impl PhaseTimes {
                 ms: self.times.iter().sum::<Duration>().as_secs_f64() * 1e3,
             },
             fast_runs: fast_run.is_some().into(),
-            put_backs: 0,
+            restarts: 0,
             jumps: 0,
         })
     }

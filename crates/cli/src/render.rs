@@ -9,7 +9,7 @@ use args::{PictureFormat, RenderArgs};
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Colour, State, StateMessage};
-use mmsim_recording::{Course, HistoryReader, OpenError, ReadError, Recording};
+use mmsim_recording::{Block, OpenError, ReadError, Recording, States, Transition};
 use mmsim_solvers::Distances;
 
 use crate::output::{note, replace};
@@ -160,9 +160,10 @@ impl<'a> RecordedSearch<'a> {
     ) -> Result<T, String> {
         let unreadable = || unreadable(self.file);
         reader.advance(index).ok_or_else(unreadable)?;
-        let message = reader.history.get(index).ok_or_else(unreadable)?;
-        let state = State::decode(message, reader.size).map_err(|_| unreadable())?;
-        let context = reader.recording.history().context(index).ok_or_else(unreadable)?;
+        let states = reader.block(index).ok_or_else(unreadable)?;
+        let message = states.get(index).ok_or_else(unreadable)?;
+        let state = State::decode(message, states.size()).map_err(|_| unreadable())?;
+        let context = states.context(index).ok_or_else(unreadable)?;
         let (map, notes) = (context.claimed_maze(&state, &self.initial), context.notes());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
@@ -179,9 +180,8 @@ impl<'a> RecordedSearch<'a> {
 /// Reads states in ascending order and keeps the trail of the mouse.
 struct StateReader<'a> {
     recording: &'a Recording,
-    history: HistoryReader<'a>,
-    size: MazeSize,
-    course: &'a Course,
+    /// The block that was read last.
+    block: Option<States>,
     trail: Trail,
     /// The number of states in the trail.
     states: usize,
@@ -189,18 +189,24 @@ struct StateReader<'a> {
 
 impl<'a> StateReader<'a> {
     fn new(recording: &'a Recording) -> Self {
-        let (history, size) = (recording.history(), recording.size());
-        let (course, trail) = (history.course(), Trail::new(size));
-        Self { recording, history: history.reader(), size, course, trail, states: 0 }
+        Self { recording, block: None, trail: Trail::new(recording.size()), states: 0 }
+    }
+
+    /// Returns the block that contains state `index`.
+    fn block(&mut self, index: usize) -> Option<&States> {
+        if self.block.as_ref().is_none_or(|block| block.get(index).is_none()) {
+            self.block = self.recording.history().block(index / Block::STATES)?.unpack();
+        }
+        self.block.as_ref()
     }
 
     /// Adds all states up to state `index` to the trail. Returns `None` if a state is invalid.
     fn advance(&mut self, index: usize) -> Option<()> {
         for index in self.states..=index {
-            let message = StateMessage::new(self.history.get(index)?, self.size).ok()?;
-            let pose = message.pose().ok()?;
-            let course = self.course;
-            self.trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            let states = self.block(index)?;
+            let pose = states.message(index)?.pose().ok()?;
+            let is_move = |last| states.transition(last, index).is_some_and(Transition::is_move);
+            self.trail.extend(pose, self.recording.history().course().walls(), is_move);
             self.states = index + 1;
         }
         Some(())

@@ -55,16 +55,16 @@ impl Trail {
         self.last
     }
 
-    /// Adds the next pose of the mouse. If `is_move` returns false for the last pose and `pose`, or if
-    /// there is no last pose, the mouse was placed in the new pose, which leaves no passage.
+    /// Adds the next pose of the mouse. If `is_move` returns false for the last pose, or if there is no
+    /// last pose, the mouse was placed in the new pose, which leaves no passage.
     pub fn extend(
         &mut self,
         pose: Pose,
         walls: Option<&Walls>,
-        is_move: impl Fn(Pose, Pose) -> bool,
+        is_move: impl FnOnce(Pose) -> bool,
     ) {
         match self.last {
-            Some(last) if is_move(last, pose) => self.move_to(pose, walls),
+            Some(last) if is_move(last) => self.move_to(pose, walls),
             _ => self.jump_to(pose),
         }
     }

@@ -22,7 +22,7 @@ pub trait Environment {
     /// Returns an error if the wall cannot be determined.
     fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
 
-    /// Called when the mouse turns, is moved back to the start, or enters a cell. A movement over
+    /// Called when the mouse turns or enters a cell. A movement over
     /// several cells calls this method for each cell.
     ///
     /// # Errors
@@ -30,6 +30,14 @@ pub trait Environment {
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), Self::Error> {
         let _ = mouse;
         Ok(())
+    }
+
+    /// Called when the mouse is put back to the start.
+    ///
+    /// # Errors
+    /// If the implementation returns an error, the mouse stops and the error is passed on.
+    fn on_restart(&mut self, mouse: &SimulatedMouse) -> Result<(), Self::Error> {
+        self.on_pose_change(mouse)
     }
 }
 
@@ -153,7 +161,7 @@ impl SimulatedMouse {
                 self.direction = CompassDirection::NORTH;
                 self.is_reset_pressed = false;
                 self.score(Scores::reset);
-                environment.on_pose_change(self).map(|()| Some(Response::Ack))
+                environment.on_restart(self).map(|()| Some(Response::Ack))
             }
             Command::GetStat(stat) => Ok(Some(self.scores().stat(stat))),
             Command::MarkWall { cell, heading, is_present } => {

@@ -70,6 +70,7 @@ impl<'b> AnnotationWriter<'b> {
                 self.put(&mut end, &[kind, length(name)]);
                 self.put(&mut end, name.as_bytes());
             }
+            Annotation::Restart => self.put(&mut end, b"R"),
             Annotation::ClearTexts => self.put(&mut end, b"t"),
             Annotation::ClearColours => self.put(&mut end, b"c"),
             Annotation::ClearWalls => self.put(&mut end, b"d"),

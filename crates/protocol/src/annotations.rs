@@ -8,6 +8,7 @@
 //!   L n n text        log line: n bytes (at most 1000, 16-bit little-endian)
 //!   M n text          name of the mouse: n bytes (at most 100)
 //!   S n text          name of its strategy: n bytes (at most 100)
+//!   R                 the mouse was put back to its start
 //!   t, c, d           clears all texts, colours, declared walls
 //! ```
 
@@ -67,6 +68,8 @@ pub enum Annotation<'a> {
     Mouse(&'a str),
     /// Names the strategy, in at most [`MAX_NAME_BYTES`] bytes without control characters.
     Strategy(&'a str),
+    /// The mouse was put back to its start, and did not drive there.
+    Restart,
     /// Clears all texts.
     ClearTexts,
     /// Clears all colours.
@@ -191,13 +194,13 @@ impl<'a> Entries<'a> {
             }
             b'M' => Annotation::Mouse(self.name()?),
             b'S' => Annotation::Strategy(self.name()?),
+            b'R' => Annotation::Restart,
             b't' => Annotation::ClearTexts,
             b'c' => Annotation::ClearColours,
             b'd' => Annotation::ClearWalls,
             _ => {
-                return Err(
-                    self.error_at(self.offset - 1, "an annotation (T, C, D, L, M, S, t, c or d)")
-                );
+                return Err(self
+                    .error_at(self.offset - 1, "an annotation (T, C, D, L, M, S, R, t, c or d)"));
             }
         }))
     }
@@ -279,6 +282,7 @@ mod tests {
             (Annotation::Log("a\tb"), b"AL\x03\0a\tb"),
             (Annotation::Mouse("Theseus"), b"AM\x07Theseus"),
             (Annotation::Strategy("flood fill"), b"AS\x0aflood fill"),
+            (Annotation::Restart, b"AR"),
             (Annotation::ClearTexts, b"At"),
             (Annotation::ClearColours, b"Ac"),
             (Annotation::ClearWalls, b"Ad"),
@@ -295,7 +299,7 @@ mod tests {
     fn errors_say_expected_and_found() {
         insta::assert_snapshot!(error(b"A"), @"expected A and annotations (2 to 4096 bytes), found 1 bytes");
         insta::assert_snapshot!(error(&[b'A'; 4097]), @"expected A and annotations (2 to 4096 bytes), found 4097 bytes");
-        insta::assert_snapshot!(error(b"AX"), @r#"expected an annotation (T, C, D, L, M, S, t, c or d), found "X" at byte 1"#);
+        insta::assert_snapshot!(error(b"AX"), @r#"expected an annotation (T, C, D, L, M, S, R, t, c or d), found "X" at byte 1"#);
         insta::assert_snapshot!(error(b"AtT\x01"), @r#"expected x and y of a cell, found "\x01" at byte 3"#);
         insta::assert_snapshot!(error(b"AT\x01\x02\x04102"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "102" at byte 5"#);
         insta::assert_snapshot!(error(b"AT\x01\x02\x0b12345678901"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "12345678901" at byte 5"#);

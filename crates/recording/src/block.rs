@@ -9,7 +9,7 @@ use crate::compressor::decompress;
 use crate::context::Context;
 use crate::context_block::ContextBlock;
 use crate::phases::Phases;
-use crate::transition::Course;
+use crate::transition::{Course, Transition};
 use crate::update::StoredUpdate;
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
@@ -105,10 +105,20 @@ impl States {
     pub fn phases(&self, index: usize) -> Option<Phases> {
         self.get(index)?;
         let mut phases = self.phases;
-        for index in self.first..index {
-            phases.add(&self.course, index + 1, self.pose(index)?, self.pose(index + 1)?);
+        let mut updates = self.contexts.updates();
+        for index in self.first + 1..=index {
+            let (from, to) = (self.pose(index - 1)?, self.pose(index)?);
+            let update = updates.seek(index - self.first);
+            let transition = self.course.transition_after(update, self.size, from, to);
+            phases.add(&self.course, index, transition, to);
         }
         Some(phases)
+    }
+
+    /// Returns how the mouse got from the pose `from` into the state with this index.
+    pub fn transition(&self, from: Pose, index: usize) -> Option<Transition> {
+        let to = self.pose(index)?;
+        Some(self.course.transition_after(self.update(index)?, self.size, from, to))
     }
 
     /// Returns the start, the goal and the walls of the maze.
@@ -163,7 +173,8 @@ mod tests {
                 let mut phases = Phases::default();
                 phases.arrive(&course, pose(0));
                 for index in 1..=index.min(poses.len() - 1) {
-                    phases.add(&course, index, pose(index - 1), pose(index));
+                    let transition = course.transition(pose(index - 1), pose(index));
+                    phases.add(&course, index, transition, pose(index));
                 }
                 let found = states.as_ref().and_then(|states| states.phases(index));
                 prop_assert_eq!(found, (index < poses.len()).then_some(phases));

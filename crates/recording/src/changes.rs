@@ -8,6 +8,7 @@
 //!          previous number in these changes, or else 0
 //! C n …    n changed colours, each as skip and letter; - clears the colour
 //! D n …    n changed declared walls, each as skip and 1, 0, ? or -
+//! r        the mouse was put back to its start
 //! t, c, d, L, M, S as in annotations
 //! ```
 //!
@@ -66,6 +67,11 @@ impl<'a> Changes<'a> {
         self.iter().any(|change| matches!(change, Change::Other(Annotation::Log(_))))
     }
 
+    /// Returns true if the mouse was put back to its start.
+    pub(crate) fn has_restart(self) -> bool {
+        self.iter().any(|change| change == Change::Other(Annotation::Restart))
+    }
+
     /// Iterates over the changes in order.
     pub(crate) fn iter(self) -> impl Iterator<Item = Change<'a>> {
         let mut reader = Reader::new(self.bytes, self.size);
@@ -101,6 +107,7 @@ impl<'a> Reader<'a> {
                     (self.list, self.remaining, self.next) = (letter, count, 0);
                     continue;
                 }
+                b'r' => Some(Annotation::Restart),
                 b't' => Some(Annotation::ClearTexts),
                 b'c' => Some(Annotation::ClearColours),
                 b'd' => Some(Annotation::ClearWalls),
@@ -298,6 +305,10 @@ impl<'t> ChangeWriter<'t> {
         self.short_text(name);
     }
 
+    pub(crate) fn restart(&mut self) {
+        self.to.push(b'r');
+    }
+
     pub(crate) fn line(&mut self, line: &str) {
         self.to.push(b'L');
         // The length fits, because annotations limit it.
@@ -340,10 +351,11 @@ mod tests {
         writer.begin_walls(2);
         writer.wall(0, None);
         writer.wall(11, Some(WallState::Unknown));
+        writer.restart();
         writer.line("a\tb");
         let expected =
             b"M\x07TheseusS\x05swingtT\x03\x01\x21\0\x90\x03\x02\0\x03\xe2\x88\x9ecC\x01\x05G\
-            dD\x02\0-\x0a?L\x03\0a\tb";
+            dD\x02\0-\x0a?rL\x03\0a\tb";
         assert_eq!(bytes, expected);
         let changes: Vec<_> = Changes::decode(&bytes, size()).unwrap().iter().collect();
         let text = |cell, text| Change::Text { cell, text };
@@ -361,6 +373,7 @@ mod tests {
                 Change::Other(Annotation::ClearWalls),
                 Change::Wall { wall: 0, state: None },
                 Change::Wall { wall: 11, state: Some(WallState::Unknown) },
+                Change::Other(Annotation::Restart),
                 Change::Other(Annotation::Log("a\tb")),
             ]
         );

@@ -100,8 +100,9 @@ impl Context {
     /// changed.
     pub(crate) fn apply(&mut self, own: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
         let mut has_changed = self.apply_readings(own, update.readings);
-        let is_line = |change| matches!(change, Change::Other(Annotation::Log(_)));
-        if update.changes.iter().any(|change| !is_line(change)) {
+        let is_note =
+            |change| !matches!(change, Change::Other(Annotation::Log(_) | Annotation::Restart));
+        if update.changes.iter().any(is_note) {
             self.notes.apply_changes(update.changes);
             has_changed = true;
         }
@@ -143,6 +144,9 @@ impl Context {
         update.annotations.iter().for_each(|annotation| next.apply(annotation));
         self.notes.encode_changes(&next, to);
         let mut writer = ChangeWriter::new(to);
+        if update.annotations.iter().any(|annotation| annotation == Annotation::Restart) {
+            writer.restart();
+        }
         for annotation in update.annotations.iter() {
             if let Annotation::Log(line) = annotation {
                 writer.line(line);

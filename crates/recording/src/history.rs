@@ -211,7 +211,11 @@ impl History {
         self.previous = self.newest;
         if let Some(pose) = pose {
             match self.newest.pose {
-                Some(before) => self.newest.phases.add(&self.course, states, before, pose),
+                Some(before) => {
+                    let (course, update) = (&self.course, &self.update);
+                    let transition = course.transition_after(update, self.size, before, pose);
+                    self.newest.phases.add(&self.course, states, transition, pose);
+                }
                 None => self.newest.phases.arrive(&self.course, pose),
             }
         }

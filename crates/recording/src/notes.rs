@@ -102,7 +102,7 @@ impl Notes {
         }
     }
 
-    /// Applies an annotation. Log lines and cells outside the maze have no effect.
+    /// Applies an annotation. Log lines, restarts and cells outside the maze have no effect.
     pub(crate) fn apply(&mut self, annotation: Annotation<'_>) {
         let area = self.size.area();
         match annotation {
@@ -121,7 +121,7 @@ impl Notes {
                     self.walls.set(index, state, 2 * area);
                 }
             }
-            Annotation::Log(_) => {}
+            Annotation::Log(_) | Annotation::Restart => {}
             Annotation::Mouse(name) => self.mouse = name.into(),
             Annotation::Strategy(name) => self.strategy = name.into(),
             Annotation::ClearTexts => self.texts.0.clear(),
@@ -311,7 +311,7 @@ mod tests {
                         self.walls.extend(state.filter(|_| is_inner).map(|state| (side, state)));
                     }
                 }
-                Annotation::Log(_) => {}
+                Annotation::Log(_) | Annotation::Restart => {}
                 Annotation::Mouse(name) => self.names[0] = name.into(),
                 Annotation::Strategy(name) => self.names[1] = name.into(),
                 Annotation::ClearTexts => self.texts.clear(),

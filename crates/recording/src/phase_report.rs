@@ -22,7 +22,7 @@ pub struct PhaseReport {
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
     /// The number of times that the mouse was put back to the start.
-    pub put_backs: u32,
+    pub restarts: u32,
     /// The number of jumps to other cells.
     pub jumps: u32,
 }
@@ -59,7 +59,7 @@ impl PhaseReport {
                 ms: milliseconds(times, 0, index),
             },
             fast_runs: phases.fast_runs,
-            put_backs: phases.put_backs,
+            restarts: phases.restarts,
             jumps: phases.jumps,
         }
     }

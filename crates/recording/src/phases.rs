@@ -44,7 +44,7 @@ pub struct Phases {
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
     /// The number of times that the mouse was put back to the start.
-    pub put_backs: u32,
+    pub restarts: u32,
     /// The number of jumps to other cells.
     pub jumps: u32,
     /// All steps and turns.
@@ -112,10 +112,9 @@ impl RunFigures {
 }
 
 impl Phases {
-    /// Adds the state `state` with the pose `to`. The previous state has the pose `from`.
-    pub(crate) fn add(&mut self, course: &Course, state: usize, from: Pose, to: Pose) {
+    /// Adds the state `state` with the pose `to`, into which the mouse got by `transition`.
+    pub fn add(&mut self, course: &Course, state: usize, transition: Transition, to: Pose) {
         let state = u32::try_from(state).unwrap_or(u32::MAX);
-        let transition = course.transition(from, to);
         self.transition = Some(transition);
         match transition {
             Transition::Move { steps, turns } => {
@@ -132,8 +131,8 @@ impl Phases {
                     RunPhase::AtGoal => {}
                 }
             }
-            Transition::PutBack => {
-                self.put_backs = self.put_backs.saturating_add(1);
+            Transition::Restart => {
+                self.restarts = self.restarts.saturating_add(1);
                 if self.phase != RunPhase::Search {
                     self.phase = RunPhase::AtStart;
                 }
@@ -161,8 +160,9 @@ impl Phases {
         }
     }
 
-    /// Ends a run if the mouse has reached the goal or the start.
-    pub(crate) fn arrive(&mut self, course: &Course, pose: Pose) {
+    /// Ends a run if the mouse has reached the goal or the start. Call this method for the pose in
+    /// the first state.
+    pub fn arrive(&mut self, course: &Course, pose: Pose) {
         let is_goal = course.goals().contains(pose.cell);
         match self.phase {
             RunPhase::Search if is_goal => self.phase = RunPhase::AtGoal,
@@ -191,7 +191,10 @@ mod tests {
         let mut phases = Phases::default();
         for (state, &pose) in poses.iter().enumerate() {
             match state.checked_sub(1) {
-                Some(before) => phases.add(course, state, poses[before], pose),
+                Some(before) => {
+                    let transition = course.transition(poses[before], pose);
+                    phases.add(course, state, transition, pose);
+                }
                 None => phases.arrive(course, pose),
             }
         }
@@ -246,21 +249,21 @@ mod tests {
         assert_eq!(end.best_run, Some(end.fast_run));
         assert_eq!((end.search_run, end.return_run), (at_goal.search_run, at_start.return_run));
         assert_eq!(end.total, MotionCount { steps: 12, turns: 5 });
-        assert_eq!((end.put_backs, end.jumps), (0, 0));
+        assert_eq!((end.restarts, end.jumps), (0, 0));
     }
 
     #[test]
-    fn a_mouse_that_is_put_back_makes_no_steps() {
+    fn a_mouse_that_is_restart_makes_no_steps() {
         let mut states = poses(&[(0, North), (2, East), (0, North), (3, East), (4, East)]);
         let searched = phases(&corridor(), &states);
-        assert_eq!((searched.put_backs, searched.phase), (1, RunPhase::AtGoal));
+        assert_eq!((searched.restarts, searched.phase), (1, RunPhase::AtGoal));
         assert_eq!(searched.search_run, run(0, 4, 6, 2));
         states.extend(poses(&[(3, West), (0, West)]));
         // A fast run that ends in a crash, a fast run to the goal, and one with more turns.
         states.extend(poses(&[(2, East), (0, North), (4, East)]));
         states.extend(poses(&[(0, North), (2, East), (2, North), (2, East), (4, East)]));
         let end = phases(&corridor(), &states);
-        assert_eq!((end.put_backs, end.fast_runs), (3, 3));
+        assert_eq!((end.restarts, end.fast_runs), (3, 3));
         assert_eq!((end.search_run, end.return_run), (searched.search_run, run(4, 6, 4, 2)));
         assert_eq!((end.fast_run, end.best_run), (run(10, 14, 4, 3), Some(run(8, 9, 4, 1))));
         assert_eq!(end.total, MotionCount { steps: 6 + 4 + 2 + 4 + 4, turns: 2 + 2 + 2 + 1 + 3 });
@@ -281,7 +284,7 @@ mod tests {
         let at = |state: usize| transitions[state - 1];
         let motion = |state: usize| match at(state) {
             Transition::Move { steps, turns } => (u32::from(steps), u32::from(turns)),
-            Transition::PutBack | Transition::Jump => (0, 0),
+            Transition::Restart | Transition::Jump => (0, 0),
         };
         let figures = |first: usize, end: usize| {
             let states: Vec<_> = (first + 1..=end).filter(|&it| motion(it) != (0, 0)).collect();
@@ -291,11 +294,11 @@ mod tests {
             run(first, last, sum(|it| it.0), sum(|it| it.1))
         };
         let is_goal = |&state: &usize| course.goals().contains(poses[state].cell);
-        let is_put_back = |state: &usize| at(*state) == Transition::PutBack;
+        let is_restart = |state: &usize| at(*state) == Transition::Restart;
         let all = 0..poses.len();
         let newest = poses.len() - 1;
         let mut result = Phases {
-            put_backs: count(|it| *it == Transition::PutBack),
+            restarts: count(|it| *it == Transition::Restart),
             jumps: count(|it| *it == Transition::Jump),
             transition: transitions.last().copied(),
             ..Phases::default()
@@ -310,7 +313,7 @@ mod tests {
             let returned = moves.and_then(|moves| {
                 (moves..=newest).find(|&state| poses[state].cell == course.start().cell)
             });
-            let lifted = (reached + 1..=newest).find(is_put_back);
+            let lifted = (reached + 1..=newest).find(is_restart);
             let is_lifted =
                 lifted.is_some() && returned.is_none_or(|state| lifted < Some(state + 1));
             let start = if is_lifted { lifted } else { returned };
@@ -328,11 +331,11 @@ mod tests {
                 };
                 result.phase = RunPhase::Fast;
                 result.fast_runs += 1;
-                let end = (leaves..=newest).find(|state| is_goal(state) || is_put_back(state));
+                let end = (leaves..=newest).find(|state| is_goal(state) || is_restart(state));
                 result.fast_run = figures(leaves - 1, end.unwrap_or(newest));
                 result.fast_run.turns += figures(start, leaves - 1).turns;
                 match end {
-                    Some(end) if is_put_back(&end) => start = end,
+                    Some(end) if is_restart(&end) => start = end,
                     Some(end) => {
                         let runs = [result.best_run, Some(result.fast_run)].into_iter().flatten();
                         result.best_run = runs.min_by_key(|run| (run.steps, run.turns));

@@ -3,6 +3,8 @@
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Pose, Walls};
 use mmsim_protocol::Info;
 
+use crate::update::has_restart;
+
 /// The maximum number of cells that a mouse drives backwards between two states, as in the two-run
 /// trial.
 const MAX_BACKWARDS: u8 = 3;
@@ -29,9 +31,11 @@ pub struct Course {
 /// - a step into a diagonal neighbour past one of the two cells between them: mice of mms drive
 ///   diagonals and report only some of the cells that they cross.
 ///
-/// Only the first two of these movements can end in the start pose. In other cases a mouse in its
-/// start pose was *put back*, for example by the reset button of mms. A change to any other pose is
-/// a *jump*.
+/// Only the first two of these movements can end in the start pose, and a straight line of more than
+/// one cell only in the direction of the start heading. In other cases, a mouse in its start pose was
+/// put back to the start, for example by the reset button of mms: a *restart*. A client can also say
+/// that a state is a restart ([`Annotation::Restart`](mmsim_protocol::Annotation::Restart)). A change
+/// to any other pose is a *jump*.
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Maze, Pose};
@@ -43,8 +47,8 @@ pub struct Course {
 /// assert_eq!(moved, Transition::Move { steps: 1, turns: 1 });
 /// let through_wall = course.transition(pose(1, Heading::East), pose(2, Heading::East));
 /// assert_eq!(through_wall, Transition::Jump);
-/// let put_back = course.transition(pose(2, Heading::East), pose(0, Heading::North));
-/// assert_eq!(put_back, Transition::PutBack);
+/// let restart = course.transition(pose(2, Heading::East), pose(0, Heading::North));
+/// assert_eq!(restart, Transition::Restart);
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,9 +61,16 @@ pub enum Transition {
         turns: u8,
     },
     /// The mouse was put back to its start pose.
-    PutBack,
+    Restart,
     /// The mouse was placed in another cell, or the client corrected its position.
     Jump,
+}
+
+impl Transition {
+    /// Returns true if the mouse moved.
+    pub const fn is_move(self) -> bool {
+        matches!(self, Self::Move { .. })
+    }
 }
 
 impl Course {
@@ -95,11 +106,6 @@ impl Course {
         self.walls.as_ref()
     }
 
-    /// Returns true if a mouse moved from one pose to another. See [`Transition`].
-    pub fn is_move(&self, from: Pose, to: Pose) -> bool {
-        matches!(self.transition(from, to), Transition::Move { .. })
-    }
-
     /// Returns how a mouse got from one pose to another. See [`Transition`].
     pub fn transition(&self, from: Pose, to: Pose) -> Transition {
         let steps = from.cell.x.abs_diff(to.cell.x).saturating_add(from.cell.y.abs_diff(to.cell.y));
@@ -107,10 +113,21 @@ impl Course {
             let turns = (to.heading as u8).wrapping_sub(from.heading as u8) % 4;
             Transition::Move { steps, turns: turns.min(4 - turns) }
         } else if to == self.start {
-            Transition::PutBack
+            Transition::Restart
         } else {
             Transition::Jump
         }
+    }
+
+    /// Returns how a mouse got from one pose to another, with the update between the two states.
+    pub(crate) fn transition_after(
+        &self,
+        update: &[u8],
+        size: MazeSize,
+        from: Pose,
+        to: Pose,
+    ) -> Transition {
+        if has_restart(update, size) { Transition::Restart } else { self.transition(from, to) }
     }
 
     fn is_movement(&self, from: Pose, to: Pose, steps: u8) -> bool {
@@ -121,7 +138,9 @@ impl Course {
         let Some(direction) = direction(from.cell, to.cell) else {
             return steps == 2 && !to_start && self.has_diagonal(from.cell, to.cell);
         };
-        let is_forwards = direction == from.heading || direction == to.heading;
+        // A mouse that drives home reports the start before it turns.
+        let is_home_run = to_start && steps > 1 && direction != to.heading;
+        let is_forwards = !is_home_run && (direction == from.heading || direction == to.heading);
         let is_backwards = direction == to.heading.back() && steps <= MAX_BACKWARDS;
         (is_forwards || (!to_start && (is_backwards || steps == 1)))
             && self.is_open(from.cell, direction, steps)
@@ -199,13 +218,15 @@ mod tests {
             (pose(3, 5, North), pose(1, 9, West), Transition::Jump),
             // A return to the start, and a mouse that is put back.
             (pose(0, 4, South), pose(0, 0, South), moved(4, 0)),
-            (pose(0, 4, South), pose(0, 0, North), moved(4, 2)),
-            (pose(2, 0, West), pose(0, 0, North), moved(2, 1)),
+            (pose(0, 4, South), pose(0, 0, North), Transition::Restart),
+            (pose(2, 0, West), pose(0, 0, North), Transition::Restart),
+            (pose(0, 1, South), pose(0, 0, North), moved(1, 2)),
+            (pose(1, 0, West), pose(0, 0, North), moved(1, 1)),
             (pose(0, 0, South), pose(0, 0, North), moved(0, 2)),
-            (pose(0, 1, North), pose(0, 0, North), Transition::PutBack),
-            (pose(1, 0, East), pose(0, 0, North), Transition::PutBack),
-            (pose(1, 1, South), pose(0, 0, North), Transition::PutBack),
-            (pose(7, 7, East), pose(0, 0, North), Transition::PutBack),
+            (pose(0, 1, North), pose(0, 0, North), Transition::Restart),
+            (pose(1, 0, East), pose(0, 0, North), Transition::Restart),
+            (pose(1, 1, South), pose(0, 0, North), Transition::Restart),
+            (pose(7, 7, East), pose(0, 0, North), Transition::Restart),
             (pose(7, 7, East), pose(0, 0, East), Transition::Jump),
         ] {
             assert_eq!(course.transition(from, to), expected, "{from} to {to}");
@@ -231,7 +252,7 @@ o---o---o---o
             (pose(2, 0, North), pose(2, 1, North), Transition::Jump),
             (pose(2, 0, North), pose(2, 2, North), Transition::Jump),
             (pose(0, 2, East), pose(1, 2, East), Transition::Jump),
-            (pose(0, 2, South), pose(0, 0, North), moved(2, 2)),
+            (pose(0, 2, South), pose(0, 0, North), Transition::Restart),
             (pose(1, 0, West), pose(0, 1, West), moved(2, 0)),
             (pose(0, 2, East), pose(1, 1, East), moved(2, 0)),
             (pose(1, 1, North), pose(2, 0, North), Transition::Jump),
@@ -253,8 +274,10 @@ o---o---o---o
                 let (mut cell, mut driven) = (from.cell, 0);
                 while let Some(next) = step(cell, direction) {
                     (cell, driven) = (next, driven + 1);
-                    if end == direction || from.heading == direction {
-                        forwards.push(Pose::new(cell, end));
+                    let pose = Pose::new(cell, end);
+                    let is_home = pose == course.start() && driven > 1;
+                    if end == direction || (from.heading == direction && !is_home) {
+                        forwards.push(pose);
                     }
                     if driven == 1 || (driven <= 3 && end.back() == direction) {
                         others.push(Pose::new(cell, end));
@@ -312,7 +335,7 @@ o---o---o---o
                     let expected = [0, 1, 1, 2][quarters.iter().position(|&it| it == from.heading).unwrap()];
                     prop_assert_eq!(turns, expected);
                 }
-                Transition::PutBack => prop_assert_eq!(to, course.start()),
+                Transition::Restart => prop_assert_eq!(to, course.start()),
                 Transition::Jump => prop_assert_ne!(to, course.start()),
             }
         }

@@ -127,6 +127,11 @@ impl<'a> StoredUpdate<'a> {
     }
 }
 
+/// Returns true if a valid update says that the mouse was put back to its start.
+pub(crate) fn has_restart(update: &[u8], size: MazeSize) -> bool {
+    StoredUpdate::decode(update, size).is_ok_and(|update| update.changes.has_restart())
+}
+
 impl OtherPoses<'_> {
     pub(crate) fn iter(&self) -> impl Iterator<Item = Pose> {
         self.entries.iter().filter_map(|&entry| self.decode(entry))

@@ -16,17 +16,17 @@
  *   shortest_path: number | null, robot: string | null, race_optimum: number | null, note: string | null }} Source
  * @typedef {{ steps: number, turns: number, ms: number }} RunReport
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
- *   total: RunReport, fast_runs: number, put_backs: number, jumps: number }} PhaseReport
+ *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
  * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: string | null }} TrialReport
  * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport,
  *   trial: TrialReport | null,
- *   event: "put-back" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
+ *   event: "restart" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
  *   closed: number | null, solved: boolean, trail: number[],
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
- *   put_backs: number[] }} DistanceHistory
+ *   restarts: number[] }} DistanceHistory
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle

@@ -26,13 +26,13 @@ export class Chart {
   }
 
   /** @param {import("./api.js").DistanceHistory} history @param {import("./api.js").StateView | null} newest */
-  draw({ states, stride, open, closed, put_backs }, newest) {
+  draw({ states, stride, open, closed, restarts }, newest) {
     this.#last = Math.max(1, states - 1);
     if (newest) {
       // The samples of a long run rarely include its newest state.
       open.push(newest.open);
       closed.push(newest.closed);
-      put_backs.push(newest.phases.put_backs);
+      restarts.push(newest.phases.restarts);
     }
     const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
     /** @param {number} distance */
@@ -48,8 +48,8 @@ export class Chart {
     };
     query(this.#panel, ".plot .optimistic", SVGElement).setAttribute("d", line(open));
     query(this.#panel, ".plot .pessimistic", SVGElement).setAttribute("d", line(closed));
-    const marks = put_backs.map((count, i) => (count > (put_backs[i - 1] ?? 0) ? `M${this.#x(i * stride)} 0v${MARK}` : ""));
-    query(this.#panel, ".plot .put-backs", SVGElement).setAttribute("d", marks.join(""));
+    const marks = restarts.map((count, i) => (count > (restarts[i - 1] ?? 0) ? `M${this.#x(i * stride)} 0v${MARK}` : ""));
+    query(this.#panel, ".plot .restarts", SVGElement).setAttribute("d", marks.join(""));
     // If a path is first found in the last state, its line has no length. A dot marks the end of the line.
     const end = closed.at(-1) ?? null;
     query(this.#panel, ".plot .dot", SVGElement).setAttribute("d", end === null ? "" : `M${WIDTH} ${y(end)}h0`);

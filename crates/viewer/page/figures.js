@@ -78,12 +78,12 @@ export function describeUnknownWalls(cell, view) {
 }
 
 /** Describes how often the mouse was put back or jumped, and whether it was in this state. @param {StateView} view */
-function describeEvents({ event, phases: { put_backs, jumps } }) {
+function describeEvents({ event, phases: { restarts, jumps } }) {
   /** @param {number} count */
   const times = (count) => (count === 1 ? "once" : `${formatNumber(count)} times`);
   const parts = [];
-  if (event === "put-back") parts.push("in this state");
-  if (put_backs > 1 || (put_backs && !parts.length)) parts.push(times(put_backs));
+  if (event === "restart") parts.push("in this state");
+  if (restarts > 1 || (restarts && !parts.length)) parts.push(times(restarts));
   const texts = parts.length ? [`Put back to the start ${parts.join(", ")}`] : [];
   if (event === "jump") texts.push("Jumped to this cell");
   else if (jumps) texts.push(`Jumped to another cell ${times(jumps)}`);

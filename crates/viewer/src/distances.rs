@@ -55,20 +55,20 @@ pub(crate) struct DistanceHistory {
     #[serde(rename = "closed")]
     pessimistic: Vec<Option<u16>>,
     /// The number of times that the mouse had been put back to the start.
-    put_backs: Vec<u32>,
+    restarts: Vec<u32>,
 }
 
 /// The values at a sampled state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
     pub(crate) bounds: DistanceBounds,
-    pub(crate) put_backs: u32,
+    pub(crate) restarts: u32,
 }
 
 impl Default for DistanceHistory {
     fn default() -> Self {
-        let (optimistic, pessimistic, put_backs) = (Vec::new(), Vec::new(), Vec::new());
-        Self { states: 0, stride: 1, optimistic, pessimistic, put_backs }
+        let (optimistic, pessimistic, restarts) = (Vec::new(), Vec::new(), Vec::new());
+        Self { states: 0, stride: 1, optimistic, pessimistic, restarts }
     }
 }
 
@@ -85,13 +85,13 @@ impl DistanceHistory {
             for samples in [&mut self.optimistic, &mut self.pessimistic] {
                 *samples = samples.iter().copied().step_by(2).collect();
             }
-            self.put_backs = self.put_backs.iter().copied().step_by(2).collect();
+            self.restarts = self.restarts.iter().copied().step_by(2).collect();
         }
         for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {
-            let Sample { bounds, put_backs } = sample(index)?;
+            let Sample { bounds, restarts } = sample(index)?;
             self.optimistic.push(bounds.optimistic);
             self.pessimistic.push(bounds.pessimistic);
-            self.put_backs.push(put_backs);
+            self.restarts.push(restarts);
         }
         Ok(())
     }
@@ -137,8 +137,8 @@ mod tests {
         let sample = |index: usize| {
             let optimistic = u16::try_from(index % 60_000).ok();
             let pessimistic = optimistic.filter(|steps| steps % 3 == 0);
-            let put_backs = u32::try_from(index / 7).unwrap();
-            Ok::<_, ()>(Sample { bounds: DistanceBounds { optimistic, pessimistic }, put_backs })
+            let restarts = u32::try_from(index / 7).unwrap();
+            Ok::<_, ()>(Sample { bounds: DistanceBounds { optimistic, pessimistic }, restarts })
         };
         let mut grown = DistanceHistory::default();
         for states in [0, 1, 2, 511, 512, 513, 514, 1024, 1025, 5000, 100_000] {
@@ -154,7 +154,7 @@ mod tests {
             if let Some(last) = grown.optimistic.len().checked_sub(1) {
                 let expected = sample(last * grown.stride).unwrap();
                 assert_eq!(grown.optimistic[last], expected.bounds.optimistic);
-                assert_eq!(grown.put_backs[last], expected.put_backs);
+                assert_eq!(grown.restarts[last], expected.restarts);
             }
         }
         assert_eq!(grown.stride, 256);

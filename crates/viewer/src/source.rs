@@ -238,8 +238,8 @@ impl Source {
             let block = self.read_block(run, index)?;
             let decoded = description.decode(&block, index)?;
             let bounds = DistanceBounds::new(&decoded.known, decoded.is_trial);
-            let put_backs = block.phases(index).map_or(0, |phases| phases.put_backs);
-            Ok::<_, ApiError>(Sample { bounds, put_backs })
+            let restarts = block.phases(index).map_or(0, |phases| phases.restarts);
+            Ok::<_, ApiError>(Sample { bounds, restarts })
         })?;
         self.cache(run, |cache| cache.distances = distances.clone());
         Ok(distances)

@@ -54,14 +54,14 @@ pub(crate) struct StateView {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum ViewEvent {
-    PutBack,
+    Restart,
     Jump,
 }
 
 impl ViewEvent {
     const fn from_transition(transition: Option<Transition>) -> Option<Self> {
         match transition {
-            Some(Transition::PutBack) => Some(Self::PutBack),
+            Some(Transition::Restart) => Some(Self::Restart),
             Some(Transition::Jump) => Some(Self::Jump),
             Some(Transition::Move { .. }) | None => None,
         }

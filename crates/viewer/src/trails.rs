@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use mmsim_drawing::Trail;
 use mmsim_maze::MazeSize;
-use mmsim_recording::{Block, States};
+use mmsim_recording::{Block, States, Transition};
 
 /// The maximum number of stored trails of a run.
 const MAX_TRAILS: usize = 256;
@@ -64,10 +64,11 @@ pub(crate) fn trail<B: Borrow<States>, E>(
         let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
         let states = block(stop - 1)?;
         for index in next..stop {
-            let message = states.borrow().message(index);
-            if let Some(pose) = message.and_then(|message| message.pose().ok()) {
-                let course = states.borrow().course();
-                trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            let states = states.borrow();
+            if let Some(pose) = states.message(index).and_then(|message| message.pose().ok()) {
+                trail.extend(pose, states.course().walls(), |last| {
+                    states.transition(last, index).is_some_and(Transition::is_move)
+                });
             }
         }
         next = stop;
@@ -101,7 +102,7 @@ mod tests {
             state.resize(state_bytes(size), b'C');
             history.push(&state).unwrap();
             let course = history.course();
-            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            trail.extend(pose, course.walls(), |last| course.transition(last, pose).is_move());
             if indices.contains(&index) {
                 expected.push((index, trail.clone()));
             }

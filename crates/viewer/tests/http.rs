@@ -73,7 +73,7 @@ fn new_states_of_a_cached_block_are_returned() {
         for state in &sent {
             let heading = Heading::from_letter(state[3].into()).unwrap();
             let pose = Pose::new(Cell::new(state[1], state[2]), heading);
-            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            trail.extend(pose, course.walls(), |last| course.transition(last, pose).is_move());
         }
         let passages = trail
             .passages()
@@ -110,7 +110,7 @@ fn a_view_contains_the_figures_of_a_state() {
         view,
         json!({"at": 6, "states": 700, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
-                "total": run, "fast_runs": 0, "put_backs": 1, "jumps": 0},
+                "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
             "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
@@ -118,15 +118,15 @@ fn a_view_contains_the_figures_of_a_state() {
             "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": []})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
-    assert_eq!(view["event"], "put-back");
+    assert_eq!(view["event"], "restart");
     let view = watched.get("/api/sources/live/moment?run=1&at=699").json();
     assert_eq!(view["trail"], json!([0, 13, 17]));
-    assert_eq!(view["phases"]["put_backs"], 174);
+    assert_eq!(view["phases"]["restarts"], 174);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
     assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);
-    let put_backs: Vec<_> = (0..350).map(|sample| 2 * sample / 4).collect();
-    assert_eq!(distances["put_backs"], json!(put_backs));
+    let restarts: Vec<_> = (0..350).map(|sample| 2 * sample / 4).collect();
+    assert_eq!(distances["restarts"], json!(restarts));
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));

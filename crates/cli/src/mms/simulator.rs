@@ -1,5 +1,7 @@
 //! The environment of a mouse: a simulator that reports walls and receives the mouse's states.
 
+use std::mem;
+
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
@@ -19,6 +21,8 @@ pub(crate) struct Simulator<'a, T> {
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
     annotator: Option<Annotator>,
+    /// True if the mouse was put back to the start after its state was last sent.
+    is_restart: bool,
 }
 
 /// The annotations that a simulator has not received yet.
@@ -40,7 +44,7 @@ impl<'a, T: Transport> Simulator<'a, T> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
         let reported = KnownMaze::new(size, Cell::new(0, 0), CellSet::EMPTY);
-        Ok(Self { exchange, reported, stop, last: None, annotator })
+        Ok(Self { exchange, reported, stop, last: None, annotator, is_restart: false })
     }
 
     /// Waits for the last lines of the log of a mouse that has exited.
@@ -66,10 +70,11 @@ impl<'a, T: Transport> Simulator<'a, T> {
     fn try_send(&mut self, mouse: &SimulatedMouse) -> Result<(), RunError> {
         if let Some(annotator) = &self.annotator {
             let name = self.last.is_none().then_some(Annotation::Mouse(&annotator.name));
+            let restart = mem::take(&mut self.is_restart).then_some(Annotation::Restart);
             let changes = changes(self.last.as_ref(), mouse);
             let lines = annotator.log.take();
             let lines = lines.iter().map(|line| Annotation::Log(line));
-            self.exchange.annotate(name.into_iter().chain(changes).chain(lines))?;
+            self.exchange.annotate(name.into_iter().chain(restart).chain(changes).chain(lines))?;
         }
         let number = |cell| mouse.display().text(cell).number();
         self.exchange.state(mouse.pose(), mouse.map(), number)
@@ -98,6 +103,11 @@ impl<T: Transport> Environment for Simulator<'_, T> {
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.send(mouse)?;
         self.stop.wait_for_step()
+    }
+
+    fn on_restart(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
+        self.is_restart = true;
+        self.on_pose_change(mouse)
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) struct StateReport {
     /// The figures of a two-run trial. The distances of a trial are in time steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     trial: Option<TrialReport>,
-    /// `put back` if the mouse was put back to the start in this state, `jump` if it appeared in
+    /// `restart` if the mouse was put back to the start in this state, `jump` if it appeared in
     /// another cell, or `None` if it moved.
     event: Option<&'static str>,
     /// The distance from the start to the goal if all unknown walls are open, or `None` if there is
@@ -55,7 +55,7 @@ impl StateReport {
         let phases = states.phases(index)?;
         let event = event(phases.transition);
         let here = match phases.transition {
-            Some(Transition::PutBack) => ", put back to the start",
+            Some(Transition::Restart) => ", put back to the start",
             Some(Transition::Jump) => ", jumped to this cell",
             Some(Transition::Move { .. }) | None => "",
         };
@@ -107,9 +107,9 @@ impl StateReport {
 /// Formats the figures of the phases up to a state and the number of events.
 fn phases_text(report: &PhaseReport) -> String {
     let times = |count: u32| counted(count, "time");
-    let put_back = format!("put back to the start {}", times(report.put_backs));
+    let restart = format!("put back to the start {}", times(report.restarts));
     let jumped = format!("jumped to another cell {}", times(report.jumps));
-    let events = [(report.put_backs, put_back), (report.jumps, jumped)].into_iter();
+    let events = [(report.restarts, restart), (report.jumps, jumped)].into_iter();
     let events = events.filter(|&(count, _)| count > 0);
     events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n")
 }
@@ -149,7 +149,7 @@ fn bounds_text(bounds: PathBounds, is_trial: bool) -> String {
 /// Returns the name of an event: a transition that is not a movement.
 const fn event(transition: Option<Transition>) -> Option<&'static str> {
     match transition {
-        Some(Transition::PutBack) => Some("put back"),
+        Some(Transition::Restart) => Some("restart"),
         Some(Transition::Jump) => Some("jump"),
         Some(Transition::Move { .. }) | None => None,
     }

@@ -65,7 +65,7 @@ fn each_phase_has_its_steps_and_turns_at_every_state() {
 }
 
 #[test]
-fn a_mouse_that_is_put_back_makes_no_steps() {
+fn a_mouse_that_is_restart_makes_no_steps() {
     with_page(&["--maze", "hedgerow"], |browser, simulator| {
         let size = bundled("05-hedgerow.txt").size();
         let live = Panel::live(browser);
@@ -96,7 +96,7 @@ fn a_mouse_that_is_put_back_makes_no_steps() {
         shown(4, "4", "Put back to the start once");
         shown(5, "4", "Put back to the start once. Jumped to this cell");
         let marks = wait_for("the marks in the chart", || {
-            let marks = live.attribute(".plot .put-backs", "d");
+            let marks = live.attribute(".plot .restarts", "d");
             (!marks.is_empty() && marks != "none").then_some(marks)
         });
         assert_eq!(marks, "M307.2 0v14", "at 3/5 of the width");
