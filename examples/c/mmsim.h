@@ -166,6 +166,23 @@ static inline int mmsim_has_annotations(const uint8_t *reply, size_t length) {
     return 0;
 }
 
+/* Returns the length of the first character of a text in bytes, or 0 if annotations cannot contain
+   the character: invalid UTF-8, control characters, and the marks that reverse or break lines. */
+static inline size_t mmsim_character(const char *text, size_t length) {
+    static const uint32_t min[5] = {0, 0x20, 0xa0, 0x800, 0x10000};
+    const uint8_t first = (uint8_t)text[0];
+    const size_t bytes = first < 0x80 ? 1 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+    uint32_t c = bytes == 1 ? first : first & (0x7fu >> bytes);
+    if (bytes > length || (first >= 0x80 && first < 0xc0) || first >= 0xf8) return 0;
+    for (size_t i = 1; i < bytes; i++) {
+        if (((uint8_t)text[i] & 0xc0) != 0x80) return 0;
+        c = c << 6 | ((uint8_t)text[i] & 0x3fu);
+    }
+    if (c < min[bytes] || c == 0x7f || c > 0x10ffff || (c >= 0xd800 && c < 0xe000)) return 0;
+    if (c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x2028 && c <= 0x202e)) return 0;
+    return c >= 0x2066 && c <= 0x2069 ? 0 : bytes;
+}
+
 /* Appends a head of 1 to 5 bytes and a text. */
 static inline size_t mmsim_annotate(uint8_t *request, size_t capacity, size_t length,
                                     const char *head, size_t head_length, const char *text,
@@ -173,9 +190,10 @@ static inline size_t mmsim_annotate(uint8_t *request, size_t capacity, size_t le
     const size_t start = length > 0 ? length : 1;
     if (capacity > MMSIM_MAX_ANNOTATIONS_BYTES) capacity = MMSIM_MAX_ANNOTATIONS_BYTES;
     if (capacity < start || capacity - start < head_length + text_length) return length;
-    for (size_t i = 0; i < text_length; i++) {
-        const uint8_t byte = (uint8_t)text[i];
-        if ((byte < 0x20 && (byte != '\t' || head[0] != 'L')) || byte == 0x7f) return length;
+    for (size_t i = 0, bytes; i < text_length; i += bytes) {
+        const int is_tab = text[i] == '\t' && head[0] == 'L';
+        bytes = is_tab ? 1 : mmsim_character(text + i, text_length - i);
+        if (bytes == 0) return length;
     }
     request[0] = 'A';
     memcpy(request + start, head, head_length);

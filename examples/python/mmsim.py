@@ -108,9 +108,11 @@ class Simulator:
     ) -> None:
         variable = os.environ.get("MMSIM_ENDPOINT")
         self._endpoint = endpoint or variable or "tcp://127.0.0.1:6574"
-        self._timeout = 5.0 if timeout is None and not variable else timeout
+        # A mouse of `mmsim run` may also connect to another simulator.
+        is_run = bool(variable) and self._endpoint == variable
+        self._timeout = 5.0 if timeout is None and not is_run else timeout
         # None until `info` is asked whether the simulator knows annotations.
-        self._annotates = None if annotations or (annotations is None and variable) else False
+        self._annotates = None if annotations or (annotations is None and is_run) else False
         self._entries: list[bytes] = []
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._connect()

@@ -9,6 +9,8 @@ use crate::usage::UsageError;
 
 /// What a mouse knows about a simulator before it starts.
 pub(crate) struct KnownSimulator {
+    /// The name of the maze, if the simulator has sent it.
+    pub(crate) name: Option<String>,
     pub(crate) map: KnownMaze,
     pub(crate) start: Pose,
     /// True if the simulator has said that it accepts annotations.
@@ -41,7 +43,7 @@ pub(crate) fn maze_from_args(
     let start = Pose::new(Cell::new(0, 0), Heading::North);
     let goals = if goals.is_empty() { size.central_cells() } else { goals };
     let map = KnownMaze::new(size, start.cell, goals);
-    Ok(Some(KnownSimulator { map, start, has_annotations: false }))
+    Ok(Some(KnownSimulator { name: None, map, start, has_annotations: false }))
 }
 
 /// Asks the server for its maze. Returns an error if the server's maze does not
@@ -58,7 +60,8 @@ pub(crate) fn ask_maze(
     if let Some(size) = size.filter(|&size| size != served) {
         return Err(format!("--size is {size}, but the server's maze is {served}"));
     }
-    Ok(KnownSimulator { map, start, has_annotations: info.has_annotations() })
+    let has_annotations = info.has_annotations();
+    Ok(KnownSimulator { name: Some(info.name), map, start, has_annotations })
 }
 
 /// Warns that a reply is late. The transport calls this every second while it waits; for each

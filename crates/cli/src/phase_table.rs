@@ -1,9 +1,9 @@
 //! The steps, turns and times of the phases of a search, and their table.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use mmsim_recording::{PhaseReport, RunReport};
-use mmsim_solvers::{PhaseStats, SearchStats};
+use mmsim_maze::Pose;
+use mmsim_recording::{Course, OutOfMemory, PhaseReport, Phases, RunReport, Times};
 
 use crate::grid::aligned;
 use crate::output::counted;
@@ -21,58 +21,50 @@ pub(crate) fn run_table(rows: impl IntoIterator<Item = (String, RunReport)>) -> 
     aligned(&rows.into_iter().map(row).collect::<Vec<_>>())
 }
 
-/// Measures the time of each phase of a search.
-#[derive(Default)]
+/// The phases of the states that a mouse sends, and their times.
 pub(crate) struct PhaseTimes {
-    /// The figures in the newest state, and the time of this state.
-    newest: Option<(SearchStats, Instant)>,
-    /// The times of the search run, the return run and the fast run.
-    times: [Duration; 3],
+    course: Course,
+    phases: Phases,
+    times: Times,
+    /// The time of the first state.
+    began: Option<Instant>,
+    /// The pose in the newest state.
+    pose: Option<Pose>,
 }
 
 impl PhaseTimes {
-    /// Adds the time since the previous state to the phase in which the mouse has moved.
-    pub(crate) fn add(&mut self, stats: &SearchStats, now: Instant) {
-        if let Some((before, then)) = self.newest {
-            let phases = before.phases().into_iter().zip(stats.phases());
-            for (time, (before, after)) in self.times.iter_mut().zip(phases) {
-                if before != after {
-                    *time += now.saturating_duration_since(then);
-                }
+    /// Creates the phases before the first state.
+    pub(crate) fn new(course: Course) -> Self {
+        Self { course, phases: Phases::default(), times: Times::new(1), began: None, pose: None }
+    }
+
+    /// Adds a state. Returns an error if memory runs out.
+    pub(crate) fn add(&mut self, pose: Pose, now: Instant) -> Result<(), OutOfMemory> {
+        let index = self.times.len();
+        let began = *self.began.get_or_insert(now);
+        let elapsed = now.saturating_duration_since(began).as_nanos();
+        self.times.push(u64::try_from(elapsed).unwrap_or(u64::MAX))?;
+        match self.pose.replace(pose) {
+            Some(before) => {
+                let transition = self.course.transition(before, pose);
+                self.phases.add(&self.course, index, transition, pose);
             }
+            None => self.phases.arrive(&self.course, pose),
         }
-        self.newest = Some((*stats, now));
+        Ok(())
     }
 
     /// Returns the figures of the phases, or `None` before the first state.
     pub(crate) fn report(&self) -> Option<PhaseReport> {
-        let (stats, _) = self.newest?;
-        let run = |PhaseStats { steps, turns, .. }, time: Duration| {
-            let ms = time.as_secs_f64() * 1e3;
-            RunReport { steps: u64::from(steps), turns: u64::from(turns), ms }
-        };
-        let [search, back, fast] = self.times;
-        let begun = |run: RunReport| (run.steps > 0).then_some(run);
-        let fast_run = begun(run(stats.fast_run, fast));
-        Some(PhaseReport {
-            search_run: run(stats.search_run, search),
-            return_run: begun(run(stats.return_run, back)),
-            fast_run,
-            best_run: None,
-            total: RunReport {
-                steps: stats.steps().into(),
-                turns: stats.turns().into(),
-                ms: self.times.iter().sum::<Duration>().as_secs_f64() * 1e3,
-            },
-            fast_runs: fast_run.is_some().into(),
-            restarts: 0,
-            jumps: 0,
-        })
+        let newest = self.times.len().checked_sub(1)?;
+        Some(PhaseReport::new(&self.phases, newest, &self.times))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use mmsim_maze::{KnownMaze, Maze};
     use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver};
 
@@ -84,10 +76,10 @@ mod tests {
         let strategy = BundledStrategy::ShortestPathSearch.strategy();
         let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
         let mut driver = SearchDriver::new(&mut mouse, 100);
-        let (mut times, mut now) = (PhaseTimes::default(), Instant::now());
+        let (mut times, mut now) = (PhaseTimes::new(Course::from_maze(&maze)), Instant::now());
         assert_eq!(times.report(), None);
         while driver.advance_in(&maze) == Ok(true) {
-            times.add(driver.stats(), now);
+            times.add(driver.mouse().pose(), now).unwrap();
             now += Duration::from_millis(driver.stats().steps().into());
         }
         insta::assert_snapshot!(table(&times.report().unwrap()), @r"

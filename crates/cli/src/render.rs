@@ -7,8 +7,8 @@ use std::path::Path;
 
 use args::{PictureFormat, RenderArgs};
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
-use mmsim_maze::{KnownMaze, Maze, MazeSize};
-use mmsim_protocol::{Colour, State, StateMessage};
+use mmsim_maze::{KnownMaze, Maze};
+use mmsim_protocol::{Colour, State};
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States, Transition};
 use mmsim_solvers::Distances;
 
@@ -160,9 +160,10 @@ impl<'a> RecordedSearch<'a> {
     ) -> Result<T, String> {
         let unreadable = || unreadable(self.file);
         reader.advance(index).ok_or_else(unreadable)?;
+        let size = reader.recording.size();
         let states = reader.block(index).ok_or_else(unreadable)?;
         let message = states.get(index).ok_or_else(unreadable)?;
-        let state = State::decode(message, states.size()).map_err(|_| unreadable())?;
+        let state = State::decode(message, size).map_err(|_| unreadable())?;
         let context = states.context(index).ok_or_else(unreadable)?;
         let (map, notes) = (context.claimed_maze(&state, &self.initial), context.notes());
         let scene = Scene::from_map(&map)

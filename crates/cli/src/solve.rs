@@ -2,6 +2,7 @@
 
 pub(crate) mod args;
 
+use std::io;
 use std::ops::ControlFlow;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -9,7 +10,7 @@ use std::time::{Duration, Instant};
 use mmsim_client::{BrokenRun, Named, SearchRun, Transport, Waiting, Zmq, search_run};
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
-use mmsim_recording::PhaseReport;
+use mmsim_recording::{Course, PhaseReport};
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
@@ -31,17 +32,19 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let on_wait = |waiting: Waiting<'_>| report_waiting(&waiting, asks_server);
     let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.known.size), Ok);
-    let prepared = known.and_then(|KnownSimulator { map, start, has_annotations }| {
-        // The address serves as the name of the maze, because the true name may be unknown.
-        let info = Info::new(&endpoint, map.size(), start, map.goals(), 0);
+    let prepared = known.and_then(|KnownSimulator { name, map, start, has_annotations }| {
+        // The address replaces an unknown name of the maze.
+        let name = name.as_ref().unwrap_or(&endpoint);
+        let info = Info::new(name, map.size(), start, map.goals(), 0);
         let recording = RecordingTransport::new(transport, args.record.as_deref(), &info);
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),
         });
-        Ok((map, start, has_annotations, recording?))
+        let times = PhaseTimes::new(Course::from_info(&info, None));
+        Ok((map, start, has_annotations, recording?, times))
     });
-    let (map, start, has_annotations, mut recording) = match prepared {
+    let (map, start, has_annotations, mut recording, mut times) = match prepared {
         Ok(prepared) => prepared,
         Err(error) if args.json => {
             let report = SolveReport {
@@ -58,7 +61,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let pace = Duration::from_millis(args.pace);
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
-    let (mut shown, mut times) = (Ok(()), PhaseTimes::default());
+    let mut shown = Ok(());
     let mut named;
     let mut transport: &mut dyn Transport = &mut recording;
     if has_annotations {
@@ -66,8 +69,8 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         transport = &mut named;
     }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
-        times.add(&run.stats, Instant::now());
-        shown = screen.show(mouse, run);
+        let timed = times.add(mouse.pose(), Instant::now());
+        shown = timed.map_err(io::Error::other).and_then(|()| screen.show(mouse, run));
         thread::sleep(pace);
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });

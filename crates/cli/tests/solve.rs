@@ -60,6 +60,7 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
     let report = home.run(&["replay", "own.mcap", "--json"]).json();
     let names = [&report["mouse"], &report["strategy"]];
     assert_eq!(names, [&json!("mmsim"), &json!("shortest-path-search")]);
+    assert!(report["name"].as_str().unwrap().ends_with("hedgerow"), "{}", report["name"]);
     let (state, replayed) = (&report["state"], &report["state"]["phases"]);
     for run in ["search_run", "return_run", "fast_run", "total"] {
         for figure in ["steps", "turns"] {

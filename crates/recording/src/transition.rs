@@ -9,6 +9,9 @@ use crate::update::has_restart;
 /// trial.
 const MAX_BACKWARDS: u8 = 3;
 
+/// The start of mice in a maze whose start is unknown.
+const DEFAULT_START: Pose = Pose::new(Cell::new(0, 0), Heading::North);
+
 /// The parts of a maze that determine how the mouse got from one state to the next: the start, the
 /// goal cells and, if the true maze is known, the walls.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,14 +84,13 @@ impl Course {
 
     /// Creates the course of a recording. `maze` is the true maze, if it is known.
     pub fn from_info(info: &Info, maze: Option<&Maze>) -> Self {
-        let start = Pose::new(Cell::new(info.start[0], info.start[1]), Heading::North);
+        let start = info.start_pose().unwrap_or(DEFAULT_START);
         Self { start, goals: info.goal_cells(), walls: maze.map(|maze| maze.walls().clone()) }
     }
 
     /// Creates the course of an unknown maze with the usual start and goal.
-    pub fn from_size(size: MazeSize) -> Self {
-        let start = Pose::new(Cell::new(0, 0), Heading::North);
-        Self { start, goals: size.central_cells(), walls: None }
+    pub(crate) fn from_size(size: MazeSize) -> Self {
+        Self { start: DEFAULT_START, goals: size.central_cells(), walls: None }
     }
 
     /// Returns the start pose.

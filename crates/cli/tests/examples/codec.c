@@ -83,6 +83,8 @@ static size_t make_annotations(size_t capacity) {
             length = mmsim_annotate_log(buffer, capacity, length, read_text());
         } else if (kind == 'M' || kind == 'S') {
             length = mmsim_annotate_name(buffer, capacity, length, kind, read_text());
+        } else if (kind == 'R') {
+            length = mmsim_annotate_restart(buffer, capacity, length);
         } else {
             length = mmsim_annotate_clear(buffer, capacity, length, kind);
         }

@@ -166,6 +166,7 @@ fn arguments(annotation: Annotation<'_>) -> Vec<u8> {
         Annotation::Log(text) => [b"L", text.as_bytes(), b"\0"].concat(),
         Annotation::Mouse(text) => [b"M", text.as_bytes(), b"\0"].concat(),
         Annotation::Strategy(text) => [b"S", text.as_bytes(), b"\0"].concat(),
+        Annotation::Restart => b"R".to_vec(),
         Annotation::ClearTexts => b"t".to_vec(),
         Annotation::ClearColours => b"c".to_vec(),
         Annotation::ClearWalls => b"d".to_vec(),
@@ -190,6 +191,16 @@ fn annotations(long: &[String; 4], cell: Cell) -> Vec<Annotation<'_>> {
         Annotation::Mouse("Theseus"),
         Annotation::Strategy(name),
         Annotation::Mouse(line),
+        Annotation::Text { cell, text: "a\u{85}" },
+        Annotation::Text { cell, text: "\u{a0}\u{7ff}\u{800}\u{d7ff}\u{e000}\u{ffff}\u{10000}" },
+        Annotation::Mouse("\u{202e}"),
+        Annotation::Strategy("a\u{2066}b"),
+        Annotation::Log("\u{61c}"),
+        Annotation::Log("a\u{2028}"),
+        Annotation::Log("\u{2027}\u{202f}\u{206a}"),
+        Annotation::Log("\u{200f}"),
+        Annotation::Log("\u{7f}"),
+        Annotation::Restart,
         Annotation::ClearTexts,
         Annotation::ClearColours,
         Annotation::ClearWalls,
@@ -223,6 +234,28 @@ fn annotations_of_every_kind() {
             task.extend(arguments(annotation));
         }
         tasks.request(b'a', capacity, &task, writer.finish().unwrap_or_default());
+    }
+    tasks.check();
+}
+
+#[test]
+fn invalid_utf_8_is_refused() {
+    let mut tasks = Tasks::default();
+    for text in [
+        &b"\xff"[..],
+        b"a\x80",
+        b"\xc0\xaf",
+        b"\xc1\xbf",
+        b"\xe0\x9f\xbf",
+        b"\xe2\x82",
+        b"\xe2\x82a",
+        b"\xed\xa0\x80",
+        b"\xf0\x8f\xbf\xbf",
+        b"\xf4\x90\x80\x80",
+        b"\xf8\x88\x80\x80\x80",
+    ] {
+        assert!(str::from_utf8(text).is_err());
+        tasks.request(b'a', 99, &[b"\x01M", text, b"\0"].concat(), &[]);
     }
     tasks.check();
 }

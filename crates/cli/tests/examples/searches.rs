@@ -202,6 +202,7 @@ with Simulator(sys.argv[-1], annotations={"auto": None, "on": True}[sys.argv[1]]
     simulator.text(3, 5, "")
     simulator.colour(3, 4, "G")
     simulator.colour(3, 5, None)
+    simulator.restart()
     simulator.wall(0, 0, Heading.EAST, "?")
     simulator.log("two\tlines\x1b[0m\n" + "\u20ac" * 400)
     for action in (
@@ -246,6 +247,7 @@ fn the_python_class_sends_annotations() {
         Annotation::Text { cell: above, text: "" },
         Annotation::Colour { cell, colour: Some(Colour::DarkGreen) },
         Annotation::Colour { cell: above, colour: None },
+        Annotation::Restart,
         Annotation::Wall {
             cell: Cell::new(0, 0),
             heading: Heading::East,
@@ -268,17 +270,19 @@ fn the_python_class_sends_annotations() {
 /// The reference simulator replies neither to `info` nor to annotations.
 #[test]
 fn the_python_class_sends_annotations_only_to_mmsim() {
-    let letters = |variable: Option<&str>| {
+    let letters = |variable: fn(&str) -> Option<&str>| {
         let mut python = client::python()?;
         let simulator = Simulator::serve(&bundled("01-harbour.txt"));
         python.env_remove("MMSIM_ENDPOINT");
-        python.envs(variable.map(|value| ("MMSIM_ENDPOINT", value)));
+        python.envs(variable(&simulator.endpoint).map(|value| ("MMSIM_ENDPOINT", value)));
         let run = ClientRun::new(python.args(["-c", ANNOTATIONS, "auto"]), simulator);
         assert_eq!(run.output.status.code(), Some(0), "{:?}", run.exit());
         Some(run.requests.iter().map(|request| char::from(request[0])).collect::<String>())
     };
-    if let (Some(plain), Some(run)) = (letters(None), letters(Some("tcp://127.0.0.1:1"))) {
-        assert_eq!(plain, "rSSS");
-        assert!(run.starts_with("riASSA"), "{run}");
-    }
+    let Some(plain) = letters(|_| None) else { return };
+    assert_eq!(plain, "rSSS");
+    let run = letters(|endpoint| Some(endpoint)).unwrap();
+    assert!(run.starts_with("riASSA"), "{run}");
+    // A client of `mmsim run` that connects to another simulator.
+    assert_eq!(letters(|_| Some("tcp://127.0.0.1:1")).unwrap(), "rSSS");
 }
