@@ -35,7 +35,7 @@ fn search(simulation: &mut Simulation, writer: &mut RecordingWriter, style: Styl
         simulation.handle(request, reply);
         if request.starts_with(b"S") {
             let update = simulation.history().newest_update();
-            writer.write_after(update, request).unwrap();
+            writer.write_with_update(update, request).unwrap();
         }
     });
     let mut exchange = Exchange::new(&mut transport);

@@ -22,7 +22,7 @@ use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, Walls
 use mmsim_protocol::{
     Annotation, AnnotationWriter, Annotations, Colour, Info, Reply, Request, state_bytes,
 };
-use mmsim_recording::Notes;
+use mmsim_recording::{LogLine, Notes};
 use mmsim_server::{Change, ReplyBuffer, Simulation};
 
 /// The bytes that separate a piece of an input from its count.
@@ -43,6 +43,12 @@ const MAX_REQUESTS: usize = 1 << 10;
 /// The number of bytes of an update and of a context that a limited history may need in addition to
 /// a state if no walls were read and nothing was annotated.
 const MAX_CONTEXT_BYTES: usize = 512;
+
+/// The number of bytes of an update for each reading of walls.
+const READ_BYTES: usize = 4;
+
+/// Notes are compared at each state whose index is a multiple of this number.
+const STRIDE: usize = 61;
 
 /// The number of bytes before the weights in a state message: `S`, x, y, the heading and the order
 /// of the weights.
@@ -96,7 +102,7 @@ pub fn run(input: &[u8]) {
         }
         left -= count.min(left);
     }
-    check_history(&observed.simulation, &observed.states);
+    observed.check_history();
     count_requests(MAX_REQUESTS - left);
 }
 
@@ -162,22 +168,33 @@ struct Observed<'a> {
     /// The annotations that belong to the next state.
     pending: Vec<Vec<u8>>,
     notes: TwinNotes,
-    /// True if walls were read or annotations were sent since the last reset.
-    has_context: bool,
+    /// The notes at each state whose index is a multiple of [`STRIDE`].
+    snapshots: Vec<TwinNotes>,
+    /// The log lines, each with the index of its state.
+    lines: Vec<LogLine>,
+    /// The number of walls read since the last state.
+    reads: usize,
 }
 
 /// A naive version of [`Notes`].
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct TwinNotes {
     texts: HashMap<Cell, String>,
     colours: HashMap<Cell, Colour>,
     walls: HashMap<(Cell, Heading), WallState>,
     mouse: String,
     strategy: String,
+    /// True if there was a text, a colour or a declared wall since the last reset.
+    has_texts: bool,
+    has_colours: bool,
+    has_walls: bool,
 }
 
 impl TwinNotes {
     fn apply(&mut self, annotation: Annotation<'_>, size: MazeSize) {
+        self.has_texts |= matches!(annotation, Annotation::Text { .. });
+        self.has_colours |= matches!(annotation, Annotation::Colour { .. });
+        self.has_walls |= matches!(annotation, Annotation::Wall { .. });
         match annotation {
             Annotation::Text { cell, text } => drop(self.texts.insert(cell, text.into())),
             Annotation::Colour { cell, colour: Some(colour) } => {
@@ -193,13 +210,22 @@ impl TwinNotes {
                     }
                 }
             }
-            Annotation::Log(_) => {}
+            Annotation::Log(_) | Annotation::Restart => {}
             Annotation::Mouse(name) => self.mouse = name.into(),
             Annotation::Strategy(name) => self.strategy = name.into(),
             Annotation::ClearTexts => self.texts.clear(),
             Annotation::ClearColours => self.colours.clear(),
             Annotation::ClearWalls => self.walls.clear(),
         }
+    }
+
+    /// Returns the number of bytes that a simulation may need to store these notes. It may keep
+    /// space for values that have been cleared.
+    fn max_bytes(&self, size: MazeSize) -> usize {
+        let texts = self.texts.values().map(String::len).sum::<usize>();
+        let each = [(self.has_texts, 7), (self.has_colours, 3), (self.has_walls, 6)];
+        let each = each.map(|(is_set, bytes)| if is_set { bytes } else { 0 });
+        texts + self.mouse.len() + self.strategy.len() + each.iter().sum::<usize>() * size.area()
     }
 
     fn check(&self, notes: &Notes, size: MazeSize) {
@@ -231,17 +257,20 @@ impl<'a> Observed<'a> {
             states: Vec::new(),
             pending: Vec::new(),
             notes: TwinNotes::default(),
-            has_context: false,
+            snapshots: Vec::new(),
+            lines: Vec::new(),
+            reads: 0,
         }
     }
 
     /// Sends a request. Checks the reply, the reported change and the history.
     fn ask(&mut self, request: &[u8]) {
-        let Self { maze, simulation, limit, reply, states, pending, notes, has_context } = self;
-        let decoded = Request::decode(request, maze.size());
+        let decoded = Request::decode(request, self.maze.size());
         if decoded == Ok(Request::Reset) {
-            check_history(simulation, states);
+            self.check_history();
         }
+        let Self { maze, simulation, limit, reply, states, pending, .. } = self;
+        let Self { notes, snapshots, lines, reads, .. } = self;
         reply.clear();
         reply.extend_from_slice(b"an earlier reply");
         let change = simulation.handle(request, reply);
@@ -253,7 +282,9 @@ impl<'a> Observed<'a> {
                 assert_eq!(reply, Reply::Ok);
                 states.clear();
                 pending.clear();
-                (*notes, *has_context) = (TwinNotes::default(), false);
+                snapshots.clear();
+                lines.clear();
+                (*notes, *reads) = (TwinNotes::default(), 0);
                 expected = Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
@@ -262,12 +293,15 @@ impl<'a> Observed<'a> {
                     (pose.heading.left(), pose.heading, pose.heading.right());
                 let (left, front, right) = (wall(left), wall(front), wall(right));
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
-                *has_context = true;
+                *reads += 1;
             }
             Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
                 let room = limit.expect("the history is limited") - simulation.history().bytes();
-                let is_full = room < request.len() + MAX_CONTEXT_BYTES;
-                assert!(*has_context || is_full, "{reply:?}, although {room} bytes are free");
+                let annotated = pending.iter().map(Vec::len).sum::<usize>();
+                let update = READ_BYTES * *reads + 2 * annotated;
+                let context = MAX_CONTEXT_BYTES + notes.max_bytes(maze.size());
+                let is_full = room < request.len() + update + context;
+                assert!(is_full, "{reply:?}, although {room} bytes are free");
             }
             Ok(Request::State(_)) => {
                 assert_eq!(reply, Reply::Ok);
@@ -276,8 +310,15 @@ impl<'a> Observed<'a> {
                     let annotations = Annotations::decode(&message, maze.size());
                     for annotation in annotations.expect("the request was accepted").iter() {
                         notes.apply(annotation, maze.size());
+                        if let Annotation::Log(text) = annotation {
+                            lines.push(LogLine { state: states.len() - 1, text: text.into() });
+                        }
                     }
                 }
+                if states.len() % STRIDE == 1 {
+                    snapshots.push(notes.clone());
+                }
+                *reads = 0;
                 notes.check(simulation.history().newest_context().notes(), maze.size());
                 expected = Change::State;
             }
@@ -297,7 +338,6 @@ impl<'a> Observed<'a> {
                     writer.push(annotation).expect("a decoded annotation is valid and fits");
                 }
                 assert_eq!(writer.finish(), Some(request));
-                *has_context = true;
                 if reply == Reply::Ok {
                     pending.push(request.to_vec());
                 } else {
@@ -324,17 +364,28 @@ impl<'a> Observed<'a> {
             check_state(simulation, states, last);
         }
     }
-}
 
-/// Checks that the history contains exactly these states, both in sequence and by index.
-fn check_history(simulation: &Simulation, states: &[Vec<u8>]) {
-    let mut kept = simulation.history().iter();
-    for (index, state) in states.iter().enumerate() {
-        assert_eq!(kept.next().as_deref(), Some(&state[..]), "state {index}");
-    }
-    assert!(kept.next().is_none());
-    for index in (0..=states.len()).step_by(61).chain([states.len(), usize::MAX]) {
-        check_state(simulation, states, index);
+    /// Checks that the history contains exactly the expected states, both in sequence and by index,
+    /// with the expected notes and log lines.
+    fn check_history(&self) {
+        let Self { simulation, states, .. } = self;
+        let mut kept = simulation.history().iter();
+        for (index, state) in states.iter().enumerate() {
+            assert_eq!(kept.next().as_deref(), Some(&state[..]), "state {index}");
+        }
+        assert!(kept.next().is_none());
+        for index in (0..=states.len()).step_by(STRIDE).chain([states.len(), usize::MAX]) {
+            check_state(simulation, states, index);
+        }
+        for (index, notes) in (0..states.len()).step_by(STRIDE).zip(&self.snapshots) {
+            let context = simulation.history().context(index).expect("the state exists");
+            notes.check(context.notes(), self.maze.size());
+        }
+        for last in [states.len() / 2, states.len()] {
+            let lines = self.lines.iter().filter(|line| line.state <= last);
+            let found = simulation.history().log(last, usize::MAX, |_| true);
+            assert!(found.iter().eq(lines), "the log up to state {last}");
+        }
     }
 }
 

@@ -69,7 +69,7 @@ impl ClientRecording {
             }
             (Ok(Request::State(_)), Ok(Reply::Ok)) => {
                 let update = self.encoder.encode(self.updates.update(), request);
-                self.writer.write_after(update, request)?;
+                self.writer.write_with_update(update, request)?;
                 self.updates.report();
             }
             _ => {}
@@ -115,9 +115,9 @@ mod tests {
         let context = recording.history().newest_context();
         assert_eq!(context.notes().mouse(), Some("Theseus"));
         assert!(
-            context.sensed().is_some_and(|sensed| {
-                sensed.has(maze.start().cell, mmsim_maze::Heading::South)
-            })
+            context
+                .walls_read()
+                .is_some_and(|read| { read.has(maze.start().cell, mmsim_maze::Heading::South) })
         );
     }
 }

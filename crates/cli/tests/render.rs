@@ -116,7 +116,7 @@ fn texts_and_colours_of_a_mouse_are_drawn() {
         updates.annotate(Annotations::decode(annotations, size).unwrap()).unwrap();
         let pose = [0, u8::try_from(number).unwrap(), b'N'];
         let message = [&b"S"[..], &pose, b"C", &[1; 6], b"C", &[0; 6]].concat();
-        writer.write_after(encoder.encode(updates.update(), &message), &message).unwrap();
+        writer.write_with_update(encoder.encode(updates.update(), &message), &message).unwrap();
         updates = UpdateTracker::default();
     }
     writer.close().unwrap();

@@ -24,11 +24,6 @@ impl Display {
         Self { size, cells: vec![CellDisplay::default(); size.area()].into() }
     }
 
-    /// Returns the size of the maze.
-    pub const fn size(&self) -> MazeSize {
-        self.size
-    }
-
     /// Returns the text of a cell, which is empty if the cell is outside the maze.
     pub fn text(&self, cell: Cell) -> &CellText {
         const NONE: &CellText = &CellText { ascii: [0; CellText::MAX_CHARS], length: 0 };

@@ -103,7 +103,7 @@ impl SimulatedMouse {
     }
 
     /// Returns the map to display. The map contains the visited cells and the walls that the mouse
-    /// has queried, passed, crashed into or marked. Walls that the mouse has marked may differ from
+    /// has read, passed, crashed into or marked. Walls that the mouse has marked may differ from
     /// the true walls.
     pub const fn map(&self) -> &KnownMaze {
         &self.map
@@ -346,7 +346,7 @@ o---o---o---o
     }
 
     #[test]
-    fn queried_passed_and_hit_walls_are_on_the_map() {
+    fn read_passed_and_hit_walls_are_on_the_map() {
         let (mouse, _) = execute(&["wallRight", "wallLeft", "moveForward"]);
         insta::assert_snapshot!(mouse.map().picture().with_mouse(mouse.pose()), @"
         o---o---o---o

@@ -1,8 +1,10 @@
 //! Writes annotations requests without allocating memory.
 
-use mmsim_maze::{Excerpt, WallState};
+use mmsim_maze::Excerpt;
 
-use crate::annotations::{Annotation, Entries, MAX_ANNOTATIONS_BYTES, MAX_ENTRY_BYTES};
+use crate::annotations::{
+    Annotation, Entries, MAX_ANNOTATIONS_BYTES, MAX_ENTRY_BYTES, colour_letter, wall_letter,
+};
 use crate::buffer::BufferTooSmall;
 use crate::error::RequestError;
 use crate::message::heading_byte;
@@ -48,17 +50,11 @@ impl<'b> AnnotationWriter<'b> {
                 self.put(&mut end, text.as_bytes());
             }
             Annotation::Colour { cell, colour } => {
-                let letter = colour.map_or(b'-', |colour| colour.letter() as u8);
-                self.put(&mut end, &[b'C', cell.x, cell.y, letter]);
+                self.put(&mut end, &[b'C', cell.x, cell.y, colour_letter(colour)]);
             }
             Annotation::Wall { cell, heading, state } => {
-                let state = match state {
-                    Some(WallState::Present) => b'1',
-                    Some(WallState::Absent) => b'0',
-                    Some(WallState::Unknown) => b'?',
-                    None => b'-',
-                };
-                self.put(&mut end, &[b'D', cell.x, cell.y, heading_byte(heading), state]);
+                let side = heading_byte(heading);
+                self.put(&mut end, &[b'D', cell.x, cell.y, side, wall_letter(state)]);
             }
             Annotation::Log(line) => {
                 let [low, high] = u16::try_from(line.len()).unwrap_or(u16::MAX).to_le_bytes();

@@ -137,6 +137,42 @@ impl<'a> Annotations<'a> {
     }
 }
 
+/// Returns the letter of a colour in annotations: `-` clears a colour.
+pub const fn colour_letter(colour: Option<Colour>) -> u8 {
+    match colour {
+        Some(colour) => colour.letter() as u8,
+        None => b'-',
+    }
+}
+
+/// Returns the colour with this letter in annotations, or `None` if the letter is invalid.
+#[expect(clippy::option_option, reason = "the letter - is valid, but means no colour")]
+pub fn colour_from_letter(letter: u8) -> Option<Option<Colour>> {
+    if letter == b'-' { Some(None) } else { Colour::from_letter(letter.into()).map(Some) }
+}
+
+/// Returns the letter of a declared wall in annotations: `-` withdraws the declaration.
+pub const fn wall_letter(state: Option<WallState>) -> u8 {
+    match state {
+        Some(WallState::Present) => b'1',
+        Some(WallState::Absent) => b'0',
+        Some(WallState::Unknown) => b'?',
+        None => b'-',
+    }
+}
+
+/// Returns the declared wall with this letter in annotations, or `None` if the letter is invalid.
+#[expect(clippy::option_option, reason = "the letter - is valid, but means no declaration")]
+pub const fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
+    Some(match letter {
+        b'1' => Some(WallState::Present),
+        b'0' => Some(WallState::Absent),
+        b'?' => Some(WallState::Unknown),
+        b'-' => None,
+        _ => return None,
+    })
+}
+
 /// A parser for the entries of a message, starting at a byte offset.
 pub(crate) struct Entries<'a> {
     pub(crate) message: &'a [u8],
@@ -162,13 +198,9 @@ impl<'a> Entries<'a> {
             b'C' => {
                 let cell = self.cell()?;
                 let what = "one of kbacgorwyBCAGRY or - as the colour";
-                let colour = match self.bytes(what)? {
-                    [b'-'] => None,
-                    [letter] => match Colour::from_letter(letter.into()) {
-                        Some(colour) => Some(colour),
-                        None => return Err(self.error_at(self.offset - 1, what)),
-                    },
-                };
+                let [letter] = self.bytes(what)?;
+                let colour = colour_from_letter(letter)
+                    .ok_or_else(|| self.error_at(self.offset - 1, what))?;
                 Annotation::Colour { cell, colour }
             }
             b'D' => {
@@ -177,13 +209,9 @@ impl<'a> Entries<'a> {
                 let heading = Heading::from_letter(heading.into())
                     .ok_or(RequestError::Heading { found: heading })?;
                 let what = "1, 0, ? or - as the declared wall";
-                let state = match self.bytes(what)? {
-                    [b'1'] => Some(WallState::Present),
-                    [b'0'] => Some(WallState::Absent),
-                    [b'?'] => Some(WallState::Unknown),
-                    [b'-'] => None,
-                    _ => return Err(self.error_at(self.offset - 1, what)),
-                };
+                let [letter] = self.bytes(what)?;
+                let state =
+                    wall_from_letter(letter).ok_or_else(|| self.error_at(self.offset - 1, what))?;
                 Annotation::Wall { cell, heading, state }
             }
             b'L' => {

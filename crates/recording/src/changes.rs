@@ -18,7 +18,10 @@
 //! unchanged cells or walls since the previous change.
 
 use mmsim_maze::{Excerpt, MazeSize, WallState, needs_escape};
-use mmsim_protocol::{Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_CHARS};
+use mmsim_protocol::{
+    Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_CHARS, colour_from_letter,
+    colour_letter, wall_from_letter, wall_letter,
+};
 
 /// A change of one cell or wall, or an annotation that does not belong to a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,20 +144,9 @@ impl<'a> Reader<'a> {
         let (&value, rest) = self.rest.split_first()?;
         self.rest = rest;
         if self.list == COLOURS {
-            let colour = match value {
-                b'-' => None,
-                letter => Some(Colour::from_letter(letter.into())?),
-            };
-            return Some(Change::Colour { cell: index, colour });
+            return Some(Change::Colour { cell: index, colour: colour_from_letter(value)? });
         }
-        let state = match value {
-            b'-' => None,
-            b'1' => Some(WallState::Present),
-            b'0' => Some(WallState::Absent),
-            b'?' => Some(WallState::Unknown),
-            _ => return None,
-        };
-        Some(Change::Wall { wall: index, state })
+        Some(Change::Wall { wall: index, state: wall_from_letter(value)? })
     }
 
     /// Takes a text after its length in one byte.
@@ -270,17 +262,12 @@ impl<'t> ChangeWriter<'t> {
 
     pub(crate) fn colour(&mut self, cell: usize, colour: Option<Colour>) {
         self.skip_to(cell);
-        self.to.push(colour.map_or(b'-', |colour| colour.letter() as u8));
+        self.to.push(colour_letter(colour));
     }
 
     pub(crate) fn wall(&mut self, wall: usize, state: Option<WallState>) {
         self.skip_to(wall);
-        self.to.push(match state {
-            None => b'-',
-            Some(WallState::Present) => b'1',
-            Some(WallState::Absent) => b'0',
-            Some(WallState::Unknown) => b'?',
-        });
+        self.to.push(wall_letter(state));
     }
 
     pub(crate) fn clear_texts(&mut self) {

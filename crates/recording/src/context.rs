@@ -1,5 +1,5 @@
-//! What is known about a state apart from its bytes: the walls that the client has read, and what
-//! it displays.
+//! The client's state beyond the bytes of its last message: the walls that it has read, and the
+//! annotations in effect.
 
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
 use mmsim_protocol::{Annotation, State, StateMessage};
@@ -10,8 +10,8 @@ use crate::update::{
     Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
 };
 
-/// What is known about a state apart from its bytes: the walls that the client has read, and its
-/// [`Notes`].
+/// The client's state beyond the bytes of its last message: the walls that it has read, and the
+/// annotations in effect.
 ///
 /// A client may claim walls that it cannot know, for example because it marks a cell as visited
 /// before it reads the walls of that cell. [`known_maze`](Self::known_maze) contains only walls
@@ -26,7 +26,7 @@ use crate::update::{
 /// // The mouse has moved to the middle, but has only read the walls at the start.
 /// let state = b"S\x01\x00NC\x02\x01\x00C\x0d\x01\x00";
 /// let readings = Readings::Poses(&[maze.start()]);
-/// history.push_after(Update { readings, ..Update::default() }, state)?;
+/// history.push_with_update(Update { readings, ..Update::default() }, state)?;
 ///
 /// let context = history.context(0).expect("a state with the index 0");
 /// let (state, unexplored) = (State::decode(state, maze.size())?, KnownMaze::unexplored(&maze));
@@ -40,7 +40,7 @@ pub struct Context {
     size: MazeSize,
     /// Contains a wall for each wall that the client has read, present or absent. `None` if the
     /// readings are unknown.
-    sensed: Option<Walls>,
+    walls_read: Option<Walls>,
     notes: Notes,
 }
 
@@ -50,14 +50,14 @@ const UNTRACKED_KEY: u8 = b'U';
 impl Context {
     /// Creates the context before the first state of a run.
     pub(crate) fn new(size: MazeSize) -> Self {
-        Self { size, sensed: Some(Walls::open(size)), notes: Notes::new(size) }
+        Self { size, walls_read: Some(Walls::open(size)), notes: Notes::new(size) }
     }
 
     /// Returns the walls that the client has read: a wall in the result means that the client has
     /// read whether the maze has a wall in this position. Returns `None` if the client has not read
     /// any walls since the reset, so its walls are from another source.
-    pub const fn sensed(&self) -> Option<&Walls> {
-        self.sensed.as_ref()
+    pub const fn walls_read(&self) -> Option<&Walls> {
+        self.walls_read.as_ref()
     }
 
     /// Returns the texts, colours, declared walls and names that the mouse displays.
@@ -90,16 +90,16 @@ impl Context {
         if let Some(truth) = truth {
             map.forget_errors(truth.walls());
         }
-        if let Some(sensed) = &self.sensed {
-            map.forget_unobserved(sensed);
+        if let Some(walls_read) = &self.walls_read {
+            map.forget_unobserved(walls_read);
         }
         map
     }
 
-    /// Applies an update before a state with the pose `own`. Returns true if the context has
+    /// Applies an update before a state with the pose `pose`. Returns true if the context has
     /// changed.
-    pub(crate) fn apply(&mut self, own: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
-        let mut has_changed = self.apply_readings(own, update.readings);
+    pub(crate) fn apply(&mut self, pose: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
+        let mut has_changed = self.apply_readings(pose, update.readings);
         let is_note =
             |change| !matches!(change, Change::Other(Annotation::Log(_) | Annotation::Restart));
         if update.changes.iter().any(is_note) {
@@ -109,34 +109,34 @@ impl Context {
         has_changed
     }
 
-    /// Applies an empty update before a state with the pose `own`. Returns true if the context has
+    /// Applies an empty update before a state with the pose `pose`. Returns true if the context has
     /// changed.
-    pub(crate) fn apply_usual(&mut self, own: Option<Pose>) -> bool {
-        match (&mut self.sensed, own) {
-            (Some(sensed), Some(own)) => sense(sensed, own),
+    pub(crate) fn apply_usual(&mut self, pose: Option<Pose>) -> bool {
+        match (&mut self.walls_read, pose) {
+            (Some(walls_read), Some(pose)) => read_around(walls_read, pose),
             _ => false,
         }
     }
 
-    fn apply_readings(&mut self, own: Option<Pose>, readings: StoredReadings<'_>) -> bool {
+    fn apply_readings(&mut self, pose: Option<Pose>, readings: StoredReadings<'_>) -> bool {
         match readings {
-            StoredReadings::Usual => self.apply_usual(own),
-            StoredReadings::Untracked => self.sensed.take().is_some(),
-            StoredReadings::Poses { own: has_own, others } => {
-                let mut changed = self.sensed.is_none();
-                let sensed = self.sensed.get_or_insert_with(|| Walls::open(self.size));
-                for pose in own.filter(|_| has_own).into_iter().chain(others.iter()) {
-                    changed |= sense(sensed, pose);
+            StoredReadings::Usual => self.apply_usual(pose),
+            StoredReadings::Untracked => self.walls_read.take().is_some(),
+            StoredReadings::Poses { own: reads_pose, others } => {
+                let mut changed = self.walls_read.is_none();
+                let walls_read = self.walls_read.get_or_insert_with(|| Walls::open(self.size));
+                for pose in pose.filter(|_| reads_pose).into_iter().chain(others.iter()) {
+                    changed |= read_around(walls_read, pose);
                 }
                 changed
             }
         }
     }
 
-    /// Appends the bytes of an update before a state with the pose `own`. Omits everything that
+    /// Appends the bytes of an update before a state with the pose `pose`. Omits everything that
     /// does not change the context, so the update of most states is empty.
-    pub(crate) fn encode_update(&self, own: Option<Pose>, update: Update<'_>, to: &mut Vec<u8>) {
-        self.encode_readings(own, update.readings, to);
+    pub(crate) fn encode_update(&self, pose: Option<Pose>, update: Update<'_>, to: &mut Vec<u8>) {
+        self.encode_readings(pose, update.readings, to);
         if update.annotations.is_empty() {
             return;
         }
@@ -154,27 +154,27 @@ impl Context {
         }
     }
 
-    fn encode_readings(&self, own: Option<Pose>, readings: Readings<'_>, to: &mut Vec<u8>) {
-        match (readings, &self.sensed) {
+    fn encode_readings(&self, pose: Option<Pose>, readings: Readings<'_>, to: &mut Vec<u8>) {
+        match (readings, &self.walls_read) {
             (Readings::Usual, _) | (Readings::Untracked, None) => {}
             (Readings::Untracked, Some(_)) => put_untracked(to),
-            (Readings::Poses(poses), Some(sensed)) => {
-                let is_usual = match (poses, own) {
-                    (&[pose], Some(own)) => pose == own,
-                    ([], Some(own)) => is_sensed(sensed, own),
+            (Readings::Poses(poses), Some(walls_read)) => {
+                let is_usual = match (poses, pose) {
+                    (&[read], Some(pose)) => read == pose,
+                    ([], Some(pose)) => is_read(walls_read, pose),
                     (_, None) | ([_, ..], _) => poses.is_empty(),
                 };
                 if !is_usual {
-                    encode_poses(sensed.clone(), own, poses, to);
+                    encode_poses(walls_read.clone(), pose, poses, to);
                 }
             }
             (Readings::Poses(poses), None) => {
                 let start = to.len();
-                encode_poses(Walls::open(self.size), own, poses, to);
+                encode_poses(Walls::open(self.size), pose, poses, to);
                 if to.len() == start {
                     // An empty update would mean that there are still no readings.
-                    match own {
-                        Some(own) => put_reading(to, own),
+                    match pose {
+                        Some(pose) => put_reading(to, pose),
                         None => put_not_own(to),
                     }
                 }
@@ -184,15 +184,15 @@ impl Context {
 
     /// Returns the maximum length of the encoded context in bytes.
     pub(crate) fn max_bytes(&self) -> usize {
-        let sensed = 2 * row_bytes(self.size) * usize::from(self.size.height());
-        1 + sensed + self.notes.max_bytes()
+        let walls_read = 2 * row_bytes(self.size) * usize::from(self.size.height());
+        1 + walls_read + self.notes.max_bytes()
     }
 
     /// Appends the context as bytes: the walls that the client has read, then the notes.
     pub(crate) fn encode(&self, to: &mut Vec<u8>) {
-        if let Some(sensed) = &self.sensed {
+        if let Some(walls_read) = &self.walls_read {
             to.push(TRACKED_KEY);
-            for rows in [sensed.north_rows(), sensed.east_rows()] {
+            for rows in [walls_read.north_rows(), walls_read.east_rows()] {
                 for row in &rows[..self.size.height().into()] {
                     to.extend_from_slice(&row.to_le_bytes()[..row_bytes(self.size)]);
                 }
@@ -207,7 +207,7 @@ impl Context {
     pub(crate) fn decode(bytes: &[u8], size: MazeSize) -> Option<Self> {
         let (&key, bytes) = bytes.split_first()?;
         let bytes_each = row_bytes(size) * usize::from(size.height());
-        let (sensed, changes) = if key == TRACKED_KEY {
+        let (walls_read, changes) = if key == TRACKED_KEY {
             let (north, rest) = bytes.split_at_checked(bytes_each)?;
             let (east, rest) = rest.split_at_checked(bytes_each)?;
             let rows = |bytes| decode_rows(bytes, size);
@@ -217,15 +217,15 @@ impl Context {
         };
         let mut notes = Notes::new(size);
         notes.apply_changes(Changes::decode(changes, size).ok()?);
-        Some(Self { size, sensed, notes })
+        Some(Self { size, walls_read, notes })
     }
 }
 
-/// Encodes the update of each state for [`RecordingWriter::write_after`]. A [`History`] encodes its
+/// Encodes the update of each state for [`RecordingWriter::write_with_update`]. A [`History`] encodes its
 /// updates itself.
 ///
 /// [`History`]: crate::History
-/// [`RecordingWriter::write_after`]: crate::RecordingWriter::write_after
+/// [`RecordingWriter::write_with_update`]: crate::RecordingWriter::write_with_update
 #[derive(Clone, Debug)]
 pub struct UpdateEncoder {
     context: Context,
@@ -266,34 +266,34 @@ fn decode_rows(bytes: &[u8], size: MazeSize) -> [u32; MazeSize::MAX_SIDE as usiz
 }
 
 /// Returns true if all walls around a pose have been read.
-fn is_sensed(sensed: &Walls, pose: Pose) -> bool {
-    sensed.around(pose) == WallsAround { left: true, front: true, right: true }
+fn is_read(walls_read: &Walls, pose: Pose) -> bool {
+    walls_read.around(pose) == WallsAround { left: true, front: true, right: true }
 }
 
 /// Marks the walls around a pose as read. Returns true if one of them had not been read.
-fn sense(sensed: &mut Walls, pose: Pose) -> bool {
-    let is_new = !is_sensed(sensed, pose);
+fn read_around(walls_read: &mut Walls, pose: Pose) -> bool {
+    let is_new = !is_read(walls_read, pose);
     if is_new {
         let Pose { cell, heading } = pose;
         for heading in [heading.left(), heading, heading.right()] {
-            sensed.set(cell, heading, true);
+            walls_read.set(cell, heading, true);
         }
     }
     is_new
 }
 
 /// Appends readings. `before` contains the walls that have been read before.
-fn encode_poses(before: Walls, own: Option<Pose>, poses: &[Pose], to: &mut Vec<u8>) {
+fn encode_poses(before: Walls, pose: Option<Pose>, poses: &[Pose], to: &mut Vec<u8>) {
     let (mut after, mut encoded) = (before.clone(), before);
     for &pose in poses {
-        sense(&mut after, pose);
+        read_around(&mut after, pose);
     }
-    match own {
-        Some(own) if is_sensed(&after, own) => drop(sense(&mut encoded, own)),
+    match pose {
+        Some(pose) if is_read(&after, pose) => drop(read_around(&mut encoded, pose)),
         _ => put_not_own(to),
     }
     for &pose in poses {
-        if sense(&mut encoded, pose) {
+        if read_around(&mut encoded, pose) {
             put_reading(to, pose);
         }
     }

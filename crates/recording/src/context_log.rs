@@ -294,10 +294,10 @@ mod tests {
 
     /// Returns the walls that have been read after each state.
     fn naive(steps: &[(Option<Pose>, Option<Vec<Pose>>)]) -> Vec<Option<Walls>> {
-        let mut sensed: Option<Walls> = Some(Walls::open(size()));
+        let mut walls_read: Option<Walls> = Some(Walls::open(size()));
         let each = steps.iter().map(|(_, poses)| {
-            sensed = poses.as_ref().map(|poses| {
-                let mut walls = sensed.take().unwrap_or_else(|| Walls::open(size()));
+            walls_read = poses.as_ref().map(|poses| {
+                let mut walls = walls_read.take().unwrap_or_else(|| Walls::open(size()));
                 for &Pose { cell, heading } in poses {
                     for heading in [heading.left(), heading, heading.right()] {
                         walls.set(cell, heading, true);
@@ -305,7 +305,7 @@ mod tests {
                 }
                 walls
             });
-            sensed.clone()
+            walls_read.clone()
         });
         each.collect()
     }
@@ -341,17 +341,17 @@ mod tests {
                 if is_undone {
                     let pose = Pose::new(Cell::new(2, 2), Heading::South);
                     let update = Update { readings: Readings::Poses(&[pose]), ..Update::default() };
-                    history.push_after(update, &state(Some(pose))).unwrap();
+                    history.push_with_update(update, &state(Some(pose))).unwrap();
                     history.undo_push();
                 }
                 let readings = poses.as_deref().map_or(Readings::Untracked, Readings::Poses);
-                history.push_after(Update { readings, ..Update::default() }, &state(*own)).unwrap();
+                history.push_with_update(Update { readings, ..Update::default() }, &state(*own)).unwrap();
             }
             for (first, expected) in naive(&steps).chunks(Block::STATES).enumerate() {
                 let states = history.block(first).unwrap().unpack().unwrap();
-                for (index, sensed) in (first * Block::STATES..).zip(expected) {
+                for (index, walls_read) in (first * Block::STATES..).zip(expected) {
                     let context = states.context(index).unwrap();
-                    prop_assert_eq!(context.sensed(), sensed.as_ref(), "state {}", index);
+                    prop_assert_eq!(context.walls_read(), walls_read.as_ref(), "state {}", index);
                 }
                 prop_assert!(states.context(first * Block::STATES + expected.len()).is_none());
             }

@@ -161,9 +161,9 @@ impl History {
     /// Appends a state whose client has read the walls around its pose.
     ///
     /// # Errors
-    /// See [`push_after`](Self::push_after).
+    /// See [`push_with_update`](Self::push_with_update).
     pub fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
-        self.push_after(Update::default(), state)
+        self.push_with_update(Update::default(), state)
     }
 
     /// Appends a state and the update that precedes it.
@@ -171,7 +171,7 @@ impl History {
     /// # Errors
     /// Returns an error if the message has the wrong length for the size of the maze, or if there
     /// is not enough memory for another state. On error, the states in the history stay the same.
-    pub fn push_after(&mut self, update: Update<'_>, state: &[u8]) -> Result<(), PushError> {
+    pub fn push_with_update(&mut self, update: Update<'_>, state: &[u8]) -> Result<(), PushError> {
         self.push_with(state, |contexts, pose, bytes| contexts.encode(pose, update, bytes))
     }
 
@@ -267,14 +267,14 @@ impl History {
         self.contexts.newest_context()
     }
 
-    /// Copies the log lines of the last block that has some, up to the block with this index. See
+    /// Returns the log lines of the newest block with log lines whose index is at most `index`. See
     /// [`read_log`](crate::read_log).
     pub fn log_block(&self, index: usize) -> Option<LogBlock> {
         self.contexts.log_block(index, self.packed.len())
     }
 
     /// Returns the update of the newest state as bytes, for
-    /// [`RecordingWriter::write_after`](crate::RecordingWriter::write_after). The bytes are empty
+    /// [`RecordingWriter::write_with_update`](crate::RecordingWriter::write_with_update). The bytes are empty
     /// for most states.
     pub fn newest_update(&self) -> &[u8] {
         self.contexts.newest()

@@ -24,7 +24,7 @@ const VALUE_BYTES: usize = 3;
 /// let mut updates = UpdateTracker::default();
 /// updates.annotate(Annotations::decode(b"AT\0\0\x0242C\0\0gM\x07Theseus", size)?)?;
 /// let mut history = History::new(size);
-/// history.push_after(updates.update(), b"S\0\0NC\0C\0")?;
+/// history.push_with_update(updates.update(), b"S\0\0NC\0C\0")?;
 ///
 /// let context = history.context(0).expect("a state with the index 0");
 /// let notes = context.notes();
@@ -386,12 +386,12 @@ mod tests {
                 }
                 for _ in 0..*repeats {
                     if is_undone {
-                        history.push_after(updates.update(), &state).unwrap();
+                        history.push_with_update(updates.update(), &state).unwrap();
                         updates.report();
                         history.undo_push();
                         updates.undo_report();
                     }
-                    history.push_after(updates.update(), &state).unwrap();
+                    history.push_with_update(updates.update(), &state).unwrap();
                     updates.report();
                     frames.push(frame.clone());
                 }
@@ -422,20 +422,20 @@ mod tests {
             size().cells().map(|cell| (14, cell, Heading::North, cell.x.to_string(), 0)).collect();
         let clear = (0, cell, Heading::North, String::new(), 0);
         annotate(&mut updates, &numbers);
-        history.push_after(updates.update(), &state).unwrap();
+        history.push_with_update(updates.update(), &state).unwrap();
         updates.report();
         assert!(history.newest_update().len() < 60);
         annotate(&mut updates, std::slice::from_ref(&clear));
         annotate(&mut updates, &numbers);
-        history.push_after(updates.update(), &state).unwrap();
+        history.push_with_update(updates.update(), &state).unwrap();
         updates.report();
         assert_eq!(history.newest_update(), b"");
         annotate(&mut updates, &[clear.clone(), numbers[7].clone()]);
-        history.push_after(updates.update(), &state).unwrap();
+        history.push_with_update(updates.update(), &state).unwrap();
         updates.report();
         assert!(history.newest_update().starts_with(b"tT\x01"));
         annotate(&mut updates, &[clear.clone(), clear]);
-        history.push_after(updates.update(), &state).unwrap();
+        history.push_with_update(updates.update(), &state).unwrap();
         assert_eq!(history.newest_update(), b"t");
         assert!(history.newest_context().notes().is_empty());
     }
@@ -448,7 +448,7 @@ mod tests {
         let lines = vec![(5, Cell::new(0, 0), Heading::North, line.clone(), 0); 200];
         for _ in 0..100 {
             annotate(&mut updates, &lines);
-            history.push_after(updates.update(), &state).unwrap();
+            history.push_with_update(updates.update(), &state).unwrap();
             updates.report();
         }
         assert!(history.bytes() < 1 << 20, "{} bytes", history.bytes());

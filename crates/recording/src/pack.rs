@@ -239,7 +239,7 @@ mod tests {
         let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
             let update: &[u8] = if number % 100 == 7 { b"N" } else { b"" };
-            writer.write_after(update, &state(number)).unwrap();
+            writer.write_with_update(update, &state(number)).unwrap();
         }
         let (unpacked, closed) = writer.close_unpacked();
         closed.unwrap();

@@ -338,7 +338,7 @@ mod tests {
     /// this index, or `None` if it has not read any walls.
     fn has_read_wall(recording: &Recording, index: usize) -> Option<bool> {
         let context = recording.history().context(index).unwrap();
-        context.sensed().map(|sensed| sensed.has(Cell::new(0, 0), Heading::East))
+        context.walls_read().map(|read| read.has(Cell::new(0, 0), Heading::East))
     }
 
     fn info(maze: &Maze) -> Info {
@@ -352,7 +352,7 @@ mod tests {
         let maze = MAZE.parse().unwrap();
         let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
         for number in 0..states {
-            writer.write_after(update(number), &state(number)).unwrap();
+            writer.write_with_update(update(number), &state(number)).unwrap();
         }
         writer.close().unwrap();
         fs::read(&path).unwrap()
@@ -390,9 +390,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse().unwrap());
         let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
-        writer.write_after(b"NM\x07TheseusS\x05swing", &state(0)).unwrap();
+        writer.write_with_update(b"NM\x07TheseusS\x05swing", &state(0)).unwrap();
         for number in 1..10 {
-            writer.write_after(b"M\x05Other", &state(number)).unwrap();
+            writer.write_with_update(b"M\x05Other", &state(number)).unwrap();
         }
         writer.close().unwrap();
         let bytes = fs::read(&path).unwrap();

@@ -69,13 +69,13 @@ impl Recorder {
         describe: impl FnOnce() -> (Info, &'m Maze),
     ) -> Result<(), RecordError> {
         if let Some(current) = &mut self.current {
-            return current.write_after(update, state);
+            return current.write_with_update(update, state);
         }
         let (info, maze) = describe();
         self.spare = None;
         let written = self
             .create(&info, maze)
-            .and_then(|new| self.current.insert(new).write_after(update, state));
+            .and_then(|new| self.current.insert(new).write_with_update(update, state));
         self.reserve_descriptor();
         written
     }

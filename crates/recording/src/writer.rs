@@ -63,9 +63,9 @@ impl RecordingWriter {
     /// Appends the bytes of a state with an empty update.
     ///
     /// # Errors
-    /// See [`write_after`](Self::write_after).
+    /// See [`write_with_update`](Self::write_with_update).
     pub fn write(&mut self, state: &[u8]) -> Result<(), RecordError> {
-        self.write_after(&[], state)
+        self.write_with_update(&[], state)
     }
 
     /// Appends the bytes of an update (see [`History::newest_update`](crate::History)) and of the
@@ -74,7 +74,7 @@ impl RecordingWriter {
     /// # Errors
     /// The file cannot be written, or another program has removed or changed it. A state that could
     /// not be written leaves no trace in the file. Later writes may succeed.
-    pub fn write_after(&mut self, update: &[u8], state: &[u8]) -> Result<(), RecordError> {
+    pub fn write_with_update(&mut self, update: &[u8], state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;
         let written = records.write(self.clock.now(), update, state).and_then(|()| records.flush());

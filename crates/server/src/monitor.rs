@@ -104,7 +104,7 @@ impl Monitor {
         read_log(last, max, filter, |block| self.log_block(run, block))
     }
 
-    /// Returns the log lines of the last block that has some, up to the block with this index. See
+    /// Returns the log lines of the newest block with log lines whose index is at most `index`. See
     /// [`read_log`].
     ///
     /// # Errors

@@ -80,7 +80,7 @@ impl Simulation {
     }
 
     fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
-        self.history.push_after(self.updates.update(), state)?;
+        self.history.push_with_update(self.updates.update(), state)?;
         self.updates.report();
         Ok(())
     }

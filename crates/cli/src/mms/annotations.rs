@@ -1,7 +1,5 @@
 //! The annotations of a state: what a mouse displays that the state message cannot express.
 
-use std::iter;
-
 use mmsim_maze::{Cell, Heading, KnownMaze, WallState};
 use mmsim_mms::SimulatedMouse;
 use mmsim_protocol::{Annotation, Colour};
@@ -22,21 +20,14 @@ pub(crate) fn changes<'n>(
         Some(displayed) => displayed.text(cell) != display.text(cell),
         None => !display.text(cell).is_empty(),
     };
-    let mut changes = fewest(
-        cells().filter(is_new).map(text),
-        Annotation::ClearTexts,
-        cells().filter(|&cell| !display.text(cell).is_empty()).map(text),
-    );
+    let mut changes: Vec<_> = cells().filter(is_new).map(text).collect();
     let colour = |cell| {
         let letter = display.colour(cell);
         Annotation::Colour { cell, colour: letter.and_then(Colour::from_letter) }
     };
     let colour_before = |cell| displayed.and_then(|displayed| displayed.colour(cell));
-    changes.extend(fewest(
-        cells().filter(|&cell| display.colour(cell) != colour_before(cell)).map(colour),
-        Annotation::ClearColours,
-        cells().filter(|&cell| display.colour(cell).is_some()).map(colour),
-    ));
+    let has_new_colour = |&cell: &Cell| display.colour(cell) != colour_before(cell);
+    changes.extend(cells().filter(has_new_colour).map(colour));
     if before.is_none_or(|before| before.map() != now.map()) {
         for (cell, heading) in cells().flat_map(|cell| SIDES.map(|heading| (cell, heading))) {
             let state = declaration(now.map(), cell, heading);
@@ -46,20 +37,6 @@ pub(crate) fn changes<'n>(
         }
     }
     changes
-}
-
-/// Returns the changes, or the annotation that clears everything and all values, whichever is
-/// shorter.
-fn fewest<'a>(
-    changes: impl Iterator<Item = Annotation<'a>> + Clone,
-    clear: Annotation<'a>,
-    values: impl Iterator<Item = Annotation<'a>> + Clone,
-) -> Vec<Annotation<'a>> {
-    if changes.clone().count() <= 1 + values.clone().count() {
-        changes.collect()
-    } else {
-        iter::once(clear).chain(values).collect()
-    }
 }
 
 /// Returns what to declare about a wall, or `None` if the state message expresses it. In the state
@@ -125,7 +102,7 @@ mod tests {
         (0, 0) "12"; (1, 0) "a b"; (2, 1) Some(DarkGreen); (0, 0) north Some(Unknown); (0, 0) east Some(Unknown)
 
         (0, 0) ""; (1, 1) Some(Black); (2, 1) Some(Red)
-        (1, 0) ""; (2, 0) "1"; ClearColours
+        (1, 0) ""; (2, 0) "1"; (1, 1) None; (2, 1) None
 
         "#);
     }
@@ -135,7 +112,7 @@ mod tests {
         let shown = blocks(&[
             // The walls of the start cell are not known.
             &[],
-            // A sensed wall needs no declaration. The wall ahead is not known.
+            // A wall that was read needs no declaration. The wall ahead is not known.
             &["wallRight", "moveForward"],
             // A wall between unvisited cells.
             &["clearWall 2 0 n", "setWall 1 0 e"],
@@ -162,12 +139,10 @@ mod tests {
             match annotation {
                 Annotation::Text { cell, text: "" } => drop(self.texts.remove(&cell)),
                 Annotation::Text { cell, text } => drop(self.texts.insert(cell, text.into())),
-                Annotation::ClearTexts => self.texts.clear(),
                 Annotation::Colour { cell, colour: None } => drop(self.colours.remove(&cell)),
                 Annotation::Colour { cell, colour: Some(colour) } => {
                     self.colours.insert(cell, colour.letter());
                 }
-                Annotation::ClearColours => self.colours.clear(),
                 Annotation::Wall { cell, heading, state: None } => {
                     self.walls.remove(&(cell, heading)).expect("a declared wall");
                 }

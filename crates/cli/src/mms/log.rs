@@ -78,8 +78,8 @@ impl MouseLog {
         self.0.changed.notify_all();
     }
 
-    /// Reads and splits the next part of the output. The lines are locked in between, so the bytes
-    /// that have left the pipe are always complete in the lines.
+    /// Reads and splits the next part of the output. Holds the lock while it reads and splits, so no
+    /// other thread sees bytes that have been read but not yet stored.
     #[cfg(unix)]
     fn read(&self, mut pipe: &File, buffer: &mut [u8]) -> io::Result<usize> {
         poll(pipe, None)?;

@@ -9,7 +9,7 @@ use mmsim_mms::{Command, Response, ScoreRules, SimulatedMouse, excerpt};
 
 use super::child::{Child, Line};
 use super::exit::{ExitCause, MouseExit};
-use super::refusals::{Refusal, Refusals};
+use super::invalid_lines::{InvalidLine, InvalidLines};
 use super::simulator::Simulator;
 use super::stop::Stop;
 use crate::output::warn;
@@ -29,7 +29,7 @@ pub(crate) struct Session<'a, T> {
     limit: Option<u32>,
     lines: u64,
     crashes: u64,
-    refusals: Refusals,
+    invalid_lines: InvalidLines,
 }
 
 impl<'a, T: Transport> Session<'a, T> {
@@ -39,8 +39,8 @@ impl<'a, T: Transport> Session<'a, T> {
         stop: Stop<'a>,
         limit: Option<u32>,
     ) -> Self {
-        let refusals = Refusals::default();
-        Self { simulator, stop, mouse, limit, lines: 0, crashes: 0, refusals }
+        let invalid_lines = InvalidLines::default();
+        Self { simulator, stop, mouse, limit, lines: 0, crashes: 0, invalid_lines }
     }
 
     /// Runs the mouse until it exits or is stopped.
@@ -49,8 +49,8 @@ impl<'a, T: Transport> Session<'a, T> {
             Ok(child) => self.serve(child),
             Err(error) => ExitCause::NotStarted(error),
         };
-        let Self { mouse, crashes, refusals, .. } = self;
-        MouseExit { mouse, cause, crashes, refused: refusals.total() }
+        let Self { mouse, crashes, invalid_lines, .. } = self;
+        MouseExit { mouse, cause, crashes, refused: invalid_lines.total() }
     }
 
     fn serve(&mut self, mut child: Child) -> ExitCause {
@@ -91,7 +91,7 @@ impl<'a, T: Transport> Session<'a, T> {
                 }
                 Err(Timeout) => {
                     let incomplete = child.incomplete_line();
-                    let may_wait = !incomplete.is_empty() || self.refusals.has_withheld();
+                    let may_wait = !incomplete.is_empty() || self.invalid_lines.has_withheld();
                     silence = if may_wait { silence + POLL_INTERVAL } else { Duration::ZERO };
                     if silence == SILENCE_TIMEOUT {
                         self.explain_silence(&incomplete);
@@ -107,7 +107,7 @@ impl<'a, T: Transport> Session<'a, T> {
         if !incomplete.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(incomplete));
             warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
-        } else if let Some(report) = self.refusals.take_withheld() {
+        } else if let Some(report) = self.invalid_lines.take_withheld() {
             warn(report);
         }
     }
@@ -120,14 +120,14 @@ impl<'a, T: Transport> Session<'a, T> {
         if self.stop.control.was_reset_pressed() {
             self.mouse.press_reset();
         }
-        match Refusal::parse(line, self.mouse.map().size()) {
+        match InvalidLine::parse(line, self.mouse.map().size()) {
             Ok(command) => {
-                self.refusals.accept();
+                self.invalid_lines.accept();
                 let reply = self.execute(command)?;
                 reply.map_or(Ok(()), |reply| child.reply(reply)).map_err(ExitCause::Failed)
             }
-            Err(refusal) => {
-                if let Some(message) = self.refusals.add(self.lines, &refusal) {
+            Err(invalid_line) => {
+                if let Some(message) = self.invalid_lines.add(self.lines, &invalid_line) {
                     warn(message);
                 }
                 Ok(())

@@ -6,7 +6,7 @@ use mmsim_viewer::{MouseControl, StopReason};
 
 use super::exit::ExitCause;
 
-/// Ends waits when the mouse must stop.
+/// Waits that end early if the mouse must stop.
 #[derive(Clone, Copy)]
 pub(crate) struct Stop<'a> {
     pub(crate) control: &'a MouseControl,

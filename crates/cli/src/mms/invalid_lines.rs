@@ -13,7 +13,7 @@ const REPORTED: u64 = 5;
 
 /// An invalid line.
 #[derive(Debug)]
-pub(crate) enum Refusal<'l> {
+pub(crate) enum InvalidLine<'l> {
     /// A line that is not a valid command.
     Command(CommandError),
     /// A line that exceeds the maximum length.
@@ -22,16 +22,16 @@ pub(crate) enum Refusal<'l> {
     Unfinished(&'l [u8]),
 }
 
-/// The number of the kinds that [`Refusal::kind`] returns.
+/// The number of the kinds that [`InvalidLine::kind`] returns.
 const KINDS: usize = 5;
 
-impl Refusal<'_> {
+impl InvalidLine<'_> {
     /// Parses the command in a line.
-    pub(crate) fn parse(line: &Line, size: MazeSize) -> Result<Command<'_>, Refusal<'_>> {
+    pub(crate) fn parse(line: &Line, size: MazeSize) -> Result<Command<'_>, InvalidLine<'_>> {
         match line {
-            Line::Whole(line) => Command::parse(line, size).map_err(Refusal::Command),
-            Line::TooLong(start) => Err(Refusal::TooLong(start)),
-            Line::Unfinished(start) => Err(Refusal::Unfinished(start)),
+            Line::Whole(line) => Command::parse(line, size).map_err(InvalidLine::Command),
+            Line::TooLong(start) => Err(InvalidLine::TooLong(start)),
+            Line::Unfinished(start) => Err(InvalidLine::Unfinished(start)),
         }
     }
 
@@ -47,7 +47,7 @@ impl Refusal<'_> {
     }
 }
 
-impl fmt::Display for Refusal<'_> {
+impl fmt::Display for InvalidLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Command(error) => error.fmt(f),
@@ -68,7 +68,7 @@ impl fmt::Display for Refusal<'_> {
 /// Counts the invalid lines of a mouse and selects those to report: the first five of each kind,
 /// and the line after which a mouse falls silent.
 #[derive(Debug, Default)]
-pub(crate) struct Refusals {
+pub(crate) struct InvalidLines {
     counts: [u64; KINDS],
     /// The report of the latest line, if that line is invalid and was not reported.
     withheld: Option<String>,
@@ -76,23 +76,23 @@ pub(crate) struct Refusals {
     has_explained_silence: bool,
 }
 
-impl Refusals {
+impl InvalidLines {
     /// Returns the number of invalid lines.
     pub(crate) fn total(&self) -> u64 {
         self.counts.iter().sum()
     }
 
     /// Counts an invalid line and returns the message to print, if any.
-    pub(crate) fn add(&mut self, line: u64, refusal: &Refusal<'_>) -> Option<String> {
-        let (kind, name) = refusal.kind();
+    pub(crate) fn add(&mut self, line: u64, invalid_line: &InvalidLine<'_>) -> Option<String> {
+        let (kind, name) = invalid_line.kind();
         let count = self.counts.get_mut(kind)?;
         *count += 1;
         self.withheld = None;
         if *count <= REPORTED {
-            return Some(format!("mms: line {line}: {refusal}"));
+            return Some(format!("mms: line {line}: {invalid_line}"));
         }
         if !self.has_explained_silence {
-            self.withheld = Some(format!("mms: line {line}: {refusal}"));
+            self.withheld = Some(format!("mms: line {line}: {invalid_line}"));
         }
         (*count == REPORTED + 1).then(|| format!("mms: further {name} are counted but not shown"))
     }
@@ -119,20 +119,20 @@ impl Refusals {
 mod tests {
     use super::*;
 
-    fn add(refusals: &mut Refusals, number: u64, line: &str) -> Option<String> {
+    fn add(invalid_lines: &mut InvalidLines, number: u64, line: &str) -> Option<String> {
         let line = Line::Whole(line.into());
-        let refusal = Refusal::parse(&line, MazeSize::CLASSIC).unwrap_err();
-        refusals.add(number, &refusal)
+        let invalid_line = InvalidLine::parse(&line, MazeSize::CLASSIC).unwrap_err();
+        invalid_lines.add(number, &invalid_line)
     }
 
     #[test]
     fn five_lines_of_each_kind_are_reported() {
-        let mut refusals = Refusals::default();
+        let mut invalid_lines = InvalidLines::default();
         let mut messages = Vec::new();
         for number in 1..=1000 {
-            messages.extend(add(&mut refusals, number, &format!("hello {number}")));
+            messages.extend(add(&mut invalid_lines, number, &format!("hello {number}")));
         }
-        messages.extend(add(&mut refusals, 1001, "clearText 16 0"));
+        messages.extend(add(&mut invalid_lines, 1001, "clearText 16 0"));
         insta::assert_snapshot!(messages.join("\n"), @r#"
         mms: line 1: unknown command "hello 1"
         mms: line 2: unknown command "hello 2"
@@ -142,23 +142,23 @@ mod tests {
         mms: further unknown commands are counted but not shown
         mms: line 1001: expected a cell in a maze of 16x16 cells, found "clearText 16 0"
         "#);
-        assert_eq!(refusals.total(), 1001);
+        assert_eq!(invalid_lines.total(), 1001);
     }
 
     #[test]
     fn silence_is_explained_once() {
-        let mut refusals = Refusals::default();
+        let mut invalid_lines = InvalidLines::default();
         for number in 1..=5 {
-            add(&mut refusals, number, "hello");
-            assert_eq!(refusals.take_withheld(), None, "the line was reported");
+            add(&mut invalid_lines, number, "hello");
+            assert_eq!(invalid_lines.take_withheld(), None, "the line was reported");
         }
-        add(&mut refusals, 6, "hello");
-        refusals.accept();
-        assert_eq!(refusals.take_withheld(), None, "the latest line is valid");
-        add(&mut refusals, 8, "moveForwrad");
-        let explained = refusals.take_withheld();
+        add(&mut invalid_lines, 6, "hello");
+        invalid_lines.accept();
+        assert_eq!(invalid_lines.take_withheld(), None, "the latest line is valid");
+        add(&mut invalid_lines, 8, "moveForwrad");
+        let explained = invalid_lines.take_withheld();
         assert_eq!(explained.as_deref(), Some("mms: line 8: unknown command \"moveForwrad\""));
-        add(&mut refusals, 9, "hello");
-        assert_eq!(refusals.take_withheld(), None);
+        add(&mut invalid_lines, 9, "hello");
+        assert_eq!(invalid_lines.take_withheld(), None);
     }
 }
