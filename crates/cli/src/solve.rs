@@ -69,8 +69,8 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         transport = &mut named;
     }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
-        let timed = times.add(mouse.pose(), Instant::now());
-        shown = timed.map_err(io::Error::other).and_then(|()| screen.show(mouse, run));
+        let added = times.add(mouse.pose(), Instant::now());
+        shown = added.map_err(io::Error::other).and_then(|()| screen.show(mouse, run));
         thread::sleep(pace);
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });

@@ -146,7 +146,6 @@ pub const fn colour_letter(colour: Option<Colour>) -> u8 {
 }
 
 /// Returns the colour with this letter in annotations, or `None` if the letter is invalid.
-#[expect(clippy::option_option, reason = "the letter - is valid, but means no colour")]
 pub fn colour_from_letter(letter: u8) -> Option<Option<Colour>> {
     if letter == b'-' { Some(None) } else { Colour::from_letter(letter.into()).map(Some) }
 }
@@ -162,7 +161,6 @@ pub const fn wall_letter(state: Option<WallState>) -> u8 {
 }
 
 /// Returns the declared wall with this letter in annotations, or `None` if the letter is invalid.
-#[expect(clippy::option_option, reason = "the letter - is valid, but means no declaration")]
 pub const fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
     Some(match letter {
         b'1' => Some(WallState::Present),
