@@ -204,10 +204,12 @@ impl<'a> StateReader<'a> {
     /// Adds all states up to state `index` to the trail. Returns `None` if a state is invalid.
     fn advance(&mut self, index: usize) -> Option<()> {
         for index in self.states..=index {
+            let last = self.trail.last();
             let states = self.block(index)?;
             let pose = states.message(index)?.pose().ok()?;
-            let is_move = |last| states.transition(last, index).is_some_and(Transition::is_move);
-            self.trail.extend(pose, self.recording.history().course().walls(), is_move);
+            let transition = last.and_then(|last| states.transition(last, index));
+            let walls = self.recording.history().course().walls();
+            self.trail.extend(pose, walls, |_| transition.is_some_and(Transition::is_move));
             self.states = index + 1;
         }
         Some(())

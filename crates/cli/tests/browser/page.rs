@@ -134,7 +134,7 @@ impl<'a> Panel<'a> {
         let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
         for state in states {
             let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());
-            trail.extend(pose, course.walls(), |from, to| course.is_move(from, to));
+            trail.extend(pose, course.walls(), |last| course.transition(last, pose).is_move());
         }
         Drawing::expected(maze, states.last(), &trail)
             .assert_shown(&Drawing::on_page(self.browser, self.source));
