@@ -41,6 +41,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
             simulator.send(&state.message('C', 'C'));
         }
         live.wait_for_state(1);
+        simulator.disconnect();
         wait_for("the mazes", || (Page(browser).maze_names().len() > 3).then_some(()));
         let can_focus = |selectors: &[&str]| -> Vec<bool> {
             let script = "return arguments[0].map((selector) => {
@@ -91,6 +92,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         });
         again.send(&TestState::new(0, bundled("oblong-long-meadow.txt").size()).message('C', 'C'));
         live.wait_for_state(0);
+        again.disconnect();
         wait_for("the controls", || (can_focus(&ONLINE) == [true; 8]).then_some(()));
         // The browser reports requests without a reply.
         let errors = browser.take_errors();

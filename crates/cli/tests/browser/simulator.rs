@@ -70,6 +70,12 @@ impl Simulator {
         assert_eq!(self.request(request).escape_ascii().to_string(), "ok");
     }
 
+    /// Disconnects the client. While a client that has sent states is connected, the page runs no
+    /// mouse.
+    pub(crate) fn disconnect(&self) {
+        self.socket.disconnect(&self.serving.address).unwrap();
+    }
+
     pub(crate) fn send_all(&self, requests: &[Vec<u8>]) {
         for request in requests {
             self.send(request);
