@@ -134,16 +134,20 @@ impl States {
 #[cfg(test)]
 mod tests {
     use mmsim_maze::{Cell, Heading};
+    use mmsim_protocol::Annotations;
     use proptest::prelude::*;
 
     use super::*;
     use crate::history::History;
+    use crate::update::{Readings, Update};
+    use crate::update_tracker::UpdateTracker;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(50))]
         #[test]
         fn blocks_equal_the_history(
             poses in prop::collection::vec((0u8..4, 0u8..3, 0usize..4), 1..700),
+            restarts in prop::collection::vec(prop::bool::weighted(0.1), 700),
             taken_back in any::<bool>(),
             reads in prop::collection::vec((0usize..800, 0usize..300), 30),
         ) {
@@ -159,12 +163,25 @@ mod tests {
                     history.push(&state(&(3, 2, index % 4))).unwrap();
                     history.undo_push();
                 }
-                history.push(&state(pose)).unwrap();
+                // The annotation makes the state a restart, whatever its pose.
+                let list: &[u8] = if restarts[index] { b"AR" } else { b"" };
+                let annotations = Annotations::decode(list, size);
+                let mut updates = UpdateTracker::default();
+                if let Ok(request) = annotations {
+                    updates.annotate(request).unwrap();
+                }
+                let update = Update { readings: Readings::Usual, ..updates.update() };
+                history.push_with_update(update, &state(pose)).unwrap();
+                assert_eq!(history.newest_update().len(), usize::from(restarts[index]));
             }
             let course = Course::from_size(size);
             let pose = |index: usize| {
                 let (x, y, heading) = poses[index];
                 Pose::new(Cell::new(x, y), Heading::ALL[heading])
+            };
+            let transition = |index: usize| {
+                let moved = || course.transition(pose(index - 1), pose(index));
+                if restarts[index] { Transition::Restart } else { moved() }
             };
             for (index, count) in reads {
                 let states = history.block(index / Block::STATES).and_then(Block::unpack);
@@ -173,8 +190,7 @@ mod tests {
                 let mut phases = Phases::default();
                 phases.arrive(&course, pose(0));
                 for index in 1..=index.min(poses.len() - 1) {
-                    let transition = course.transition(pose(index - 1), pose(index));
-                    phases.add(&course, index, transition, pose(index));
+                    phases.add(&course, index, transition(index), pose(index));
                 }
                 let found = states.as_ref().and_then(|states| states.phases(index));
                 prop_assert_eq!(found, (index < poses.len()).then_some(phases));

@@ -88,6 +88,7 @@ log(b' caf\xc3\xa9\r\n')
 say('clearWall 2 0 n')
 ask('turnRight')
 ask('turnLeft')
+ask('ackReset')
 say('clearAllColor')
 say('setText 0 0 1000')
 log(b'bye')
@@ -115,10 +116,12 @@ fn what_a_mouse_displays_belongs_to_its_next_state() {
     Log("red café")
     state (0, 1) heading east, weight 12
     state (0, 1) heading north, weight 12
+    Restart
+    state (0, 0) heading north, weight 12
     (0, 0) "1000"
     (3, 2) None
     Log("bye")
-    state (0, 1) heading north, weight 255
+    state (0, 0) heading north, weight 255
     "#);
     assert!(ended.stderr.starts_with("hello\n\u{1b}[31mred\u{1b}[0m caf\u{e9}\nbye"), "{ended:?}");
 }
@@ -134,7 +137,8 @@ fn a_simulator_without_annotations_receives_none() {
     state (0, 1) heading north, weight 12
     state (0, 1) heading east, weight 12
     state (0, 1) heading north, weight 12
-    state (0, 1) heading north, weight 255
+    state (0, 0) heading north, weight 12
+    state (0, 0) heading north, weight 255
     ");
     assert!(ended.stderr.starts_with("hello\n"), "{ended:?}");
 }
