@@ -70,10 +70,10 @@ impl Simulator {
         assert_eq!(self.request(request).escape_ascii().to_string(), "ok");
     }
 
-    /// Disconnects the client. While a client that has sent states is connected, the page runs no
-    /// mouse.
-    pub(crate) fn disconnect(&self) {
-        self.socket.disconnect(&self.serving.address).unwrap();
+    /// Replaces the client by one that has sent nothing. While a client that has sent states is
+    /// connected, the page runs no mouse. `Socket::disconnect` would not close the connection.
+    pub(crate) fn disconnect(&mut self) {
+        self.socket = connect(&self.serving.address);
     }
 
     pub(crate) fn send_all(&self, requests: &[Vec<u8>]) {
