@@ -19,7 +19,7 @@ use button::press_on_input;
 use child::Child;
 use exit::ExitCause;
 use log::MouseLog;
-use mmsim_client::{Transport, Zmq};
+use mmsim_client::Transport;
 use mmsim_maze::KnownMaze;
 use mmsim_mms::SimulatedMouse;
 use mmsim_viewer::MouseControl;
@@ -28,9 +28,7 @@ use simulator::{Annotator, Simulator};
 use stop::Stop;
 
 use crate::args::ServerArgs;
-use crate::connection::{
-    KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
-};
+use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
 use crate::interrupt::Interrupt;
 use crate::local_server::{self, HOST, MouseSetup};
 use crate::mouse_process::Program;
@@ -43,7 +41,7 @@ use crate::usage::UsageError;
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     match &args.remote.connect {
         None => run_locally(args),
-        Some(connect) => run_remotely(&endpoint(connect), args),
+        Some(address) => run_remotely(&endpoint(address), args),
     }
 }
 
@@ -89,9 +87,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let program = Program::new(&args.command);
     let control = own_mouse::control("mms", &program, &args.repeat, &args.server.viewer, true)?;
     let known = maze_from_args("mms", &args.remote.known)?;
-    let asks_server = known.is_none();
-    let mut transport =
-        Zmq::connect(endpoint, None, |waiting| report_waiting(&waiting, asks_server))?;
+    let mut transport = connect(endpoint, None, known.is_none())?;
     let KnownSimulator { map, has_annotations, .. } = match known {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,

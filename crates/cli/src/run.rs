@@ -12,6 +12,7 @@ use mmsim_server::listen;
 use mmsim_viewer::{Ending, EndingKind, MouseControl, StopReason};
 
 use crate::args::ServerArgs;
+use crate::connection::ENDPOINT_VARIABLE;
 use crate::interrupt::Interrupt;
 use crate::local_server::{self, HOST, MouseSetup, bind_or_free};
 use crate::mouse_process::{MouseProcess, Program, exit_code, exit_text};
@@ -20,9 +21,6 @@ use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
 use args::RunArgs;
 use gateway::{Gateway, Progress};
-
-/// The environment variable with the address for the mouse.
-const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 
 /// The placeholder for the address in the arguments of the mouse.
 const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";

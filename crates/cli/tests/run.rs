@@ -127,6 +127,19 @@ fn a_free_port_is_used_if_the_default_port_is_in_use() {
     assert!(ended.stderr.ends_with("is already in use (try --port 0)\n"), "{ended:?}");
 }
 
+/// While the reply to a state is held, a mouse must neither give up nor report a missing reply. A
+/// client reports a missing reply after one second.
+#[test]
+fn a_mouse_waits_for_held_replies() {
+    let home = Home::new();
+    home.write("small.txt", "o---o---o\n| S   G |\no---o---o\n");
+    let ended = run(&home, &["--pace", "1200"], &search("{endpoint}"));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    // On a busy machine, the first reply may be late.
+    let is_report = |line: &&str| line.ends_with("s, still waiting; press Ctrl-C to give up");
+    assert_eq!(ended.stderr.lines().filter(is_report).count(), 0, "{ended:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn the_pace_holds_the_mouse_after_each_state() {
