@@ -9,7 +9,6 @@ mod invalid_lines;
 mod log;
 mod session;
 mod simulator;
-mod stop;
 
 use std::error::Error;
 use std::sync::Arc;
@@ -25,7 +24,6 @@ use mmsim_mms::SimulatedMouse;
 use mmsim_viewer::MouseControl;
 use session::Session;
 use simulator::{Annotator, Simulator};
-use stop::Stop;
 
 use crate::args::ServerArgs;
 use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
@@ -70,9 +68,10 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     press_on_input(Arc::clone(&control));
     let runs = Runs {
         control: &control,
+        monitor: Some(&monitor),
         address,
         stays: args.repeat.stays(viewer),
-        watches: args.repeat.watch,
+        watched: program.file.as_deref().filter(|_| args.repeat.watch),
         has_page: !viewer.no_viewer,
     };
     let code = runs.run(ready.interrupt, || {
@@ -95,8 +94,14 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
     press_on_input(Arc::clone(&control));
-    let address = endpoint;
-    let runs = Runs { control: &control, address, stays: false, watches: false, has_page: false };
+    let runs = Runs {
+        control: &control,
+        monitor: None,
+        address: endpoint,
+        stays: false,
+        watched: None,
+        has_page: false,
+    };
     runs.run(Interrupt::catch()?, || {
         search(args, &program, &mut transport, &map, has_annotations, &control)
     })
@@ -113,22 +118,17 @@ fn search(
 ) -> Result<RunEnd, Box<dyn Error>> {
     let mouse = SimulatedMouse::new(map.size(), map.start().cell, *map.goals())
         .with_score_rules(args.scores);
-    let stop = Stop { control, time_limit: args.repeat.time_limit };
     let log = has_annotations.then(MouseLog::default);
     let annotator = log.clone().map(|log| Annotator { name: program.name.clone(), log });
-    let simulator = Simulator::new(transport, map.size(), stop, annotator)?;
+    let simulator = Simulator::new(transport, map.size(), control, annotator)?;
     let child = Child::start(program, log.as_ref());
-    let exit = Session::new(mouse, simulator, stop, args.limit).run(child);
+    let exit = Session::new(mouse, simulator, control, args.limit).run(child);
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
             warn(format_args!("mmsim: {error}"));
         }
-        ExitCause::Exited(_)
-        | ExitCause::Limit(_)
-        | ExitCause::TimeLimit(_)
-        | ExitCause::Stopped(_)
-        | ExitCause::Interrupted => {}
+        ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Stopped(_) => {}
     }
     let end = exit.end();
     if end.was_started {
