@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use mmsim_benches::{Row, bundled_maze, classic_mazes, compare, serve};
-use mmsim_client::{InMemory, SearchRun, Transport, Zmq, search_run};
+use mmsim_client::{InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{
@@ -32,7 +32,7 @@ fn searches(criterion: &mut Criterion) {
     let mut memory = InMemory::new(|request, reply| simulation.handle(request, reply));
     group.bench_function("in memory", |b| b.iter(|| search(&mut memory, &maze)));
     let server = serve(maze.clone());
-    let mut zmq = Zmq::connect(server.address(), None, |_| {}).unwrap();
+    let mut zmq = Zmq::connect(server.address(), Timeout::Default, |_| {}).unwrap();
     group.bench_function("over ZeroMQ", |b| b.iter(|| search(&mut zmq, &maze)));
     group.finish();
 }

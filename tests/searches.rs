@@ -5,7 +5,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::thread;
 
-use mmsim_client::{Exchange, Zmq, search_run};
+use mmsim_client::{Exchange, Timeout, Zmq, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
 use mmsim_protocol::{MAX_STATE_BYTES, MapState, MazeSize, Order, Request};
@@ -26,7 +26,8 @@ fn mazes() -> Vec<(String, Maze)> {
 fn flood_fill_reaches_every_reachable_goal() {
     for (name, maze) in mazes() {
         let server = serve(maze.clone());
-        let mut transport = Zmq::connect(server.address(), Some(TIMEOUT), |_| {}).unwrap();
+        let mut transport =
+            Zmq::connect(server.address(), Timeout::After(TIMEOUT), |_| {}).unwrap();
         let info = Exchange::new(&mut transport).info().unwrap();
         let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
         let map = KnownMaze::new(size, start.cell, info.goal_cells());
@@ -115,7 +116,7 @@ fn a_client_may_start_before_its_server() {
     let start = maze.start();
     let client = thread::spawn(move || {
         let on_wait = |_: mmsim_client::Waiting<'_>| sender.send(()).unwrap();
-        let mut transport = Zmq::connect(&endpoint, Some(TIMEOUT), on_wait).unwrap();
+        let mut transport = Zmq::connect(&endpoint, Timeout::After(TIMEOUT), on_wait).unwrap();
         let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
         search_run(&mut transport, &mut mouse, 1000, |_, _| ControlFlow::Continue(())).unwrap()
     });
@@ -140,7 +141,7 @@ fn simultaneous_clients_get_their_own_replies() {
         ] {
             let (maze, address) = (&maze, server.address());
             scope.spawn(move || {
-                let mut transport = Zmq::connect(address, Some(TIMEOUT), |_| {}).unwrap();
+                let mut transport = Zmq::connect(address, Timeout::After(TIMEOUT), |_| {}).unwrap();
                 let map = KnownMaze::unexplored(maze);
                 let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
                 search_run(&mut transport, &mut mouse, 500, |_, _| ControlFlow::Continue(()))

@@ -31,11 +31,11 @@ fn main() -> ExitCode {
 
 /// Searches the maze and returns the number of steps to the goal.
 fn search() -> Result<u32, Box<dyn Error>> {
-    // `mmsim run` sets this variable. It holds replies while the mouse is paused.
     let variable = std::env::var("MMSIM_ENDPOINT").ok();
-    let timeout_ms = if variable.is_some() { -1 } else { TIMEOUT_MS };
-    let endpoint = std::env::args().nth(1).or(variable);
+    let endpoint = std::env::args().nth(1).or_else(|| variable.clone());
     let endpoint = endpoint.unwrap_or("tcp://127.0.0.1:6574".into());
+    // `mmsim run` sets the variable. It holds replies while the mouse is paused.
+    let timeout_ms = if variable == Some(endpoint.clone()) { -1 } else { TIMEOUT_MS };
     let simulator = Simulator::connect(endpoint, timeout_ms)?;
     simulator.ping()?;
     simulator.reset()?;

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use mmsim_client::{Zmq, search_run};
+use mmsim_client::{Timeout, Zmq, search_run};
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_solvers::{Mouse, Move, SearchError, Strategy, open_steps};
 
@@ -53,13 +53,16 @@ fn main() -> ExitCode {
 
 /// Searches the maze and returns true if the goal was reached.
 fn run() -> Result<bool, Box<dyn Error>> {
-    // `mmsim run` sets this variable. It holds replies while the mouse is paused.
     let variable = std::env::var("MMSIM_ENDPOINT").ok();
-    let timeout = if variable.is_some() { None } else { Some(Duration::from_secs(5)) };
-    let endpoint = std::env::args().nth(1).or(variable);
+    let endpoint = std::env::args().nth(1).or_else(|| variable.clone());
     let endpoint = endpoint.unwrap_or("tcp://127.0.0.1:6574".into());
+    // `mmsim run` sets the variable. It holds replies while the mouse is paused.
+    let is_run = variable == Some(endpoint.clone());
+    let timeout = if is_run { Timeout::Never } else { Timeout::After(Duration::from_secs(5)) };
     let mut transport = Zmq::connect(&endpoint, timeout, |waiting| {
-        eprintln!("no reply from {} yet", waiting.endpoint);
+        if !waiting.answered {
+            eprintln!("no reply from {} yet", waiting.endpoint);
+        }
     })?;
 
     let size = MazeSize::CLASSIC;

@@ -93,7 +93,7 @@ pub(crate) struct MouseArgs {
     /// Stop the mouse after S seconds, not counting pauses
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) time_limit: Option<Duration>,
-    /// Run the mouse again each time one of its files changes; implies --stay
+    /// Run the mouse again each time its file changes; implies --stay
     #[arg(long)]
     pub(crate) watch: bool,
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open

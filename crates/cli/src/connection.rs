@@ -1,11 +1,17 @@
 //! Connecting a mouse to a simulator.
 
-use mmsim_client::{Exchange, RunError, TransportError, Waiting, Zmq};
+use std::env;
+use std::time::Duration;
+
+use mmsim_client::{Exchange, RunError, Timeout, TransportError, Waiting, Zmq};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
 use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
+
+/// The environment variable with the address to which a mouse of `mmsim run` connects.
+pub(crate) const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 
 /// What a mouse knows about a simulator before it starts.
 pub(crate) struct KnownSimulator {
@@ -20,6 +26,22 @@ pub(crate) struct KnownSimulator {
 /// Returns `connect` as a ZeroMQ address. The default transport is `tcp://`.
 pub(crate) fn endpoint(connect: &str) -> String {
     if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
+}
+
+/// Connects a mouse to a simulator. By default, replies have no time limit if the simulator is the
+/// `mmsim run` that has started this process: it holds its replies while the mouse is paused.
+pub(crate) fn connect(
+    endpoint: &str,
+    timeout: Option<Duration>,
+    asks_server: bool,
+) -> Result<Zmq<'static>, TransportError> {
+    let is_run = env::var(ENDPOINT_VARIABLE).is_ok_and(|variable| variable == endpoint);
+    let default = if is_run { Timeout::Never } else { Timeout::Default };
+    Zmq::connect(endpoint, timeout.map_or(default, Timeout::After), move |waiting| {
+        if !(is_run && waiting.answered) {
+            report_waiting(&waiting, asks_server);
+        }
+    })
 }
 
 /// Returns the maze that the arguments define, or `None` with `--goal server`. A usage error shows the usage of `command`.
@@ -66,7 +88,7 @@ pub(crate) fn ask_maze(
 
 /// Warns that a reply is late. The transport calls this every second while it waits; for each
 /// request, only the first call and every tenth call print a warning.
-pub(crate) fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
+fn report_waiting(waiting: &Waiting<'_>, asks_server: bool) {
     let Waiting { endpoint, elapsed, notices, answered } = waiting;
     if *notices != 1 && notices % 10 != 0 {
         return;

@@ -5,11 +5,11 @@ pub(crate) mod args;
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, Zmq, search_run};
+use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::args::ServerArgs;
-use crate::connection::{KnownSimulator, ask_maze, report_waiting};
+use crate::connection::{KnownSimulator, ask_maze, connect};
 use crate::interrupt::Interrupt;
 use crate::local_server;
 use crate::output::{note, own_command, warn};
@@ -47,7 +47,7 @@ fn search(
     address: &str,
     interrupt: &Interrupt,
 ) -> Result<Option<bool>, Box<dyn Error>> {
-    let mut transport = Zmq::connect(address, None, |waiting| report_waiting(&waiting, true))?;
+    let mut transport = connect(address, None, true)?;
     let KnownSimulator { map, start, .. } = ask_maze(&mut transport, None)?;
     let mut transport = Named::new(transport, BUNDLED_MOUSE_NAME, STRATEGY.name())?;
     let mut mouse = Mouse::new(STRATEGY.strategy(), map, start);

@@ -15,7 +15,7 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// The exit code of `mmsim mms` after an interrupt.
+    /// The exit code of `mmsim run` and `mmsim mms` after an interrupt.
     pub(crate) const CODE: i32 = 130;
 
     /// Starts catching SIGINT, SIGTERM and SIGHUP, except those that were ignored when the process

@@ -9,7 +9,6 @@ mod invalid_lines;
 mod log;
 mod session;
 mod simulator;
-mod stop;
 
 use std::error::Error;
 use std::sync::Arc;
@@ -19,18 +18,15 @@ use button::press_on_input;
 use child::Child;
 use exit::ExitCause;
 use log::MouseLog;
-use mmsim_client::{Transport, Zmq};
+use mmsim_client::Transport;
 use mmsim_maze::KnownMaze;
 use mmsim_mms::SimulatedMouse;
 use mmsim_viewer::MouseControl;
 use session::Session;
 use simulator::{Annotator, Simulator};
-use stop::Stop;
 
 use crate::args::ServerArgs;
-use crate::connection::{
-    KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
-};
+use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
 use crate::interrupt::Interrupt;
 use crate::local_server::{self, HOST, MouseSetup};
 use crate::mouse_process::Program;
@@ -43,7 +39,7 @@ use crate::usage::UsageError;
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     match &args.remote.connect {
         None => run_locally(args),
-        Some(connect) => run_remotely(&endpoint(connect), args),
+        Some(address) => run_remotely(&endpoint(address), args),
     }
 }
 
@@ -72,9 +68,10 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     press_on_input(Arc::clone(&control));
     let runs = Runs {
         control: &control,
+        monitor: Some(&monitor),
         address,
         stays: args.repeat.stays(viewer),
-        watches: args.repeat.watch,
+        watched: program.file.as_deref().filter(|_| args.repeat.watch),
         has_page: !viewer.no_viewer,
     };
     let code = runs.run(ready.interrupt, || {
@@ -89,9 +86,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let program = Program::new(&args.command);
     let control = own_mouse::control("mms", &program, &args.repeat, &args.server.viewer, true)?;
     let known = maze_from_args("mms", &args.remote.known)?;
-    let asks_server = known.is_none();
-    let mut transport =
-        Zmq::connect(endpoint, None, |waiting| report_waiting(&waiting, asks_server))?;
+    let mut transport = connect(endpoint, None, known.is_none())?;
     let KnownSimulator { map, has_annotations, .. } = match known {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
@@ -99,8 +94,14 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
     press_on_input(Arc::clone(&control));
-    let address = endpoint;
-    let runs = Runs { control: &control, address, stays: false, watches: false, has_page: false };
+    let runs = Runs {
+        control: &control,
+        monitor: None,
+        address: endpoint,
+        stays: false,
+        watched: None,
+        has_page: false,
+    };
     runs.run(Interrupt::catch()?, || {
         search(args, &program, &mut transport, &map, has_annotations, &control)
     })
@@ -117,22 +118,17 @@ fn search(
 ) -> Result<RunEnd, Box<dyn Error>> {
     let mouse = SimulatedMouse::new(map.size(), map.start().cell, *map.goals())
         .with_score_rules(args.scores);
-    let stop = Stop { control, time_limit: args.repeat.time_limit };
     let log = has_annotations.then(MouseLog::default);
     let annotator = log.clone().map(|log| Annotator { name: program.name.clone(), log });
-    let simulator = Simulator::new(transport, map.size(), stop, annotator)?;
+    let simulator = Simulator::new(transport, map.size(), control, annotator)?;
     let child = Child::start(program, log.as_ref());
-    let exit = Session::new(mouse, simulator, stop, args.limit).run(child);
+    let exit = Session::new(mouse, simulator, control, args.limit).run(child);
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {
             warn(format_args!("mmsim: {error}"));
         }
-        ExitCause::Exited(_)
-        | ExitCause::Limit(_)
-        | ExitCause::TimeLimit(_)
-        | ExitCause::Stopped(_)
-        | ExitCause::Interrupted => {}
+        ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Stopped(_) => {}
     }
     let end = exit.end();
     if end.was_started {

@@ -4,31 +4,40 @@ use std::ffi::{OsStr, OsString};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
+use std::time::Duration;
 use std::{env, iter};
 
 use mmsim_maze::needs_escape;
 use mmsim_protocol::MAX_NAME_BYTES;
+use mmsim_viewer::{MouseControl, StopReason};
+
+use crate::interrupt::Interrupt;
+
+/// The maximum interval between checks whether a mouse has exited.
+const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The command line of a mouse.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     /// The program and its arguments.
     command: Vec<OsString>,
-    /// The existing files that the command line names, without installed programs.
-    pub(crate) files: Vec<PathBuf>,
-    /// The name of the first file, such as `Main.py`. If there are no files, the file name of the
-    /// program and its arguments.
+    /// The file of the mouse: the program itself or, for an installed program such as an
+    /// interpreter, the first argument that is a file. `None` if there is no such file.
+    pub(crate) file: Option<PathBuf>,
+    /// The name of the file, such as `Main.py`. If there is no file, the file name of the program
+    /// and its arguments.
     pub(crate) name: String,
 }
 
 impl Program {
     pub(crate) fn new(command: &[OsString]) -> Self {
         let program = command.first().map_or(Path::new(""), Path::new);
-        let own = iter::once(program).filter(|program| !is_installed(program));
-        let arguments = command.iter().skip(1).map(Path::new);
-        let files = own.chain(arguments).filter(|path| path.is_file());
-        let files: Vec<PathBuf> = files.map(Path::to_path_buf).collect();
-        let mut name = if let Some(file) = files.first().and_then(|file| file.file_name()) {
+        let file = if is_installed(program) {
+            command.iter().skip(1).map(Path::new).find(|path| path.is_file())
+        } else {
+            Some(program).filter(|path| path.is_file())
+        };
+        let mut name = if let Some(file) = file.and_then(Path::file_name) {
             file.to_string_lossy().into_owned()
         } else {
             let program = program.file_name().unwrap_or_default();
@@ -37,7 +46,13 @@ impl Program {
         };
         name.retain(|c| !needs_escape(c));
         cut(&mut name, MAX_NAME_BYTES);
-        Self { command: command.to_vec(), files, name }
+        Self { command: command.to_vec(), file: file.map(Path::to_path_buf), name }
+    }
+
+    /// Returns the path of the program if it is not installed and does not exist.
+    pub(crate) fn missing_file(&self) -> Option<&Path> {
+        let program = self.command.first().map(Path::new)?;
+        (!is_installed(program) && !program.exists()).then_some(program)
     }
 
     /// Returns the command.
@@ -61,15 +76,15 @@ impl Program {
     }
 }
 
-/// Returns true for a program that is found on the `PATH`, such as an interpreter.
+/// Returns true for a program on the `PATH` and for a program of a Python virtual environment, which
+/// is usually a link to a Python interpreter.
 fn is_installed(program: &Path) -> bool {
-    match program.parent() {
-        Some(folder) if folder != Path::new("") => {
-            let folders = env::var_os("PATH").unwrap_or_default();
-            env::split_paths(&folders).any(|installed| installed == folder)
-        }
-        _ => true,
-    }
+    let Some(folder) = program.parent().filter(|&folder| folder != Path::new("")) else {
+        return true;
+    };
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let is_on_path = env::split_paths(&folders).any(|installed| installed == folder);
+    is_on_path || folder.join("../pyvenv.cfg").is_file()
 }
 
 /// Shortens a text to at most this number of bytes.
@@ -98,6 +113,33 @@ impl MouseProcess {
     pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
         self.0.try_wait()
     }
+
+    /// Waits until the mouse exits. Returns an error as soon as the mouse must stop.
+    pub(crate) fn wait(&mut self, control: &MouseControl) -> Result<ExitStatus, WaitError> {
+        let mut interval = Duration::from_millis(1);
+        loop {
+            let status = self.status();
+            // Ctrl-C may have reached both processes.
+            let wait = if matches!(status, Ok(None)) { interval } else { Duration::ZERO };
+            if let Some(reason) = control.wait_for_stop(wait) {
+                return Err(WaitError::Stopped(reason));
+            }
+            match status {
+                Ok(Some(status)) => return Ok(status),
+                Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
+                Err(error) => return Err(WaitError::Failed(error)),
+            }
+        }
+    }
+}
+
+/// The reason why waiting for a mouse ended before the mouse exited.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum WaitError {
+    #[error("{}", .0.text())]
+    Stopped(StopReason),
+    #[error("cannot get the exit status of the mouse: {0}")]
+    Failed(io::Error),
 }
 
 impl Drop for MouseProcess {
@@ -114,6 +156,11 @@ impl Drop for MouseProcess {
 /// Returns the exit code of the mouse, or 128 plus the number of the signal that killed the mouse.
 pub(crate) fn exit_code(status: ExitStatus) -> i32 {
     status.code().or_else(|| Some(128 + signal(status)?)).unwrap_or(1)
+}
+
+/// Returns the exit code of this process after a run that was stopped for this reason.
+pub(crate) fn stop_code(reason: StopReason) -> i32 {
+    if reason == StopReason::Exit { Interrupt::CODE } else { 1 }
 }
 
 /// Returns a description such as `exited with code 0`.
@@ -145,25 +192,53 @@ mod tests {
         Program::new(&command.iter().map(OsString::from).collect::<Vec<_>>())
     }
 
+    /// Creates an empty file and returns its path.
+    fn create(folder: &tempfile::TempDir, name: &str) -> String {
+        let path = folder.path().join(name);
+        fs::write(&path, "").unwrap();
+        path.to_str().unwrap().to_string()
+    }
+
+    /// Asserts that a command runs the mouse in this file, whose name is that of the mouse.
+    fn assert_file(command: &[&str], file: &str) {
+        let found = program(command);
+        assert_eq!(found.file.as_deref(), Some(Path::new(file)), "{command:?}");
+        assert_eq!(found.name, Path::new(file).file_name().unwrap().to_str().unwrap());
+        assert_eq!(found.missing_file(), None);
+    }
+
     #[test]
-    fn the_name_and_the_files_are_those_of_the_mouse() {
+    fn the_name_and_the_file_are_those_of_the_mouse() {
         let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str| {
-            let path = folder.path().join(name);
-            fs::write(&path, "").unwrap();
-            path.to_str().unwrap().to_string()
-        };
-        let (mouse, maze) = (file("mouse.py"), file("maze.txt"));
-        let script = program(&["python3", "-u", &mouse, &maze]);
-        assert_eq!((&*script.name, script.files.len()), ("mouse.py", 2));
-        let own = program(&[&mouse, "--fast"]);
-        assert_eq!((&*own.name, &own.files), ("mouse.py", &vec![PathBuf::from(&mouse)]));
-        assert_eq!(program(&[&mouse, &maze]).name, "mouse.py");
-        let other = program(&["/opt/jdk/java", "Mouse", "--style=fast\u{1b}[2J"]);
-        assert_eq!((&*other.name, other.files.len()), ("java Mouse --style=fast[2J", 0));
-        assert_eq!(program(&[&"\u{e9}".repeat(80)]).name, "\u{e9}".repeat(50));
+        let (mouse, maze) = (create(&folder, "mouse.py"), create(&folder, "maze.txt"));
+        assert_file(&["python3", "-u", &mouse, &maze], &mouse);
+        assert_file(&[&mouse, "--fast"], &mouse);
+        // The mouse may write to its arguments.
+        assert_file(&[&mouse, &maze], &mouse);
         #[cfg(unix)]
-        assert_eq!(program(&["/bin/sh", &mouse]).name, "mouse.py");
+        assert_file(&["/bin/sh", &mouse], &mouse);
+        let other = program(&["/opt/jdk/java", "Mouse", "--style=fast\u{1b}[2J"]);
+        assert_eq!((&*other.name, other.file), ("java Mouse --style=fast[2J", None));
+        assert_eq!(program(&[&"\u{e9}".repeat(80)]).name, "\u{e9}".repeat(50));
+        let missing = program(&["./no-such-mouse", &maze]);
+        assert_eq!((&missing.file, missing.name.starts_with("no-such-mouse ")), (&None, true));
+        assert_eq!(missing.missing_file(), Some(Path::new("./no-such-mouse")));
+        assert_eq!(program(&["no-such-mouse"]).missing_file(), None, "may be on the PATH");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_interpreter_of_a_virtual_environment_is_not_the_mouse() {
+        let folder = tempfile::tempdir().unwrap();
+        let mouse = create(&folder, "mouse.py");
+        let bin = folder.path().join("bin");
+        fs::create_dir(&bin).unwrap();
+        let python = bin.join("python");
+        std::os::unix::fs::symlink("/bin/sh", &python).unwrap();
+        let python = python.to_str().unwrap();
+        assert_file(&[python, &mouse], python);
+        create(&folder, "pyvenv.cfg");
+        assert_file(&[python, &mouse], &mouse);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
+use mmsim_server::Monitor;
 use mmsim_viewer::{Ending, MouseControl, OwnMouse, StartReason, StopReason};
 
 use crate::args::{MouseArgs, ViewerArgs};
@@ -30,8 +31,8 @@ pub(crate) struct RunEnd {
     pub(crate) was_started: bool,
 }
 
-/// Returns the control of the mouse, and starts watching its files if `--watch` is set. A usage error
-/// shows the usage of `command`.
+/// Returns the control of the mouse. Returns a usage error of `command` if `--watch` is set and there
+/// is no file to watch.
 pub(crate) fn control(
     command: &'static str,
     program: &Program,
@@ -39,29 +40,34 @@ pub(crate) fn control(
     viewer: &ViewerArgs,
     has_reset_button: bool,
 ) -> Result<Arc<MouseControl>, UsageError> {
-    if args.watch && program.files.is_empty() {
-        let message = "--watch: the command names no file to watch (example: mmsim run --watch -- python3 mouse.py)";
+    if args.watch && program.file.is_none() {
+        let message = match program.missing_file() {
+            Some(file) => {
+                format!("--watch: {} does not exist (build the mouse first)", file.display())
+            }
+            None => format!(
+                "--watch: the command names no file to watch (example: mmsim {command} --watch -- python3 mouse.py)"
+            ),
+        };
         return Err(UsageError::new(command, message));
     }
     let own = OwnMouse { name: program.name.clone(), has_reset_button };
     let control = MouseControl::new(args.pace(viewer), Some(own)).with_time_limit(args.time_limit);
-    let control = Arc::new(control);
-    if args.watch {
-        watch(program.files.clone(), Arc::clone(&control));
-    }
-    Ok(control)
+    Ok(Arc::new(control))
 }
 
 /// The runs of a mouse.
 pub(crate) struct Runs<'a> {
     pub(crate) control: &'a Arc<MouseControl>,
+    /// The simulator, if it is part of this process.
+    pub(crate) monitor: Option<&'a Monitor>,
     /// The address that other clients may use between two runs.
     pub(crate) address: &'a str,
     /// False to exit after the first run. A mouse stopped on the page keeps the server running
     /// anyway, because the user still has the page open.
     pub(crate) stays: bool,
-    /// True if a mouse that cannot start may be replaced by one that can.
-    pub(crate) watches: bool,
+    /// The file to watch. A mouse that cannot start may then be replaced by one that can.
+    pub(crate) watched: Option<&'a Path>,
     pub(crate) has_page: bool,
 }
 
@@ -73,12 +79,16 @@ impl Runs<'_> {
         interrupt: Interrupt,
         mut run_once: impl FnMut() -> Result<RunEnd, Box<dyn Error>>,
     ) -> Result<i32, Box<dyn Error>> {
-        let Self { control, address, mut stays, watches, has_page } = *self;
+        let Self { control, monitor, address, mut stays, watched, has_page } = *self;
+        let reserve = |is_reserved| monitor.iter().for_each(|monitor| monitor.reserve(is_reserved));
         let closing = Arc::clone(control);
         thread::spawn(move || {
             interrupt.wait();
             closing.close();
         });
+        if let (Some(file), Some(monitor)) = (watched, monitor) {
+            watch(file.into(), Arc::clone(control), monitor.clone());
+        }
         let (mut code, mut is_announced) = (0, false);
         while let Some(reason) = control.next_run(stays) {
             let name = control.own().map_or("", |own| &own.name);
@@ -89,10 +99,12 @@ impl Runs<'_> {
                     note(format_args!("running {name} again because {file} has changed"));
                 }
             }
+            reserve(true);
             let end = run_once()?;
             code = end.code;
             let stop = control.end(end.ending);
-            let has_failed = reason == StartReason::First && !end.was_started && !watches;
+            reserve(false);
+            let has_failed = reason == StartReason::First && !end.was_started && watched.is_none();
             if has_failed || stop == Some(StopReason::Exit) {
                 return Ok(code);
             }
@@ -108,17 +120,29 @@ impl Runs<'_> {
     }
 }
 
-/// Requests a run each time one of the files has changed, from another thread.
-fn watch(files: Vec<PathBuf>, control: Arc<MouseControl>) {
+/// Requests a run each time the file has changed, from another thread. A run would delete the states
+/// of a client that is searching the maze, so it waits until that client has disconnected.
+fn watch(file: PathBuf, control: Arc<MouseControl>, monitor: Monitor) {
     thread::spawn(move || {
-        let mut watcher = Watcher::new(files.iter().map(|file| version(file)).collect());
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let mut watcher = Watcher::new(version(&file));
+        let (mut has_changed, mut is_announced) = (false, false);
         loop {
             thread::sleep(WATCH_INTERVAL);
-            let changed = watcher.check(files.iter().map(|file| version(file)).collect());
-            if let Some(file) = changed.and_then(|index| files.get(index)) {
-                let name = file.file_name().unwrap_or_default().to_string_lossy().into();
-                control.request_run(StartReason::FileChanged(name));
+            has_changed |= watcher.check(version(&file));
+            if !has_changed {
+                continue;
             }
+            if monitor.has_client() && !control.is_own_running() {
+                if !mem::replace(&mut is_announced, true) {
+                    note(format_args!(
+                        "{name} has changed; waiting for another client to end its search"
+                    ));
+                }
+                continue;
+            }
+            control.request_run(StartReason::FileChanged(name.to_string()));
+            (has_changed, is_announced) = (false, false);
         }
     });
 }
@@ -131,30 +155,26 @@ fn version(file: &Path) -> Version {
     Some((metadata.modified().ok()?, metadata.len()))
 }
 
-/// Detects changes of files.
+/// Detects changes of a file.
 struct Watcher {
-    /// The versions that the mouse runs with.
-    used: Vec<Version>,
-    latest: Vec<Version>,
-    /// The number of checks since the files last changed.
+    /// The version that the mouse runs with.
+    used: Version,
+    latest: Version,
+    /// The number of checks since the file last changed.
     stable: u32,
 }
 
 impl Watcher {
-    fn new(versions: Vec<Version>) -> Self {
-        Self { used: versions.clone(), latest: versions, stable: 0 }
+    const fn new(version: Version) -> Self {
+        Self { used: version, latest: version, stable: 0 }
     }
 
-    /// Returns the index of a changed file once all files exist and have stopped changing.
-    fn check(&mut self, versions: Vec<Version>) -> Option<usize> {
-        self.stable = if versions == self.latest { self.stable.saturating_add(1) } else { 0 };
-        self.latest = versions;
-        if self.stable < STABLE_CHECKS || self.latest.contains(&None) {
-            return None;
-        }
-        let changed = self.used.iter().zip(&self.latest).position(|(used, latest)| used != latest);
-        self.used.clone_from(&self.latest);
-        changed
+    /// Returns true if the file has changed, exists, and has stopped changing.
+    fn check(&mut self, version: Version) -> bool {
+        self.stable = if version == self.latest { self.stable.saturating_add(1) } else { 0 };
+        self.latest = version;
+        let is_complete = version.is_some() && self.stable >= STABLE_CHECKS;
+        is_complete && mem::replace(&mut self.used, version) != version
     }
 }
 
@@ -163,22 +183,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_change_is_reported_once_the_files_are_complete() {
+    fn a_change_is_reported_once_the_file_is_complete() {
         let file = |second: u64, length| {
             Some((SystemTime::UNIX_EPOCH + Duration::from_secs(second), length))
         };
         let (old, partial, new) = (file(1, 100), file(2, 10), file(2, 120));
-        let mut watcher = Watcher::new(vec![old, old]);
-        let mut check = |second| watcher.check(vec![old, second]);
-        assert!((0..10).all(|_| check(old).is_none()), "unchanged");
-        assert_eq!(check(partial), None);
-        assert!((0..10).all(|_| check(None).is_none()), "being replaced");
+        let mut watcher = Watcher::new(old);
+        let mut check = |version| watcher.check(version);
+        assert!((0..10).all(|_| !check(old)), "unchanged");
+        assert!(!check(partial));
+        assert!((0..10).all(|_| !check(None)), "being replaced");
         for _ in 0..STABLE_CHECKS {
-            assert_eq!(check(new), None, "may still grow");
+            assert!(!check(new), "may still grow");
         }
-        assert_eq!(check(new), Some(1));
-        assert!((0..10).all(|_| check(new).is_none()), "reported");
-        assert_eq!(check(partial), None);
-        assert!((0..10).all(|_| check(new).is_none()), "back to the same version");
+        assert!(check(new));
+        assert!((0..10).all(|_| !check(new)), "reported");
+        assert!(!check(partial));
+        assert!((0..10).all(|_| !check(new)), "back to the same version");
     }
 }

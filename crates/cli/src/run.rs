@@ -6,29 +6,22 @@ mod gateway;
 use std::error::Error;
 use std::process::Stdio;
 use std::sync::Arc;
-use std::time::Duration;
 
 use mmsim_server::listen;
-use mmsim_viewer::{Ending, EndingKind, MouseControl, StopReason};
+use mmsim_viewer::{Ending, EndingKind, MouseControl};
 
 use crate::args::ServerArgs;
-use crate::interrupt::Interrupt;
+use crate::connection::ENDPOINT_VARIABLE;
 use crate::local_server::{self, HOST, MouseSetup, bind_or_free};
-use crate::mouse_process::{MouseProcess, Program, exit_code, exit_text};
+use crate::mouse_process::{MouseProcess, Program, WaitError, exit_code, exit_text, stop_code};
 use crate::output::{counted, note, warn};
 use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
 use args::RunArgs;
 use gateway::{Gateway, Progress};
 
-/// The environment variable with the address for the mouse.
-const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
-
 /// The placeholder for the address in the arguments of the mouse.
 const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
-
-/// The maximum interval between checks whether the mouse has exited.
-const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
@@ -51,15 +44,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     )?;
     let monitor = ready.server.monitor();
     let server = ready.server.spawn(ready.simulation);
-    let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
+    let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control))?;
+    let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
     let runs = Runs {
         control: &control,
+        monitor: Some(&monitor),
         address: gateway.address(),
         stays: args.repeat.stays(viewer),
-        watches: args.repeat.watch,
+        watched: program.file.as_deref().filter(|_| args.repeat.watch),
         has_page: !viewer.no_viewer,
     };
-    let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
     let code = runs.run(ready.interrupt, || run_once(&program, &gateway, &control))?;
     server.stop()?;
     Ok(code)
@@ -82,25 +76,16 @@ fn run_once(
             return Ok(RunEnd { ending, code: 1, was_started: false });
         }
     };
-    let mut interval = Duration::from_millis(1);
-    let (how, code, kind) = loop {
-        if let Some(reason) = control.wait_for_stop(interval) {
-            let code = if reason == StopReason::Exit { Interrupt::CODE } else { 1 };
-            break (reason.text().to_string(), code, Some(EndingKind::Stopped));
+    let (how, code, kind) = match process.wait(control) {
+        Ok(status) => {
+            let kind = (!status.success()).then_some(EndingKind::Failed);
+            (exit_text(status), exit_code(status), kind)
         }
-        match process.status() {
-            Ok(Some(status)) => {
-                let kind = (!status.success()).then_some(EndingKind::Failed);
-                break (exit_text(status), exit_code(status), kind);
-            }
-            Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
-            Err(error) => {
-                break (
-                    format!("stopped: cannot get its exit status: {error}"),
-                    1,
-                    Some(EndingKind::Failed),
-                );
-            }
+        Err(WaitError::Stopped(reason)) => {
+            (reason.text().into(), stop_code(reason), Some(EndingKind::Stopped))
+        }
+        Err(error @ WaitError::Failed(_)) => {
+            (format!("stopped: {error}"), 1, Some(EndingKind::Failed))
         }
     };
     drop(process);

@@ -7,16 +7,14 @@ use std::ops::ControlFlow;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_client::{BrokenRun, Named, SearchRun, Transport, Waiting, Zmq, search_run};
+use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
 use mmsim_recording::{Course, PhaseReport};
 use mmsim_solvers::{Mouse, Strategy};
 use serde::Serialize;
 
-use crate::connection::{
-    KnownSimulator, ask_maze, endpoint, explain, maze_from_args, report_waiting,
-};
+use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
 use crate::output::{print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
@@ -28,9 +26,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let strategy = args.strategy;
     let known = maze_from_args("solve", &args.known)?;
     let endpoint = endpoint(&args.connect);
-    let asks_server = known.is_none();
-    let on_wait = |waiting: Waiting<'_>| report_waiting(&waiting, asks_server);
-    let mut transport = Zmq::connect(&endpoint, args.timeout, on_wait)?;
+    let mut transport = connect(&endpoint, args.timeout, known.is_none())?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.known.size), Ok);
     let prepared = known.and_then(|KnownSimulator { name, map, start, has_annotations }| {
         // The address replaces an unknown name of the maze.

@@ -2,10 +2,7 @@
 
 mod harness;
 
-use std::net::TcpListener;
-
-use harness::{Home, Output, Serving, recorded};
-use mmsim_protocol::DEFAULT_PORT;
+use harness::{Home, Output, Serving, read_on, recorded, while_default_port_is_in_use};
 use mmsim_recording::Recording;
 use mmsim_tests::{ask, connect_to, wait_for};
 
@@ -78,6 +75,9 @@ fn the_exit_code_is_that_of_the_mouse() {
     {
         assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
     }
+    let missing = home.run(&["run", "--watch", "--", "./my-mouse"]);
+    assert_eq!(missing.code, Some(2));
+    assert!(missing.stderr.contains("--watch: ./my-mouse does not exist "), "{missing:?}");
 }
 
 #[cfg(unix)]
@@ -114,17 +114,47 @@ fn stay_keeps_the_address_for_other_clients() {
 #[test]
 fn a_free_port_is_used_if_the_default_port_is_in_use() {
     let home = home();
-    // The port may also be in use by another program.
-    let _listener = TcpListener::bind(("127.0.0.1", DEFAULT_PORT));
     let search = search("{endpoint}");
-    let ended = home.run(&[&["run", "small.txt", "--no-viewer", "--"], &search[..]].concat());
+    let free = [&["run", "small.txt", "--no-viewer", "--"], &search[..]].concat();
+    let ended = while_default_port_is_in_use(|| home.run(&free));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
     let given = ["run", "small.txt", "--no-viewer", "--port", "6574", "--"];
-    let ended = home.run(&[&given, &search[..]].concat());
+    let given = [&given, &search[..]].concat();
+    let ended = while_default_port_is_in_use(|| home.run(&given));
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.ends_with("is already in use (try --port 0)\n"), "{ended:?}");
+}
+
+/// A changed file must not delete the states of a client that is searching the maze.
+#[cfg(unix)]
+#[test]
+fn a_changed_file_waits_for_another_client() {
+    let home = home();
+    home.write("mouse.sh", "exit 0");
+    let command = home.command(&arguments(&["--watch"], &["sh", "mouse.sh"]));
+    let (serving, stderr) = Serving::start_reading(command, "still serving");
+    let client = connect_to(&serving.address, zmq::REQ);
+    assert_eq!(ask(&client, b"reset"), b"ok");
+    home.write("mouse.sh", "exit 0 # changed");
+    let (stderr, _) = read_on(stderr, "mouse.sh has changed; waiting for another client");
+    assert_eq!(ask(&client, b"W\0\0N").len(), 3, "the client can still search");
+    drop(client);
+    read_on(stderr, "running mouse.sh again because mouse.sh has changed");
+}
+
+/// While the reply to a state is held, a mouse must neither give up nor report a missing reply. A
+/// client reports a missing reply after one second.
+#[test]
+fn a_mouse_waits_for_held_replies() {
+    let home = Home::new();
+    home.write("small.txt", "o---o---o\n| S   G |\no---o---o\n");
+    let ended = run(&home, &["--pace", "1200"], &search("{endpoint}"));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    // On a busy machine, the first reply may be late.
+    let is_report = |line: &&str| line.ends_with("s, still waiting; press Ctrl-C to give up");
+    assert_eq!(ended.stderr.lines().filter(is_report).count(), 0, "{ended:?}");
 }
 
 #[cfg(unix)]

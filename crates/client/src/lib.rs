@@ -34,7 +34,7 @@ pub use named::{BUNDLED_MOUSE_NAME, Named};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
 #[cfg(feature = "zmq")]
-pub use zmq_transport::{Waiting, Zmq};
+pub use zmq_transport::{Timeout, Waiting, Zmq};
 
 /// Runs the code in the crate's README.
 #[cfg(doctest)]

@@ -7,14 +7,39 @@ use crate::transport::{Transport, TransportError};
 /// The time between two calls of `on_wait`.
 const NOTICE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The default timeout for a simulator that has replied before.
-const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
+/// The default limit for a simulator that has replied before.
+const DEFAULT_LIMIT: Duration = Duration::from_secs(10);
+
+/// The time limit for replies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timeout {
+    /// No limit for the first reply, because the simulator may start later, and ten seconds for
+    /// each later reply.
+    #[default]
+    Default,
+    /// This limit for each reply.
+    After(Duration),
+    /// No limit. A mouse of `mmsim run` needs it, because the simulator holds its replies while the
+    /// mouse is paused.
+    Never,
+}
+
+impl Timeout {
+    /// Returns the limit for a reply of a simulator that has or has not replied before.
+    fn limit(self, answered: bool) -> Option<Duration> {
+        match self {
+            Self::Default => answered.then_some(DEFAULT_LIMIT),
+            Self::After(limit) => Some(limit),
+            Self::Never => None,
+        }
+    }
+}
 
 /// A ZeroMQ REQ socket that connects to a simulator.
 pub struct Zmq<'a> {
     socket: zmq::Socket,
     endpoint: String,
-    timeout: Option<Duration>,
+    timeout: Timeout,
     answered: bool,
     on_wait: Box<dyn FnMut(Waiting<'_>) + 'a>,
 }
@@ -36,15 +61,14 @@ impl<'a> Zmq<'a> {
     /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. The simulator may be
     /// started later.
     ///
-    /// A request fails if there is no reply within `timeout`. By default, the first reply has no
-    /// time limit, and each later reply has a limit of ten seconds. While a request waits for its
-    /// reply, `on_wait` is called once a second.
+    /// A request fails if there is no reply within `timeout`. While a request waits for its reply,
+    /// `on_wait` is called once a second.
     ///
     /// # Errors
     /// Returns an error if `endpoint` is not a valid ZeroMQ endpoint.
     pub fn connect(
         endpoint: &str,
-        timeout: Option<Duration>,
+        timeout: Timeout,
         on_wait: impl FnMut(Waiting<'_>) + 'a,
     ) -> Result<Self, TransportError> {
         // ZeroMQ accepts invalid ports and would wait forever.
@@ -60,7 +84,7 @@ impl<'a> Zmq<'a> {
     }
 
     fn receive(&mut self, reply: &mut Vec<u8>) -> Result<(), TransportError> {
-        let timeout = self.timeout.or(self.answered.then_some(DEFAULT_TIMEOUT));
+        let timeout = self.timeout.limit(self.answered);
         let (start, mut notices) = (Instant::now(), 0);
         loop {
             let left =
@@ -122,9 +146,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_limit_may_depend_on_earlier_replies() {
+        let limits = |timeout: Timeout| [false, true].map(|answered| timeout.limit(answered));
+        assert_eq!(limits(Timeout::default()), [None, Some(DEFAULT_LIMIT)]);
+        let limit = Duration::from_secs(3);
+        assert_eq!(limits(Timeout::After(limit)), [Some(limit); 2]);
+        assert_eq!(limits(Timeout::Never), [None; 2]);
+    }
+
+    #[test]
     fn waits_for_a_missing_simulator_until_the_timeout() {
-        let (mut notices, timeout) = (Vec::new(), Duration::from_millis(2500));
-        let mut transport = Zmq::connect("tcp://127.0.0.1:1", Some(timeout), |waiting| {
+        let (mut notices, timeout) = (Vec::new(), Timeout::After(Duration::from_millis(2500)));
+        let mut transport = Zmq::connect("tcp://127.0.0.1:1", timeout, |waiting| {
             assert!(!waiting.answered);
             notices.push(waiting.notices);
         })
@@ -141,7 +174,7 @@ mod tests {
         simulator.set_rcvtimeo(60_000).unwrap();
         simulator.bind("tcp://127.0.0.1:*").unwrap();
         let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
-        let timeout = Some(Duration::from_millis(300));
+        let timeout = Timeout::After(Duration::from_millis(300));
         let mut transport = Zmq::connect(&endpoint, timeout, |_| {}).unwrap();
         let mut reply = Vec::new();
         let error = transport.exchange(b"slow", &mut reply).unwrap_err();
@@ -152,7 +185,7 @@ mod tests {
                 simulator.send(expected, 0).unwrap();
             }
         });
-        transport.timeout = Some(Duration::from_secs(60));
+        transport.timeout = Timeout::After(Duration::from_secs(60));
         transport.exchange(b"ping", &mut reply).unwrap();
         assert_eq!(reply, b"ping", "not the late reply");
         answering.join().unwrap();
@@ -160,10 +193,12 @@ mod tests {
 
     #[test]
     fn an_invalid_endpoint_is_an_error() {
-        let error = Zmq::connect("127.0.0.1:6574", None, |_| {}).err().unwrap().to_string();
+        let error =
+            Zmq::connect("127.0.0.1:6574", Timeout::Default, |_| {}).err().unwrap().to_string();
         assert!(error.starts_with("cannot reach 127.0.0.1:6574: "), "{error}");
         for port in ["99999", "0", "http", "127.0.0.1"] {
-            let error = Zmq::connect(&format!("tcp://host:{port}"), None, |_| {}).err().unwrap();
+            let endpoint = format!("tcp://host:{port}");
+            let error = Zmq::connect(&endpoint, Timeout::Default, |_| {}).err().unwrap();
             assert!(error.to_string().contains("expected a port from 1 to 65535"), "{error}");
         }
     }

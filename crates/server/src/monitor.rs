@@ -132,6 +132,12 @@ impl Monitor {
         self.control.has_client_states.load(Ordering::Acquire) && self.status().states > 0
     }
 
+    /// Lets only this program search the maze, or lets clients search it again. While the simulation
+    /// is reserved, clients can only send `ping` and `info`.
+    pub fn reserve(&self, is_reserved: bool) {
+        self.control.is_reserved.store(is_reserved, Ordering::Release);
+    }
+
     /// Answers a request as if it had been sent to the server by `client`, or by this program if
     /// `client` is `None`. `frames` is the number of frames of the request. Returns the reply, and
     /// whether the request counts as activity (see [`mmsim_zmtp::Service::answer`]).
@@ -273,6 +279,27 @@ mod tests {
         assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
         within("the server to stop", || server.stop()).unwrap();
         assert_eq!(monitor.served().unwrap_err(), MonitorError::Ended);
+    }
+
+    #[test]
+    fn only_this_program_searches_a_reserved_maze() {
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let monitor = server.monitor();
+        let server = server.spawn(Simulation::new("small", maze()));
+        let client = mmsim_tests::connect_to(server.address(), zmq::REQ);
+        let ask = |request: &[u8]| mmsim_tests::ask(&client, request);
+        assert_eq!(ask(STATE), b"ok");
+        monitor.reserve(true);
+        for request in [b"reset", STATE, b"AM\x07Theseus", b"W\x00\x00N"] {
+            let error = "error: the simulator is running its own mouse (try again after its run)";
+            assert_eq!(ask(request), error.as_bytes());
+        }
+        assert_eq!((ask(b"ping"), ask(b"info")[0]), (b"pong".to_vec(), b'{'));
+        assert_eq!(monitor.answer(None, STATE, 1), Ok((b"ok".to_vec(), true)));
+        assert_eq!(monitor.status(), Status { run: 1, states: 2 });
+        monitor.reserve(false);
+        assert_eq!(ask(b"reset"), b"ok");
+        within("the server to stop", || server.stop()).unwrap();
     }
 
     #[test]

@@ -152,7 +152,10 @@ impl<'s> SimulationService<'s> {
         frames: usize,
         reply: &mut ReplyBuffer,
     ) -> bool {
-        if frames == 1 {
+        let is_search = !matches!(request, b"ping" | b"info");
+        if client.is_some() && is_search && self.control.is_reserved.load(Ordering::Acquire) {
+            refuse(reply, "the simulator is running its own mouse (try again after its run)");
+        } else if frames == 1 {
             let change = self.simulation.handle(request, reply);
             if change != Change::Nothing {
                 self.control.has_client_states.store(client.is_some(), Ordering::Release);
@@ -176,7 +179,7 @@ impl<'s> SimulationService<'s> {
         }
         let Some(reason) = reply.strip_prefix(ERROR_PREFIX.as_bytes()) else {
             if let Some(client) = client
-                && !matches!(request, b"ping" | b"info")
+                && is_search
             {
                 self.add_client(client);
             }

@@ -9,9 +9,10 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_mms::Response;
+use mmsim_viewer::MouseControl;
 
 use super::log::MouseLog;
-use crate::mouse_process::{MouseProcess, Program};
+use crate::mouse_process::{MouseProcess, Program, WaitError};
 
 /// The maximum length of a line in bytes, including the newline.
 pub(crate) const MAX_LINE_BYTES: usize = 4096;
@@ -104,9 +105,14 @@ impl Child {
         self.replies = None;
     }
 
-    /// Returns the exit status of the mouse if it has exited.
-    pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
-        self.process.status()
+    /// Returns true if the mouse has exited.
+    pub(crate) fn has_exited(&mut self) -> bool {
+        self.process.status().is_ok_and(|status| status.is_some())
+    }
+
+    /// Waits until the mouse exits. Returns an error as soon as the mouse must stop.
+    pub(crate) fn wait(&mut self, control: &MouseControl) -> Result<ExitStatus, WaitError> {
+        self.process.wait(control)
     }
 }
 

@@ -7,11 +7,10 @@ use std::time::Duration;
 
 use mmsim_client::RunError;
 use mmsim_mms::{GeneralFormat, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats};
-use mmsim_viewer::{Ending, EndingKind, StopReason};
+use mmsim_viewer::{Ending, EndingKind, MouseControl, StopReason};
 use serde::Serialize;
 
-use crate::interrupt::Interrupt;
-use crate::mouse_process::{exit_code, exit_text, signal};
+use crate::mouse_process::{WaitError, exit_code, exit_text, signal, stop_code};
 use crate::output::counted;
 use crate::own_mouse::RunEnd;
 
@@ -29,25 +28,36 @@ pub(crate) struct MouseExit {
 pub(crate) enum ExitCause {
     Exited(ExitStatus),
     Limit(u32),
-    TimeLimit(Duration),
-    /// Stopped on the viewer page.
     Stopped(StopReason),
-    Interrupted,
     LostSimulator(RunError),
     NotStarted(String),
     Failed(String),
 }
 
+impl ExitCause {
+    /// Returns an error if the mouse must stop.
+    pub(crate) fn check(control: &MouseControl) -> Result<(), Self> {
+        control.wait_for_stop(Duration::ZERO).map_or(Ok(()), |reason| Err(Self::Stopped(reason)))
+    }
+}
+
+impl From<WaitError> for ExitCause {
+    fn from(error: WaitError) -> Self {
+        match error {
+            WaitError::Stopped(reason) => Self::Stopped(reason),
+            WaitError::Failed(_) => Self::Failed(error.to_string()),
+        }
+    }
+}
+
 impl MouseExit {
     /// Returns the exit code of this process: the exit code of the mouse, 128 plus the number of
-    /// the signal that killed the mouse, [`Interrupt::CODE`] after Ctrl-C, or 1 in all other cases.
+    /// the signal that killed the mouse, 130 after Ctrl-C, or 1 in all other cases.
     pub(crate) fn code(&self) -> i32 {
         match &self.cause {
             ExitCause::Exited(status) => exit_code(*status),
-            ExitCause::Interrupted => Interrupt::CODE,
+            ExitCause::Stopped(reason) => stop_code(*reason),
             ExitCause::Limit(_)
-            | ExitCause::TimeLimit(_)
-            | ExitCause::Stopped(_)
             | ExitCause::LostSimulator(_)
             | ExitCause::NotStarted(_)
             | ExitCause::Failed(_) => 1,
@@ -59,11 +69,7 @@ impl MouseExit {
         let how = match &self.cause {
             ExitCause::Exited(status) => exit_text(*status),
             ExitCause::Limit(limit) => format!("stopped: exceeded --limit {limit}"),
-            ExitCause::TimeLimit(limit) => {
-                format!("stopped: exceeded --time-limit {}", limit.as_secs_f64())
-            }
             ExitCause::Stopped(reason) => reason.text().into(),
-            ExitCause::Interrupted => StopReason::Exit.text().into(),
             ExitCause::NotStarted(error) => return error.clone(),
             ExitCause::LostSimulator(error) => format!("stopped: {error}"),
             ExitCause::Failed(error) => format!("stopped: {error}"),
@@ -85,10 +91,7 @@ impl MouseExit {
             ExitCause::Exited(status) if !status.success() => EndingKind::Failed,
             ExitCause::Exited(_) if self.mouse.scores().best_run().is_some() => EndingKind::Goal,
             ExitCause::Exited(_) => EndingKind::GaveUp,
-            ExitCause::Limit(_)
-            | ExitCause::TimeLimit(_)
-            | ExitCause::Stopped(_)
-            | ExitCause::Interrupted => EndingKind::Stopped,
+            ExitCause::Limit(_) | ExitCause::Stopped(_) => EndingKind::Stopped,
             ExitCause::LostSimulator(_) | ExitCause::NotStarted(_) | ExitCause::Failed(_) => {
                 EndingKind::Failed
             }
@@ -133,7 +136,7 @@ impl MouseExit {
             crashes: self.crashes,
             refused_lines: self.refused,
             limit_reached: matches!(self.cause, ExitCause::Limit(_)),
-            time_limit_reached: matches!(self.cause, ExitCause::TimeLimit(_)),
+            time_limit_reached: matches!(self.cause, ExitCause::Stopped(StopReason::TimeLimit)),
             exit_code,
             signal,
             error,

@@ -72,8 +72,9 @@ pub(crate) struct InvalidLines {
     counts: [u64; KINDS],
     /// The report of the latest line, if that line is invalid and was not reported.
     withheld: Option<String>,
-    /// True if a withheld report was returned. From then on, no report is withheld.
-    has_explained_silence: bool,
+    /// The number of withheld reports that were returned. After the first five, no report is
+    /// withheld.
+    explained: u64,
 }
 
 impl InvalidLines {
@@ -91,7 +92,7 @@ impl InvalidLines {
         if *count <= REPORTED {
             return Some(format!("mms: line {line}: {invalid_line}"));
         }
-        if !self.has_explained_silence {
+        if self.explained < REPORTED {
             self.withheld = Some(format!("mms: line {line}: {invalid_line}"));
         }
         (*count == REPORTED + 1).then(|| format!("mms: further {name} are counted but not shown"))
@@ -108,9 +109,9 @@ impl InvalidLines {
     }
 
     /// Returns the report of the latest line if it was withheld, because the mouse may be waiting
-    /// for a reply to that line. After that, no more reports are withheld.
+    /// for a reply to that line.
     pub(crate) fn take_withheld(&mut self) -> Option<String> {
-        self.has_explained_silence |= self.has_withheld();
+        self.explained += u64::from(self.has_withheld());
         mem::take(&mut self.withheld)
     }
 }
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_is_explained_once() {
+    fn silence_is_explained_five_times() {
         let mut invalid_lines = InvalidLines::default();
         for number in 1..=5 {
             add(&mut invalid_lines, number, "hello");
@@ -155,10 +156,14 @@ mod tests {
         add(&mut invalid_lines, 6, "hello");
         invalid_lines.accept();
         assert_eq!(invalid_lines.take_withheld(), None, "the latest line is valid");
-        add(&mut invalid_lines, 8, "moveForwrad");
-        let explained = invalid_lines.take_withheld();
-        assert_eq!(explained.as_deref(), Some("mms: line 8: unknown command \"moveForwrad\""));
-        add(&mut invalid_lines, 9, "hello");
+        for number in 8..=12 {
+            add(&mut invalid_lines, number, "moveForwrad");
+            let explained = invalid_lines.take_withheld();
+            let expected = format!("mms: line {number}: unknown command \"moveForwrad\"");
+            assert_eq!(explained, Some(expected));
+            assert_eq!(invalid_lines.take_withheld(), None, "the line was reported");
+        }
+        add(&mut invalid_lines, 13, "hello");
         assert_eq!(invalid_lines.take_withheld(), None);
     }
 }

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use mmsim_client::Transport;
 use mmsim_mms::{Command, Response, ScoreRules, SimulatedMouse, excerpt};
+use mmsim_viewer::{MouseControl, StopReason};
 
 use super::child::{Child, Line};
 use super::exit::{ExitCause, MouseExit};
 use super::invalid_lines::{InvalidLine, InvalidLines};
 use super::simulator::Simulator;
-use super::stop::Stop;
 use crate::output::warn;
 
 /// The interval between checks for Ctrl-C while the mouse computes.
@@ -24,7 +24,7 @@ const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 /// A running mouse.
 pub(crate) struct Session<'a, T> {
     simulator: Simulator<'a, T>,
-    stop: Stop<'a>,
+    control: &'a MouseControl,
     mouse: SimulatedMouse,
     limit: Option<u32>,
     lines: u64,
@@ -36,11 +36,11 @@ impl<'a, T: Transport> Session<'a, T> {
     pub(crate) fn new(
         mouse: SimulatedMouse,
         simulator: Simulator<'a, T>,
-        stop: Stop<'a>,
+        control: &'a MouseControl,
         limit: Option<u32>,
     ) -> Self {
         let invalid_lines = InvalidLines::default();
-        Self { simulator, stop, mouse, limit, lines: 0, crashes: 0, invalid_lines }
+        Self { simulator, control, mouse, limit, lines: 0, crashes: 0, invalid_lines }
     }
 
     /// Runs the mouse until it exits or is stopped.
@@ -56,7 +56,10 @@ impl<'a, T: Transport> Session<'a, T> {
     fn serve(&mut self, mut child: Child) -> ExitCause {
         let cause = match self.serve_until_exit(&mut child) {
             Ok(status) => ExitCause::Exited(status),
-            Err(cause @ ExitCause::LostSimulator(_)) => return cause,
+            // After Ctrl-C, do not wait for a simulator that may not reply.
+            Err(cause @ (ExitCause::LostSimulator(_) | ExitCause::Stopped(StopReason::Exit))) => {
+                return cause;
+            }
             Err(cause) => cause,
         };
         // Killing the mouse and its child processes ends the log.
@@ -71,14 +74,16 @@ impl<'a, T: Transport> Session<'a, T> {
         self.simulator.update(&self.mouse)?;
         self.answer_all(child)?;
         child.end_replies();
-        self.wait_for_exit(child)
+        Ok(child.wait(self.control)?)
     }
 
-    /// Answers the mouse's commands until its output ends.
+    /// Answers the mouse's commands until its output ends. Between two movements, sends what the mouse
+    /// displays.
     fn answer_all(&mut self, child: &mut Child) -> Result<(), ExitCause> {
         let mut silence = Duration::ZERO;
         loop {
-            self.stop.check()?;
+            ExitCause::check(self.control)?;
+            self.simulator.show_changes(&self.mouse)?;
             match child.next_line(POLL_INTERVAL) {
                 Ok(line) => {
                     self.answer(&line, child)?;
@@ -86,9 +91,7 @@ impl<'a, T: Transport> Session<'a, T> {
                 }
                 // A process that the mouse has started may keep the pipe open after the mouse
                 // exits.
-                Err(Timeout) if child.status().is_ok_and(|status| status.is_some()) => {
-                    return Ok(());
-                }
+                Err(Timeout) if child.has_exited() => return Ok(()),
                 Err(Timeout) => {
                     let incomplete = child.incomplete_line();
                     let may_wait = !incomplete.is_empty() || self.invalid_lines.has_withheld();
@@ -117,7 +120,7 @@ impl<'a, T: Transport> Session<'a, T> {
         if matches!(line, Line::Whole(line) if line.trim_ascii().is_empty()) {
             return Ok(());
         }
-        if self.stop.control.was_reset_pressed() {
+        if self.control.was_reset_pressed() {
             self.mouse.press_reset();
         }
         match InvalidLine::parse(line, self.mouse.map().size()) {
@@ -144,20 +147,6 @@ impl<'a, T: Transport> Session<'a, T> {
         match self.limit {
             Some(limit) if is_movement && cost > limit.into() => Err(ExitCause::Limit(limit)),
             _ => Ok(reply),
-        }
-    }
-
-    fn wait_for_exit(&self, child: &mut Child) -> Result<ExitStatus, ExitCause> {
-        let mut interval = Duration::from_millis(1);
-        loop {
-            let status = child.status();
-            // Ctrl-C may have reached both processes.
-            self.stop.wait(if matches!(status, Ok(None)) { interval } else { Duration::ZERO })?;
-            match status {
-                Ok(Some(status)) => return Ok(status),
-                Ok(None) => interval = POLL_INTERVAL.min(2 * interval),
-                Err(error) => return Err(ExitCause::Failed(error.to_string())),
-            }
         }
     }
 }

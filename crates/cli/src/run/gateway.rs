@@ -1,11 +1,12 @@
 //! The address to which a mouse connects: it forwards each request to the simulator, and holds the
 //! reply to a state until the mouse may take its next step.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::net::TcpListener;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use mmsim_maze::{CellSet, MazeSize};
 use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, StateMessage};
@@ -14,6 +15,9 @@ use mmsim_viewer::MouseControl;
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, RepServer, Service};
 use tracing::error;
+
+/// The maximum time to wait until a mouse that must stop has been killed.
+const MAX_KILL_TIME: Duration = Duration::from_secs(10);
 
 /// What the mouse has reported since the last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,8 +57,11 @@ impl Gateway {
         let mut server = RepServer::new(listener)?;
         let address = format!("tcp://{}", server.local_address()?);
         let (simulator, tracker) = (Simulator { monitor, control }, Arc::default());
-        let mut forwarder =
-            Forwarder { simulator: simulator.clone(), tracker: Arc::clone(&tracker) };
+        let mut forwarder = Forwarder {
+            simulator: simulator.clone(),
+            tracker: Arc::clone(&tracker),
+            others: BTreeSet::new(),
+        };
         thread::Builder::new().name("gateway".into()).spawn(move || {
             if let Err(cause) = server.run(&mut forwarder, || false) {
                 error!("cannot receive requests from the mouse: {cause}");
@@ -71,9 +78,7 @@ impl Gateway {
     /// Resets the simulator for a run of the mouse.
     pub(crate) fn begin_run(&self) -> Result<(), MonitorError> {
         let monitor = &self.simulator.monitor;
-        if monitor.status().states > 0 {
-            monitor.answer(None, b"reset", 1)?;
-        }
+        monitor.answer(None, b"reset", 1)?;
         self.simulator.name_mouse()?;
         let maze = monitor.served()?.maze;
         let (progress, maze) = (Progress::default(), Some((maze.size(), *maze.goals())));
@@ -122,34 +127,48 @@ fn lock(tracker: &Mutex<Tracker>) -> MutexGuard<'_, Tracker> {
 struct Forwarder {
     simulator: Simulator,
     tracker: Arc<Mutex<Tracker>>,
+    /// The connected clients that have used the address between two runs, and so are not the mouse.
+    others: BTreeSet<ClientId>,
 }
 
 impl Forwarder {
     /// Forwards a request, and waits after a state until the mouse may take its next step.
     fn forward(
-        &self,
+        &mut self,
         client: ClientId,
         request: &[u8],
         frames: usize,
     ) -> Result<(Vec<u8>, bool), String> {
         let Simulator { monitor, control } = &self.simulator;
-        if control.wait_for_stop(Duration::ZERO).is_some() {
-            // The process of the mouse is about to be killed.
+        if !control.is_own_running() {
+            self.others.insert(client);
+        }
+        let is_own = !self.others.contains(&client);
+        if is_own && control.wait_for_stop(Duration::ZERO).is_some() {
+            wait_for_kill(control);
             return Err("the mouse was stopped".into());
         }
-        let is_own = control.is_own_running();
         let client = (!is_own).then_some(client);
         let (reply, is_activity) =
             monitor.answer(client, request, frames).map_err(|error| error.to_string())?;
-        if reply == b"ok" {
+        if is_own && reply == b"ok" {
             lock(&self.tracker).observe(request);
-            if is_own && request == b"reset" {
+            if request == b"reset" {
                 self.simulator.name_mouse().map_err(|error| error.to_string())?;
-            } else if is_own && request.first() == Some(&b'S') {
-                control.throttle().wait();
+            } else if request.first() == Some(&b'S') && control.throttle().wait() {
+                wait_for_kill(control);
             }
         }
         Ok((reply, is_activity))
+    }
+}
+
+/// Waits until the process of a mouse that must stop has been killed, so that the mouse does not
+/// report an error or take another step.
+fn wait_for_kill(control: &MouseControl) {
+    let start = Instant::now();
+    while control.wait_for_stop(Duration::ZERO).is_some() && start.elapsed() < MAX_KILL_TIME {
+        thread::sleep(Duration::from_millis(1));
     }
 }
 
@@ -169,11 +188,112 @@ impl Service for Forwarder {
     }
 
     fn disconnected(&mut self, client: ClientId) {
+        self.others.remove(&client);
         // A server that has stopped has no clients.
         let _ = self.simulator.monitor.disconnect(client);
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
         *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_server::{Background, Server, Simulation, listen};
+    use mmsim_tests::{ask, connect_to, stop, within};
+    use mmsim_viewer::{Ending, EndingKind, OwnMouse, Pace, StartReason};
+
+    use super::*;
+
+    const STATE: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
+
+    /// A gateway for a mouse that is not a process.
+    struct Run {
+        gateway: Gateway,
+        monitor: Monitor,
+        control: Arc<MouseControl>,
+        server: Background,
+    }
+
+    impl Run {
+        fn new(pace: Pace) -> Self {
+            let server = Server::bind("127.0.0.1", 0).unwrap();
+            let monitor = server.monitor();
+            let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+            let server = server.spawn(Simulation::new("small", maze));
+            let own = OwnMouse { name: "mouse".into(), has_reset_button: false };
+            let control = Arc::new(MouseControl::new(pace, Some(own)));
+            let listener = listen("127.0.0.1", 0).unwrap();
+            let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control)).unwrap();
+            Self { gateway, monitor, control, server }
+        }
+
+        fn begin(&self) {
+            self.control.request_run(StartReason::RunAgain);
+            self.control.next_run(false).unwrap();
+            self.monitor.reserve(true);
+            self.gateway.begin_run().unwrap();
+        }
+
+        fn end(&self) {
+            self.control.end(Ending { kind: EndingKind::GaveUp, text: String::new() });
+            self.monitor.reserve(false);
+        }
+
+        fn connect(&self) -> zmq::Socket {
+            connect_to(self.gateway.address(), zmq::REQ)
+        }
+    }
+
+    #[test]
+    fn a_client_of_the_pause_between_two_runs_does_not_disturb_a_run() {
+        let run = Run::new(Pace::UNLIMITED);
+        run.begin();
+        run.end();
+        let other = run.connect();
+        for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
+            assert_eq!(ask(&other, request), b"ok");
+        }
+        run.begin();
+        assert_eq!(ask(&run.connect(), STATE), b"ok", "the mouse");
+        for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
+            assert!(ask(&other, request).starts_with(b"error: the simulator is running its own "));
+        }
+        assert_eq!(ask(&other, b"ping"), b"pong");
+        assert_eq!(run.gateway.progress(), Progress { states: 1, is_goal_reached: false });
+        assert_eq!(run.monitor.status().states, 1);
+        run.end();
+        assert_eq!(ask(&other, STATE), b"ok");
+        stop(run.server);
+    }
+
+    #[test]
+    fn annotations_of_a_run_without_states_are_dropped() {
+        let run = Run::new(Pace::UNLIMITED);
+        run.begin();
+        assert_eq!(ask(&run.connect(), b"AL\x04\0died"), b"ok");
+        run.end();
+        run.begin();
+        assert_eq!(ask(&run.connect(), STATE), b"ok");
+        let now = run.monitor.status().run;
+        assert_eq!(run.monitor.log(now, 0, 10, |_| true), Ok(vec![]));
+        stop(run.server);
+    }
+
+    #[test]
+    fn a_stopped_mouse_receives_no_reply_while_it_runs() {
+        let run = Run::new(Pace::from_interval(Duration::from_secs(3600)));
+        run.begin();
+        let mouse = run.connect();
+        mouse.send(STATE, 0).unwrap();
+        mmsim_tests::wait_for("the state", || (run.monitor.status().states == 1).then_some(()));
+        run.control.close();
+        let held = mouse.poll(zmq::POLLIN, 200).unwrap();
+        assert_eq!(held, 0);
+        run.end();
+        let reply = within("the reply", move || mouse.recv_bytes(0)).unwrap();
+        assert_eq!(reply, b"ok");
+        stop(run.server);
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10
-    /// for each later reply]
+    /// for each later reply; no limit if started by `mmsim run`]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) timeout: Option<Duration>,
     /// Print a JSON object

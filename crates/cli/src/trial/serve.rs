@@ -48,9 +48,10 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     let mut succeeded = true;
     let runs = Runs {
         control: &control,
+        monitor: Some(&monitor),
         address: server.address(),
         stays: !watch.once,
-        watches: false,
+        watched: None,
         has_page: false,
     };
     runs.run(ready.interrupt, || {

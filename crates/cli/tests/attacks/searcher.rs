@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 use std::{fs, thread};
 
-use mmsim_client::{Exchange, InMemory, SearchRun, Transport, Zmq, search_run};
+use mmsim_client::{Exchange, InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{FloodFill, Mouse};
@@ -68,7 +68,7 @@ fn search_on(address: &str, searches: &AtomicU32, enough: &AtomicBool) {
     let in_memory =
         search(&mut InMemory::new(|request, reply| simulation.handle(request, reply)), &maze);
     assert!(in_memory.stats.goal_reached());
-    let mut transport = Zmq::connect(address, Some(TIMEOUT), |_| {}).unwrap();
+    let mut transport = Zmq::connect(address, Timeout::After(TIMEOUT), |_| {}).unwrap();
     while !enough.load(Ordering::Acquire) {
         assert_eq!(search(&mut transport, &maze), in_memory);
         let kept = Exchange::new(&mut transport).info().unwrap().states;

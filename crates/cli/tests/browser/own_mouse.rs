@@ -323,14 +323,26 @@ fn a_changed_file_runs_the_mouse_again() {
     with_browser(|browser| {
         let home = Home::new();
         let maze = home.write("maze.txt", "o---o---o\n| S   G |\no---o---o\n");
-        let mouse = [MMSIM, "mazes", "check", maze.to_str().unwrap()];
+        // A copy of the program, which can be changed.
+        let program = home.path().join("copy").with_extension(std::env::consts::EXE_EXTENSION);
+        fs::copy(MMSIM, &program).unwrap();
+        let name = program.file_name().unwrap().to_str().unwrap().to_string();
+        let program = program.to_str().unwrap();
+        let mouse = [program, "mazes", "check", maze.to_str().unwrap()];
         let simulator = Simulator::start_mouse(home, "run", &["--watch"], &mouse);
         open(browser, &simulator);
         let live = Panel::live(browser);
         wait_for_result(live, "exited with code 0");
         fs::write(&maze, "no maze").unwrap();
+        fs::File::options()
+            .append(true)
+            .open(program)
+            .unwrap()
+            .set_modified(std::time::SystemTime::UNIX_EPOCH)
+            .unwrap();
         wait_for_result(live, "exited with code 1");
-        assert_eq!(live.text(".run .reason"), "Restarted because maze.txt has changed.");
+        let reason = format!("Restarted because {name} has changed.");
+        assert_eq!(live.text(".run .reason"), reason);
         browser.leave();
     });
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use mmsim_client::{Transport, TransportError, Zmq, search_run};
+use mmsim_client::{Timeout, Transport, TransportError, Zmq, search_run};
 use mmsim_formats::read_maze;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
@@ -93,7 +93,7 @@ impl Simulator {
 
     /// Runs a bundled strategy and returns the states that it sent.
     pub(crate) fn search(&self, maze: &Maze, strategy: BundledStrategy) -> Vec<TestState> {
-        let zmq = Zmq::connect(&self.serving.address, Some(TIMEOUT), |_| {}).unwrap();
+        let zmq = Zmq::connect(&self.serving.address, Timeout::After(TIMEOUT), |_| {}).unwrap();
         let mut transport = StateRecorder { zmq, states: Vec::new() };
         let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
         search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap();

@@ -4,13 +4,15 @@
 pub mod noise;
 
 use std::io::{BufRead, BufReader, Read};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
-use mmsim_tests::{TIMEOUT, output, wait_for_exit, within};
+use mmsim_protocol::DEFAULT_PORT;
+use mmsim_tests::{TIMEOUT, output, wait_for, wait_for_exit, within};
 
 /// A temporary home folder for a test.
 pub struct Home(tempfile::TempDir);
@@ -141,13 +143,30 @@ pub fn recorded(folder: &Path) -> PathBuf {
 /// Reads stderr until `text` is printed. Returns the reader and the text read so far.
 #[track_caller]
 pub fn read_until(stderr: ChildStderr, text: &str) -> (BufReader<ChildStderr>, String) {
+    read_on(BufReader::new(stderr), text)
+}
+
+/// Like [`read_until`], with a reader that it has returned.
+#[track_caller]
+pub fn read_on(mut stderr: BufReader<ChildStderr>, text: &str) -> (BufReader<ChildStderr>, String) {
     let expected = text.to_string();
     within(&format!("the command to print {text:?}"), move || {
-        let (mut stderr, mut messages) = (BufReader::new(stderr), String::new());
+        let mut messages = String::new();
         while !messages.contains(&expected) {
             assert_ne!(stderr.read_line(&mut messages).unwrap(), 0, "exited: {messages}");
         }
         (stderr, messages)
+    })
+}
+
+/// Calls `run` while the default port of the simulator is in use. Another program may also use the
+/// port, and stop using it at any time.
+#[track_caller]
+pub fn while_default_port_is_in_use(run: impl Fn() -> Output) -> Output {
+    wait_for("a run while the default port is in use", || {
+        let listener = TcpListener::bind(("127.0.0.1", DEFAULT_PORT));
+        let ended = run();
+        (listener.is_ok() || ended.stderr.contains("is already in use")).then_some(ended)
     })
 }
 
@@ -193,13 +212,8 @@ impl Serving {
     }
 
     /// Starts a server command and waits until it prints `text` to stderr.
-    pub fn start(mut command: Command, text: &str) -> Self {
-        let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = pipes.spawn().unwrap();
-        // `serving` kills the process even if it never prints the text.
-        let (stderr, mut serving) = (child.stderr.take().unwrap(), Self::new(child));
-        let (mut stderr, messages) = read_until(stderr, text);
-        serving.set_messages(messages);
+    pub fn start(command: Command, text: &str) -> Self {
+        let (mut serving, mut stderr) = Self::start_reading(command, text);
         let (send, rest) = mpsc::channel();
         serving.rest = Some(rest);
         thread::spawn(move || {
@@ -208,6 +222,17 @@ impl Serving {
             let _ = send.send(rest);
         });
         serving
+    }
+
+    /// Like [`start`](Self::start), but returns the reader of the further messages.
+    pub fn start_reading(mut command: Command, text: &str) -> (Self, BufReader<ChildStderr>) {
+        let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = pipes.spawn().unwrap();
+        // `serving` kills the process even if it never prints the text.
+        let (stderr, mut serving) = (child.stderr.take().unwrap(), Self::new(child));
+        let (stderr, messages) = read_until(stderr, text);
+        serving.set_messages(messages);
+        (serving, stderr)
     }
 
     /// Kills the process, as with `kill -9`.

@@ -1,9 +1,6 @@
 //! The output and the exit code for each way a mouse can exit.
 
-use std::net::TcpListener;
-
-use mmsim_protocol::DEFAULT_PORT;
-
+use super::harness::while_default_port_is_in_use;
 use super::*;
 
 #[test]
@@ -68,7 +65,7 @@ fn the_time_limit_stops_a_mouse_that_waits_or_loops() {
         let options = [&["small.txt", "--json"], options].concat();
         let Some(ended) = run(&home, &options, mouse) else { return };
         assert_eq!(ended.code, Some(1), "{mouse}");
-        assert!(ended.stderr.contains("mouse stopped: exceeded --time-limit 0.5;"), "{ended:?}");
+        assert!(ended.stderr.contains("mouse stopped: exceeded the time limit;"), "{ended:?}");
         let report = ended.json();
         let reached = (&report["time_limit_reached"], &report["limit_reached"]);
         assert_eq!(reached, (&json!(true), &json!(false)), "{mouse}");
@@ -143,6 +140,7 @@ fn a_missing_program_is_an_error() {
         &["mms", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "--watch", "--", "mouse"],
         &["mms", "--watch", "--", "java"],
+        &["mms", "--watch", "--", "./no-such-mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "mazes", "--", "mouse"],
         &["mms", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
     ] {
@@ -153,13 +151,14 @@ fn a_missing_program_is_an_error() {
 #[test]
 fn a_free_port_is_used_if_the_default_port_is_in_use() {
     let home = Home::new();
-    // The port may also be in use by another program.
-    let _listener = TcpListener::bind(("127.0.0.1", DEFAULT_PORT));
-    let ended = home.run(&["mms", "--no-viewer", "--", "true"]);
+    let mouse = ["--no-viewer", "--", env!("CARGO_BIN_EXE_mmsim"), "--version"];
+    let free = [&["mms"], &mouse[..]].concat();
+    let ended = while_default_port_is_in_use(|| home.run(&free));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
-    let given = home.run(&["mms", "--no-viewer", "--port", "6574", "--", "true"]);
+    let given = [&["mms", "--port", "6574"], &mouse[..]].concat();
+    let given = while_default_port_is_in_use(|| home.run(&given));
     assert_eq!(given.code, Some(1), "{given:?}");
 }
 
