@@ -21,6 +21,12 @@ pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 /// The maximum number of simultaneous uploads. Further uploads wait.
 pub(crate) const MAX_UPLOADS: usize = 2;
 
+/// The maximum number of simultaneous jobs that wait for a mouse to stop. Further jobs wait.
+pub(crate) const MAX_MOUSE_JOBS: usize = 16;
+
+/// The maximum number of simultaneous jobs that may read all states of a run. Further jobs wait.
+pub(crate) const MAX_RUN_JOBS: usize = 2;
+
 /// The maximum number of simultaneous jobs that read or write recordings. Further jobs wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 

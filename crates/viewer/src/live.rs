@@ -14,7 +14,7 @@ use crate::mouse;
 use crate::source::Source;
 
 /// The maximum time to wait for a mouse to stop.
-const STOP_TIMEOUT: Duration = Duration::from_secs(10);
+pub(crate) const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// A running server, and the control of the mice that the page starts.
 pub(crate) struct LiveServer {
@@ -74,11 +74,6 @@ impl LiveServer {
             return Err(MonitorError::HasClient.into());
         }
         mouse::start(&self.control, &self.monitor, strategy)
-    }
-
-    /// Stops the running mouse.
-    pub(crate) fn stop_mouse(&self) {
-        self.control.stop(STOP_TIMEOUT);
     }
 
     /// Returns the status of the most recently started mouse, or `None` if a client has replaced

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
+use crate::jobs::CancelToken;
 use crate::source::Source;
 use crate::trial::TrialReport;
 
@@ -78,13 +79,17 @@ impl StateView {
         let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
         let width = u16::from(description.size.width());
         let times = source.times_to(run, index)?;
-        let trail = source.trail(run, index)?.passages();
+        let trail = source.trail(run, index, &CancelToken::default())?.passages();
+        let notes = decoded.context.notes();
+        let trial = decoded
+            .is_trial
+            .then(|| TrialReport::new(index, &times, |index| source.block(run, index).ok()));
         Ok(Self {
             at: index,
             states: source.states(run)?,
             state: decoded.message.to_vec(),
             phases: PhaseReport::new(&phases, index, &times),
-            trial: TrialReport::new(index, &times, |index| source.block(run, index).ok()),
+            trial: trial.flatten(),
             event: ViewEvent::from_transition(phases.transition),
             visited: decoded.map.visited().len(),
             unknown_walls: unknown_walls(&decoded.known),
@@ -96,11 +101,11 @@ impl StateView {
                     4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
                 })
                 .collect(),
-            mouse: decoded.notes.mouse().map(String::from),
-            strategy: decoded.notes.strategy().map(String::from),
-            texts: texts(&decoded.notes, description.size),
-            colours: colours(&decoded.notes, description.size),
-            declared_walls: declared_walls(&decoded.notes, description.size),
+            mouse: notes.mouse().map(String::from),
+            strategy: notes.strategy().map(String::from),
+            texts: texts(notes, description.size),
+            colours: colours(notes, description.size),
+            declared_walls: declared_walls(notes, description.size),
         })
     }
 }
