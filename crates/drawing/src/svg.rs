@@ -16,7 +16,7 @@ use crate::label::Label;
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::passages;
 use crate::scene::{Layers, Scene};
-use crate::theme::file_style;
+use crate::theme::{WallWidths, file_style};
 use crate::trail::Trail;
 use crate::walls::inner_places;
 
@@ -27,8 +27,8 @@ pub(crate) enum View {
     Page,
     /// For a standalone file with its own styles.
     File,
-    /// For the rasterizer. Invisible elements are omitted.
-    Pixels,
+    /// For the rasterizer, in a picture of this width. Invisible elements are omitted.
+    Pixels { width_px: u32 },
 }
 
 /// A writer that draws a scene as SVG.
@@ -78,7 +78,7 @@ impl<'a> Svg<'a> {
     /// Writes an element that is visible only in this area. With [`View::Pixels`], invisible
     /// elements are omitted.
     fn put_part(&mut self, area: Area, is_visible: bool, element: impl std::fmt::Display) {
-        if self.view == View::Pixels && !is_visible {
+        if matches!(self.view, View::Pixels { .. }) && !is_visible {
             return;
         }
         let start = self.text.len();
@@ -88,7 +88,17 @@ impl<'a> Svg<'a> {
 
     /// Returns true if the drawing contains this layer.
     fn has(&self, layer: impl Fn(Layers) -> bool) -> bool {
-        self.view != View::Pixels || layer(self.scene.layers)
+        !matches!(self.view, View::Pixels { .. }) || layer(self.scene.layers)
+    }
+
+    fn wall_widths(&self) -> WallWidths {
+        match self.view {
+            View::Page | View::File => WallWidths::default(),
+            View::Pixels { width_px } => {
+                let (width, _) = units(self.scene.size);
+                WallWidths::at_scale(f64::from(width_px) / f64::from(width))
+            }
+        }
     }
 
     fn head(&mut self) {
@@ -111,7 +121,7 @@ impl<'a> Svg<'a> {
             r#"<svg xmlns="http://www.w3.org/2000/svg" class="{class}" viewBox="-{MARGIN} -{MARGIN} {width} {height}"{size} role="img" aria-label="a maze of {columns} by {rows} cells">"#
         ));
         if self.view != View::Page {
-            let style = file_style(scene.theme, scene.map.is_none());
+            let style = file_style(scene.theme, self.wall_widths(), scene.map.is_none());
             self.put(format_args!("\n<style>\n{style}</style>"));
         }
         self.put(format_args!(

@@ -10,6 +10,9 @@ use crate::walls::{self, INVISIBLE};
 impl Svg<'_> {
     pub(super) fn walls(&mut self) {
         let Scene { size, truth, map, .. } = *self.scene;
+        // A wall extends half its width beyond each side of the cell.
+        #[expect(clippy::cast_possible_truncation, reason = "at most 3")]
+        let half = (self.wall_widths().known / 2.0).ceil() as i32;
         self.put("<g class=\"walls\">\n");
         for (cell, heading) in walls::places(size) {
             let class = walls::class((cell, heading), truth, map);
@@ -20,9 +23,8 @@ impl Svg<'_> {
                 Heading::South => format!("M{x} {}h{PITCH}", y + PITCH),
                 Heading::West => format!("M{x} {y}v{PITCH}"),
             };
-            // A wall extends half its width beyond each side of the cell.
             let [west, north, east, south] = cell_area((x, y));
-            let area = [west - 1, north - 1, east + 1, south + 1];
+            let area = [west - half, north - half, east + half, south + half];
             self.put_part(
                 area,
                 class != INVISIBLE,
@@ -90,8 +92,11 @@ mod tests {
                 if stands {
                     classes.push("true");
                 }
-                if map.wall(cell, heading) == WallState::Present {
-                    classes.push(if stands || !is_truth_known { "known" } else { "mistaken" });
+                match map.wall(cell, heading) {
+                    WallState::Present if stands || !is_truth_known => classes.push("known"),
+                    WallState::Present => classes.push("mistaken"),
+                    WallState::Absent if stands => classes.push("missed"),
+                    WallState::Absent | WallState::Unknown => {}
                 }
                 expected.push((format!("{x},{y},{}", heading.letter()), classes.join(" ")));
             };
