@@ -145,7 +145,9 @@ async fn load_maze(
         .run(move |_| {
             let live = state.search()?;
             let (name, maze) = state.mazes.read(&path)?;
-            Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze, run)? }))
+            Ok(Json(RunNumber {
+                run: live.load_maze(&path, &name, maze, run, state.limits.stop_time)?,
+            }))
         })
         .await
 }

@@ -46,8 +46,10 @@ pub struct Limits {
     pub body_time: Duration,
     /// The time by which an upload or download may lag behind a transfer at 64 KiB/s.
     pub max_lag: Duration,
-    /// The maximum time that an upload, a picture or a recording waits in a queue.
+    /// The maximum time that a job, such as an upload or a picture, waits in a queue.
     pub queue_time: Duration,
+    /// The maximum time that a request waits until a mouse has stopped.
+    pub stop_time: Duration,
 }
 
 impl Default for Limits {
@@ -58,6 +60,7 @@ impl Default for Limits {
             body_time: Duration::from_secs(600),
             max_lag: Duration::from_secs(30),
             queue_time: Duration::from_secs(60),
+            stop_time: Duration::from_secs(10),
         }
     }
 }

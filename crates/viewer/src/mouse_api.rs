@@ -12,7 +12,6 @@ use serde::Deserialize;
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::jobs::CancelToken;
-use crate::live::STOP_TIMEOUT;
 use crate::throttle::Pace;
 
 /// An action that the page requests.
@@ -57,8 +56,9 @@ async fn act(
         MouseAction::RunAgain => live.run_own_mouse()?,
         MouseAction::Stop => {
             let (run, control) = (control.stop(), Arc::clone(control));
+            let stop_time = state.limits.stop_time;
             let wait = move |_: &CancelToken| {
-                control.wait_for_end(run, STOP_TIMEOUT);
+                control.wait_for_end(run, stop_time);
                 Ok(())
             };
             state.mouse_jobs.run(wait).await?;

@@ -14,6 +14,7 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
 use crate::jobs::CancelToken;
+use crate::reported::reported_maze;
 use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
 
@@ -69,7 +70,7 @@ pub(crate) struct RunDescription {
 pub(crate) struct DecodedState<'a> {
     pub(crate) message: &'a [u8],
     pub(crate) state: State<'a>,
-    /// The map that the client claims.
+    /// The map that the client reports.
     pub(crate) map: KnownMaze,
     /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
     pub(crate) known: KnownMaze,
@@ -96,7 +97,7 @@ impl RunDescription {
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
         let context = states.context(index).ok_or_else(failed)?;
-        let map = context.claimed_maze(&state, &self.unexplored);
+        let map = reported_maze(&context, &state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
         let is_trial = trial_status(context.notes()).is_some();
         Ok(DecodedState { message, state, map, known, context, is_trial })

@@ -1,7 +1,7 @@
 //! The view of a state on the page.
 
 use mmsim_drawing::Passage;
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::Colour;
 use mmsim_recording::{Notes, PhaseReport, Transition};
 use serde::Serialize;
@@ -49,6 +49,8 @@ pub(crate) struct StateView {
     /// The walls that the mouse declares, as 2 × (y × width + x) for the north wall of a cell and
     /// 2 × (y × width + x) + 1 for its east wall, and whether the mouse declares the wall present.
     declared_walls: Vec<(u16, bool)>,
+    /// The walls of the maze that the client reports as absent, encoded like `declared_walls`.
+    missed_walls: Vec<u16>,
 }
 
 /// A change of the pose that is not a movement. See [`Transition`].
@@ -106,6 +108,10 @@ impl StateView {
             texts: texts(notes, description.size),
             colours: colours(notes, description.size),
             declared_walls: declared_walls(notes, description.size),
+            missed_walls: description
+                .truth
+                .as_ref()
+                .map_or_else(Vec::new, |maze| missed_walls(&decoded.map, maze)),
         })
     }
 }
@@ -122,14 +128,27 @@ fn colours(notes: &Notes, size: MazeSize) -> String {
     if letters.trim_start_matches('-').is_empty() { String::new() } else { letters }
 }
 
+/// Returns the north wall and the east wall of each cell, with their numbers in the view.
+fn numbered_walls(size: MazeSize) -> impl Iterator<Item = (u16, Cell, Heading)> {
+    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
+    (0..).zip(walls).map(|(number, (cell, heading))| (number, cell, heading))
+}
+
 /// Returns the declared walls. See [`StateView::declared_walls`].
 fn declared_walls(notes: &Notes, size: MazeSize) -> Vec<(u16, bool)> {
-    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-    let declared = |(index, (cell, heading))| {
+    let declared = |(number, cell, heading)| {
         let state = notes.declared_wall(cell, heading)?;
-        Some((index, state == WallState::Present))
+        Some((number, state == WallState::Present))
     };
-    (0..).zip(walls).filter_map(declared).collect()
+    numbered_walls(size).filter_map(declared).collect()
+}
+
+/// Returns the walls that exist but are absent on the map. See [`StateView::missed_walls`].
+fn missed_walls(map: &KnownMaze, maze: &Maze) -> Vec<u16> {
+    let is_missed = |&(_, cell, heading): &(u16, Cell, Heading)| {
+        maze.walls().has(cell, heading) && map.wall(cell, heading) == WallState::Absent
+    };
+    numbered_walls(map.size()).filter(is_missed).map(|(number, ..)| number).collect()
 }
 
 /// Returns the visited cells with unknown walls. See [`StateView::unknown_walls`].

@@ -115,7 +115,7 @@ fn a_view_contains_the_figures_of_a_state() {
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
             "trail": [17, 0, 13],
-            "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": []})
+            "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": [], "missed_walls": []})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
     assert_eq!(view["event"], "restart");
@@ -180,7 +180,8 @@ fn what_a_mouse_displays_is_returned_with_its_state() {
     let client = connect(&watched.server, zmq::REQ);
     let displayed = |at: usize| {
         let view = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
-        ["mouse", "strategy", "texts", "colours", "declared_walls"].map(|name| view[name].clone())
+        ["mouse", "strategy", "texts", "colours", "declared_walls", "missed_walls"]
+            .map(|name| view[name].clone())
     };
     let log = |query: &str| {
         let reply = watched.get(&format!("/api/sources/live/log?run=1&{query}"));
@@ -203,10 +204,18 @@ fn what_a_mouse_displays_is_returned_with_its_state() {
     let walls = json!([[0, true], [1, false]]);
     assert_eq!(
         displayed(0),
-        [json!("Theseus"), json!(null), json!([[4, "42"]]), json!("--G---"), walls.clone()]
+        [
+            json!("Theseus"),
+            json!(null),
+            json!([[4, "42"]]),
+            json!("--G---"),
+            walls.clone(),
+            json!([1])
+        ]
     );
     for at in [1, 2] {
-        let expected = [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone()];
+        let expected =
+            [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone(), json!([1])];
         assert_eq!(displayed(at), expected);
     }
     let found = |lines: serde_json::Value, first: usize, last: usize, has_later: bool| json!({ "lines": lines, "first": first, "last": last, "has_later": has_later });
