@@ -146,6 +146,10 @@ impl ControlState {
     fn is_running(&self) -> bool {
         self.status.as_ref().is_some_and(MouseStatus::is_running)
     }
+
+    fn may_start(&self) -> bool {
+        self.holds == 0 && !self.is_running()
+    }
 }
 
 impl Default for MouseControl {
@@ -190,8 +194,8 @@ impl MouseControl {
     pub fn next_run(&self, stays: bool) -> Option<StartReason> {
         let name = &self.own.as_ref()?.name;
         let is_idle = |state: &mut ControlState| {
-            let may_start = state.holds == 0 && !state.is_running();
-            !state.is_closed && if may_start { state.requested.is_none() && stays } else { true }
+            !state.is_closed
+                && if state.may_start() { state.requested.is_none() && stays } else { true }
         };
         let waited = self.changed.wait_while(self.lock(), is_idle);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
@@ -217,7 +221,7 @@ impl MouseControl {
         if let Some(status) = state.status.as_ref().filter(|status| status.is_running()) {
             return Err(format!("{} is still running (stop it first)", status.name));
         }
-        if state.holds > 0 || state.requested.is_some() {
+        if !state.may_start() || state.requested.is_some() {
             return Err("another mouse is starting or another maze is loading (try again)".into());
         }
         self.begin(&mut state, name, false, String::new());
@@ -483,6 +487,10 @@ mod tests {
             thread::spawn(move || load(control))
         });
         wait_for("both pages", || (control.lock().holds == 2).then_some(()));
+        let mut state = control.lock();
+        state.status.as_mut().unwrap().ending = Some(ending("ended"));
+        assert!(!state.may_start(), "the pages come first");
+        drop(state);
         assert_eq!(control.end(ending("ended")), Some(StopReason::Restart));
         let driver = Arc::clone(&control);
         let next = within("the next run", move || driver.next_run(true));

@@ -89,6 +89,21 @@ fn new_states_of_a_cached_block_are_returned() {
     watched.stop();
 }
 
+/// The first trail of a long run is computed from many blocks.
+#[test]
+fn the_trail_of_a_long_run_is_complete() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    // The mouse passes from (0, 0) to (2, 1) and is put back, again and again.
+    let states = 20 * 256 + 3;
+    watched.send_states(states);
+    let view = |at: usize| watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+    for (at, passages) in [(5122, [17, 0, 13]), (5121, [13, 17, 0]), (5, [13, 17, 0])] {
+        assert_eq!(view(at)["trail"], json!(passages), "{at}");
+    }
+    assert_eq!(watched.get("/api/sources/live/moment?run=1&at=18446744073709551615").status, 404);
+    watched.stop();
+}
+
 #[test]
 fn a_view_contains_the_figures_of_a_state() {
     let watched = WatchedServer::new("127.0.0.1", None);
