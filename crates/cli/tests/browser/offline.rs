@@ -81,7 +81,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         );
 
         // A simulator at the same address is another one, so the page loads again.
-        let again = Simulator::start(&["--maze", "meadow", "--viewer-port", &port]);
+        let mut again = Simulator::start(&["--maze", "meadow", "--viewer-port", &port]);
         assert_eq!(again.page, page);
         wait_for("the other maze", || {
             // One script, because the page may load again between two.

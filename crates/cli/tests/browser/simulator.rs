@@ -72,8 +72,9 @@ impl Simulator {
 
     /// Disconnects the client. While a client that has sent states is connected, the page runs no
     /// mouse.
-    pub(crate) fn disconnect(&self) {
-        self.socket.disconnect(&self.serving.address).unwrap();
+    pub(crate) fn disconnect(&mut self) {
+        // A socket that is only told to disconnect may keep the connection until it is used again.
+        self.socket = connect(&self.serving.address);
     }
 
     pub(crate) fn send_all(&self, requests: &[Vec<u8>]) {
