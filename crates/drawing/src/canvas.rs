@@ -27,7 +27,7 @@ pub(crate) struct Canvas {
 impl Canvas {
     /// Draws the scene.
     pub(crate) fn new(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
-        let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
+        let (drawing, parts) = Svg::with_parts(scene, View::Pixels { width_px });
         let pixmap = paint(&drawing, scene.blank(width_px)?)?;
         Ok(Self { size: scene.size, drawing, parts, pixmap })
     }
@@ -42,10 +42,11 @@ impl Canvas {
     /// # Errors
     /// Returns an error if the size of the maze has changed.
     pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<(), PictureError> {
+        let width_px = self.pixmap.width();
         if scene.size != self.size {
             return Err(PictureError::OtherFrame { expected: self.size, found: scene.size });
         }
-        let (drawing, parts) = Svg::with_parts(scene, View::Pixels);
+        let (drawing, parts) = Svg::with_parts(scene, View::Pixels { width_px });
         let tiles = Tiles::new(self.size, &self.pixmap);
         let has_thin_lines = tiles.scale.iter().any(|&scale| scale < THIN);
         let is_alike = head(&drawing, &parts) == head(&self.drawing, &self.parts);
@@ -56,7 +57,7 @@ impl Canvas {
             vec![true; tiles.columns * tiles.rows]
         };
         let is_wanted = |part: &&Part| tiles.indices(part.area).any(|tile| stale[tile]);
-        let fresh = paint(&only(&drawing, &parts, is_wanted), scene.blank(self.pixmap.width())?)?;
+        let fresh = paint(&only(&drawing, &parts, is_wanted), scene.blank(width_px)?)?;
         for tile in (0..stale.len()).filter(|&tile| stale[tile]) {
             tiles.copy(tile, &fresh, &mut self.pixmap);
         }

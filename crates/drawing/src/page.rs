@@ -5,14 +5,16 @@ use crate::font::{ADVANCE, GLYPHS, MISSING, decimals};
 use crate::heat::ramp;
 use crate::label::{FULL_CHARS, INFINITY, LINE_CHARS, LINE_OFFSET};
 use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
-use crate::theme::Theme;
+use crate::theme::{KNOWN_WIDTH, Theme, UNKNOWN_WIDTH};
 
 /// Returns JSON with the tables that a web page needs to draw the same numbers and heat colours as
 /// this crate:
 ///
 /// ```json
 /// {"advance": 5, "glyphs": ["", "m…", … 95], "missing": "m…", "infinity": "M…",
-///  "text": {"line": 5, "full": 3, "offset": 5.5}, "inset": 2, "colours": {"k": "#rrggbb", … 15}, "light_colours": "gwy…",
+///  "text": {"line": 5, "full": 3, "offset": 5.5},
+///  "inset": 2, "colours": {"k": "#rrggbb", … 15}, "light_colours": "gwy…",
+///  "walls": {"known": [2, 3, 4.5], "unknown": [1.2, 2, 3]},
 ///  "trail": {"ages": 6, "min_fade": 48, "lines": ["v-20", … 4], "arrows": ["m…", … 4]},
 ///  "heat": {"light": ["#rrggbb", … 64], "dark": […]}}
 /// ```
@@ -24,9 +26,12 @@ use crate::theme::Theme;
 /// split into two lines: the first 5 characters at y = −5.5 and the rest at y = 5.5. A line of n
 /// characters is scaled by 3 / max(n, 3). These constants are the properties `line`, `offset` and
 /// `full` of `text`. A coloured area is `inset` units smaller than its cell on each side. A label is
-/// black in a cell with one of the `light_colours`, and white in a cell with another colour. The index of the colour for a weight w is round(63 · w / max(1, the
-/// largest weight)). The weight 255 is drawn as the path `infinity`, has no heat colour and does not
-/// count as the largest weight.
+/// black in a cell with one of the `light_colours`, and white in a cell with another colour. The
+/// index of the colour for a weight w is round(63 · w / max(1, the largest weight)). The weight 255
+/// is drawn as the path `infinity`, has no heat colour and does not count as the largest weight.
+///
+/// The limits of the width of a wall are the minimum in units, the minimum in pixels, and the
+/// maximum in units, which takes precedence.
 ///
 /// A trail is a list of n passages from a cell to a neighbouring cell, oldest first. The age of
 /// passage i, counted from 0, is `ages` − 1 − ⌊(n − 1 − i) · `ages` / max(n, `min_fade`)⌋. The path
@@ -42,7 +47,7 @@ pub fn page_json() -> String {
         COLOURS.iter().filter(|(_, colour)| is_light(*colour)).map(|(letter, _)| letter).collect();
     let colours = COLOURS.map(|(letter, colour)| format!("\"{letter}\":\"{colour}\"")).join(",");
     format!(
-        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"light_colours":"{light}","trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
+        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"light_colours":"{light}","walls":{{"known":{KNOWN_WIDTH:?},"unknown":{UNKNOWN_WIDTH:?}}},"trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
         list(GLYPHS.map(String::from).into_iter()),
         list(LINES.map(String::from).into_iter()),
@@ -75,6 +80,8 @@ mod tests {
             .concat();
         assert_eq!(written, crate::digits(255));
         let text = serde_json::json!({ "line": 5, "full": 3, "offset": 5.5 });
+        assert_eq!(json["walls"]["known"], serde_json::json!(KNOWN_WIDTH));
+        assert_eq!(json["walls"]["unknown"], serde_json::json!(UNKNOWN_WIDTH));
         assert_eq!((&json["text"], &json["inset"]), (&text, &serde_json::json!(2)));
         for (letter, colour) in COLOURS {
             assert_eq!(json["colours"][letter.to_string()], colour.to_string());

@@ -15,9 +15,9 @@ use crate::trail::Trail;
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
 
-/// The number of colours that a palette reproduces exactly. These are the colours of the
-/// theme, the colours that mice give to cells, and the colours that cover the largest areas. The rest of the palette approximates all
-/// other colours.
+/// The number of colours that a palette reproduces exactly. These are the colours of the theme, the
+/// colours that mice give to cells, and the colours that cover the largest areas. The rest of the
+/// palette approximates all other colours.
 const EXACT: usize = 160;
 
 /// A set of colours with a cached lookup of the nearest colour.

@@ -83,7 +83,7 @@ impl Scene<'_> {
     /// Draws the scene as opaque pixels.
     pub(crate) fn pixmap(&self, width_px: u32) -> Result<Pixmap, PictureError> {
         let pixmap = self.blank(width_px)?;
-        paint(&Svg::draw(self, View::Pixels), pixmap)
+        paint(&Svg::draw(self, View::Pixels { width_px }), pixmap)
     }
 
     /// Creates an empty picture of this width in pixels.
@@ -169,8 +169,8 @@ mod tests {
             assert_eq!(at(&scene, 20, 3), colours.mistaken, "{theme:?}");
             assert_eq!(at(&scene, 30, 30), colours.floor, "{theme:?}");
             assert_eq!(at(&scene, 10, 10), colours.visited, "{theme:?}");
-            assert_eq!(at(&scene, 10, 30), colours.start.0, "{theme:?}");
-            assert_eq!(at(&scene, 30, 10), colours.goal.0, "{theme:?}");
+            assert_eq!(at(&scene, 10, 30), colours.start.floor, "{theme:?}");
+            assert_eq!(at(&scene, 30, 10), colours.goal.floor, "{theme:?}");
             assert!(at(&scene, 30, 20) != colours.wall, "{theme:?}: unknown to the mouse");
             assert_eq!(at(&Scene::from_maze(&maze).with_theme(theme), 30, 20), colours.wall);
             let heat = scene.with_weights(|cell| cell.x + cell.y).with_layers(Layers {
@@ -183,38 +183,44 @@ mod tests {
         }
     }
 
+    /// Returns the maximum contrast and the sum of the contrasts of the pixels between the middle of a
+    /// cell and the middle of its eastern neighbour.
+    fn across(scene: &Scene<'_>, pixmap: &Pixmap, cell: Cell) -> (f64, f64) {
+        let pixel = |units| (units + 2) * pixmap.width() / crate::geometry::units(scene.size).0;
+        let east = Cell::new(cell.x + 1, cell.y);
+        let [(west, y), (east, _)] = [cell, east].map(|cell| centre(scene.size, cell));
+        let pixels = (pixel(west)..=pixel(east)).map(|x| rgb(pixmap.pixel(x, pixel(y)).unwrap()));
+        let pixels: Vec<Rgb> = pixels.collect();
+        let contrasts = pixels.iter().map(|&pixel| contrast(pixel, pixels[0]));
+        let ink = contrasts.clone().map(|contrast| contrast - 1.0).sum();
+        (contrasts.fold(1.0, f64::max), ink)
+    }
+
     #[test]
-    fn unknown_walls_are_visible_but_thin_at_the_default_size() {
-        let mut walls = Walls::open(MazeSize::CLASSIC);
-        walls.set(Cell::new(3, 3), Heading::East, true);
-        walls.set(Cell::new(9, 3), Heading::East, true);
-        let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
-        let mut map = KnownMaze::unexplored(&maze);
-        map.set_wall(Cell::new(9, 3), Heading::East, WallState::Present);
-        for theme in [Theme::Light, Theme::Dark] {
+    fn unknown_walls_are_visible_but_thin() {
+        let largest = MazeSize::new(32, 32).unwrap();
+        let gif_px = 480;
+        for (size, width_px) in [(MazeSize::CLASSIC, 640), (largest, 640), (largest, gif_px)] {
+            let cells = |from: u8| (from..from + 8).step_by(2).map(|x| Cell::new(x, 3));
+            let mut walls = Walls::open(size);
+            cells(0).chain(cells(8)).for_each(|cell| walls.set(cell, Heading::East, true));
+            let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+            let mut map = KnownMaze::unexplored(&maze);
+            cells(8).for_each(|cell| map.set_wall(cell, Heading::East, WallState::Present));
             for is_visited in [false, true] {
                 if is_visited {
-                    for x in [3, 4, 9, 10] {
-                        map.visit(Cell::new(x, 3));
+                    (0..16).for_each(|x| map.visit(Cell::new(x, 3)));
+                }
+                for theme in [Theme::Light, Theme::Dark] {
+                    let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_theme(theme);
+                    let pixmap = scene.pixmap(width_px).unwrap();
+                    for (unknown, known) in cells(0).zip(cells(8)) {
+                        let [(unknown, thin), (known, thick)] =
+                            [unknown, known].map(|cell| across(&scene, &pixmap, cell));
+                        assert!(unknown >= 3.0 && known > 1.5 * unknown, "{unknown} {known}");
+                        assert!(thick > 2.0 * thin, "{theme:?} {width_px} {thin} {thick}");
                     }
                 }
-                let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_theme(theme);
-                let pixmap = scene.pixmap(640).unwrap();
-                let (_, y) = centre(scene.size, Cell::new(3, 3));
-                let y = (y + 2) * 640 / units(scene.size).0;
-                // The pixels from the middle of a cell to the middle of its eastern neighbour.
-                let across = |x: u8| {
-                    let [west, east] = [x, x + 1].map(|x| centre(scene.size, Cell::new(x, 3)).0);
-                    let [west, east] = [west, east].map(|x| (x + 2) * 640 / units(scene.size).0);
-                    let pixels = (west..=east).map(|x| rgb(pixmap.pixel(x, y).unwrap()));
-                    let pixels: Vec<Rgb> = pixels.collect();
-                    let contrasts = pixels.iter().map(|&pixel| contrast(pixel, pixels[0]));
-                    let ink: f64 = contrasts.clone().map(|contrast| contrast - 1.0).sum();
-                    (contrasts.fold(1.0, f64::max), ink)
-                };
-                let ((unknown, thin), (known, thick)) = (across(3), across(9));
-                assert!(unknown >= 3.0 && known > unknown, "{theme:?} {unknown} {known}");
-                assert!(thick > 2.0 * thin, "{theme:?} {thin} {thick}");
             }
         }
     }

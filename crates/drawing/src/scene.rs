@@ -112,8 +112,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Adds the true maze. Walls unknown to the client are drawn thin, and walls on the client's
-    /// map that do not exist are marked as mistaken. A maze of a different size is ignored.
+    /// Adds the true maze. Walls unknown to the client are drawn thin, and walls that differ on the
+    /// client's map are highlighted. A maze of a different size is ignored.
     pub fn with_truth(mut self, maze: Option<&'a Maze>) -> Self {
         self.truth = maze.filter(|maze| maze.size() == self.size);
         self
@@ -224,7 +224,7 @@ impl<'a> Scene<'a> {
     ///   <g class="colours"> <rect class="colour" data-cell="x,y" fill="#rrggbb"/> for coloured cells
     ///   <g class="marks"> frames and badges of start and goals, which stay
     ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
-    ///   <g class="walls"> <path class="wall [true] [known or mistaken]" data-wall="x,y,NESW"/> …
+    ///   <g class="walls"> <path class="wall [true] [known, missed or mistaken]" data-wall="x,y,NESW"/> …
     ///   <path class="posts"/>
     ///   <g class="numbers"> <path class="number [on-dark or on-light]" data-cell="x,y" d="digits or nothing"/> …
     ///   <g class="texts"> <path class="text [on-dark or on-light]" data-cell="x,y" data-text="…"/> for cells with texts
@@ -236,8 +236,9 @@ impl<'a> Scene<'a> {
     /// possible wall. Wall elements are ordered as follows: first the north and east sides of each
     /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
     /// column. The `true` class marks a wall of the true maze, `known` marks a wall on the client's
-    /// map, and `mistaken` marks a wall on the client's map that does not exist. A wall element
-    /// with none of these classes is invisible.
+    /// map, `missed` marks a wall that exists but is absent on the client's map, and `mistaken` marks
+    /// a wall on the client's map that does not exist. A wall element with none of these classes is
+    /// invisible.
     pub fn page_svg(&self) -> String {
         Svg::draw(self, View::Page)
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::font;
+use crate::font::{self, decimals};
 use crate::heat::Rgb;
 use crate::passages::AGES;
 
@@ -25,10 +25,8 @@ pub(crate) struct Colours {
     /// The colour of walls that are not on the client's map.
     pub(crate) unknown: Rgb,
     pub(crate) mistaken: Rgb,
-    /// The colours of the start cell and of its frame.
-    pub(crate) start: (Rgb, Rgb),
-    /// The colours of the goal cells and of their frame.
-    pub(crate) goal: (Rgb, Rgb),
+    pub(crate) start: PlaceColours,
+    pub(crate) goal: PlaceColours,
     /// The colours of the oldest and of the newest passages of the trail.
     pub(crate) trail: (Rgb, Rgb),
     pub(crate) number: Rgb,
@@ -36,6 +34,46 @@ pub(crate) struct Colours {
     /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
     pub(crate) post_opacity: &'static str,
+}
+
+/// The colours of the start cell or of the goal cells.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaceColours {
+    pub(crate) floor: Rgb,
+    pub(crate) visited: Rgb,
+    pub(crate) frame: Rgb,
+}
+
+const fn place(floor: u32, visited: u32, frame: u32) -> PlaceColours {
+    PlaceColours { floor: rgb(floor), visited: rgb(visited), frame: rgb(frame) }
+}
+
+/// The widths of walls in units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WallWidths {
+    pub(crate) known: f64,
+    pub(crate) unknown: f64,
+}
+
+/// The limits of the width of a wall: the minimum in units, the minimum in pixels, and the maximum in
+/// units, which takes precedence. A line of 2 pixels covers at least one pixel completely, wherever
+/// it is.
+pub(crate) type WidthLimits = [f64; 3];
+pub(crate) const KNOWN_WIDTH: WidthLimits = [2.0, 3.0, 4.5];
+pub(crate) const UNKNOWN_WIDTH: WidthLimits = [1.2, 2.0, 3.0];
+
+impl WallWidths {
+    /// Returns the widths at a scale in pixels per unit.
+    pub(crate) fn at_scale(scale: f64) -> Self {
+        let width = |[min, min_px, max]: WidthLimits| (min_px / scale).clamp(min, max);
+        Self { known: width(KNOWN_WIDTH), unknown: width(UNKNOWN_WIDTH) }
+    }
+}
+
+impl Default for WallWidths {
+    fn default() -> Self {
+        Self { known: KNOWN_WIDTH[0], unknown: UNKNOWN_WIDTH[0] }
+    }
 }
 
 const fn rgb(hex: u32) -> Rgb {
@@ -53,8 +91,8 @@ impl Theme {
                 wall: rgb(0x001b_2430),
                 unknown: rgb(0x006c_7686),
                 mistaken: rgb(0x00d0_1c50),
-                start: (rgb(0x00cb_ebe2), rgb(0x0005_6b5c)),
-                goal: (rgb(0x00ec_dcf7), rgb(0x007a_2ba8)),
+                start: place(0x00e6_f8f2, 0x00b0_dcd9, 0x0005_6b5c),
+                goal: place(0x00f8_f1fd, 0x00d6_cbf7, 0x007a_2ba8),
                 trail: (rgb(0x0086_a5e8), rgb(0x0025_63eb)),
                 number: rgb(0x002a_3442),
                 mouse: rgb(0x001d_4fd7),
@@ -67,8 +105,8 @@ impl Theme {
                 wall: rgb(0x00e8_edf4),
                 unknown: rgb(0x007a_8698),
                 mistaken: rgb(0x00ff_b02e),
-                start: (rgb(0x000d_4039), rgb(0x006f_e3cd)),
-                goal: (rgb(0x0043_2560), rgb(0x00d9_a8f7)),
+                start: place(0x0008_2b26, 0x000e_3f46, 0x006f_e3cd),
+                goal: place(0x0030_1844, 0x003c_3168, 0x00d9_a8f7),
                 trail: (rgb(0x003f_6597), rgb(0x0058_a6ff)),
                 number: rgb(0x00e2_e8f0),
                 mouse: rgb(0x007d_b8ff),
@@ -84,7 +122,9 @@ impl Colours {
     pub(crate) fn areas(&self) -> Vec<Rgb> {
         let Self { floor, visited, wall, unknown, mistaken, number, mouse, rim, .. } = *self;
         let areas = [floor, visited, wall, unknown, mistaken, number, mouse, rim];
-        let marks = [self.start.0, self.start.1, self.goal.0, self.goal.1];
+        let marks = [self.start, self.goal]
+            .into_iter()
+            .flat_map(|place| [place.floor, place.visited, place.frame]);
         areas.into_iter().chain(marks).chain((0..AGES).map(|age| self.trail(age))).collect()
     }
 
@@ -101,15 +141,16 @@ impl Colours {
 
 /// Returns the style rules shared by both themes. The rules contain no variables or calculations,
 /// so that even simple SVG renderers support them.
-fn shapes() -> String {
+fn shapes(WallWidths { known, unknown }: WallWidths) -> String {
+    let [known, unknown] = [known, unknown].map(decimals);
     format!(
         "\
 .maze .floor,.maze .cell,.maze .heat{{shape-rendering:crispEdges}}
 .maze path{{fill:none;stroke-linecap:round;stroke-linejoin:round}}
 .maze .cell{{fill:none}}
-.maze .wall{{stroke-width:2;stroke-linecap:square}}
-.maze .wall.true{{stroke-width:1.2;stroke-linecap:butt}}
-.maze .wall.known{{stroke-width:2;stroke-linecap:square}}
+.maze .wall{{stroke-width:{known};stroke-linecap:square}}
+.maze .wall.true{{stroke-width:{unknown};stroke-linecap:butt}}
+.maze .wall.known,.maze .wall.missed{{stroke-width:{known};stroke-linecap:square}}
 .maze .wall.mistaken{{stroke-linecap:butt;stroke-dasharray:4 3;stroke-dashoffset:-1}}
 .maze .mark{{stroke-width:1.4}}
 .maze .letter{{stroke-width:.95}}
@@ -133,12 +174,14 @@ fn colours(theme: Theme) -> String {
     for (what, style) in [
         ("floor", format!("fill:{floor}")),
         ("cell.visited", format!("fill:{visited}")),
-        ("cell.start", format!("fill:{}", start.0)),
-        ("cell.goal", format!("fill:{}", goal.0)),
-        ("mark.start", format!("stroke:{}", start.1)),
-        ("mark.goal", format!("stroke:{}", goal.1)),
-        ("badge.start", format!("fill:{}", start.1)),
-        ("badge.goal", format!("fill:{}", goal.1)),
+        ("cell.start", format!("fill:{}", start.floor)),
+        ("cell.start.visited", format!("fill:{}", start.visited)),
+        ("cell.goal", format!("fill:{}", goal.floor)),
+        ("cell.goal.visited", format!("fill:{}", goal.visited)),
+        ("mark.start", format!("stroke:{}", start.frame)),
+        ("mark.goal", format!("stroke:{}", goal.frame)),
+        ("badge.start", format!("fill:{}", start.frame)),
+        ("badge.goal", format!("fill:{}", goal.frame)),
         ("letter", format!("stroke:{floor}")),
         ("number", format!("stroke:{number}")),
         ("text", format!("stroke:{number}")),
@@ -146,6 +189,7 @@ fn colours(theme: Theme) -> String {
         ("on-light", "stroke:#000".into()),
         ("wall.true", format!("stroke:{unknown}")),
         ("wall.known", format!("stroke:{wall}")),
+        ("wall.missed", format!("stroke:{mistaken}")),
         ("wall.mistaken", format!("stroke:{mistaken}")),
         ("posts", format!("fill:{wall};fill-opacity:{post_opacity}")),
         ("mouse", format!("fill:{mouse};stroke:{rim}")),
@@ -170,17 +214,20 @@ fn colours(theme: Theme) -> String {
 /// ```
 pub fn stylesheet() -> String {
     let (light, dark) = (colours(Theme::Light), colours(Theme::Dark));
-    format!("{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n", shapes())
+    format!(
+        "{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n",
+        shapes(WallWidths::default())
+    )
 }
 
 /// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, all
 /// walls are drawn like known walls, because the scene contains the true maze but no client's map.
-pub(crate) fn file_style(theme: Theme, is_truth_alone: bool) -> String {
-    let wall = theme.colours().wall;
+pub(crate) fn file_style(theme: Theme, widths: WallWidths, is_truth_alone: bool) -> String {
+    let (wall, known) = (theme.colours().wall, decimals(widths.known));
     let strong =
-        format!(".maze .wall.true{{stroke:{wall};stroke-width:2;stroke-linecap:square}}\n");
+        format!(".maze .wall.true{{stroke:{wall};stroke-width:{known};stroke-linecap:square}}\n");
     let strong = if is_truth_alone { strong } else { String::new() };
-    format!("{}{}{strong}", shapes(), colours(theme))
+    format!("{}{}{strong}", shapes(widths), colours(theme))
 }
 
 #[cfg(test)]
@@ -193,7 +240,8 @@ mod tests {
     fn numbers_are_legible_on_every_cell() {
         for theme in [Theme::Light, Theme::Dark] {
             let Colours { floor, visited, start, goal, number, .. } = theme.colours();
-            for cell in ramp(theme).into_iter().chain([floor, visited, start.0, goal.0]) {
+            let cells = [floor, visited, start.floor, start.visited, goal.floor, goal.visited];
+            for cell in ramp(theme).into_iter().chain(cells) {
                 let contrast = contrast(number, cell);
                 assert!(contrast >= 4.5, "{theme:?}: {contrast:.2} on {cell}");
             }
@@ -213,13 +261,15 @@ mod tests {
                 ("wall of a visited cell", wall, visited),
                 ("unknown wall", unknown, floor),
                 ("unknown wall of a visited cell", unknown, visited),
-                ("unknown wall of the start", unknown, start.0),
-                ("unknown wall of a goal cell", unknown, goal.0),
+                ("unknown wall of the start", unknown, start.floor),
+                ("unknown wall of the visited start", unknown, start.visited),
+                ("unknown wall of a goal cell", unknown, goal.floor),
+                ("unknown wall of a visited goal cell", unknown, goal.visited),
                 ("new trail", newest, floor),
                 ("new trail in a visited cell", newest, visited),
                 ("mistaken wall", mistaken, floor),
-                ("S", start.1, floor),
-                ("G", goal.1, floor),
+                ("S", start.frame, floor),
+                ("G", goal.frame, floor),
                 ("mouse", mouse, visited),
             ] {
                 let contrast = contrast(colour, behind);
@@ -232,9 +282,11 @@ mod tests {
     fn kinds_of_cells_and_walls_differ() {
         for theme in [Theme::Light, Theme::Dark] {
             let colours = theme.colours();
-            let Colours { floor, visited, wall, unknown, .. } = colours;
+            let Colours { floor, visited, wall, unknown, start, goal, .. } = colours;
             for (what, one, other, least) in [
                 ("visited cell", visited, floor, 1.4),
+                ("visited start", start.visited, start.floor, 1.3),
+                ("visited goal cell", goal.visited, goal.floor, 1.3),
                 ("unknown wall", unknown, wall, 3.0),
                 ("old trail", colours.trail(0), colours.trail(AGES - 1), 1.5),
                 ("old trail in a visited cell", colours.trail(0), visited, 1.5),
@@ -257,6 +309,9 @@ mod tests {
         assert_eq!(selectors(Theme::Light), selectors(Theme::Dark));
         let css = stylesheet();
         assert_eq!(css.matches('{').count(), css.matches('}').count());
-        assert!(!css.contains("var(") && !file_style(Theme::Dark, false).contains('@'));
+        assert!(
+            !css.contains("var(")
+                && !file_style(Theme::Dark, WallWidths::default(), false).contains('@')
+        );
     }
 }

@@ -30,13 +30,14 @@ pub(crate) fn class(
     map: Option<&KnownMaze>,
 ) -> &'static str {
     let stands = truth.is_some_and(|maze| maze.walls().has(cell, heading));
-    let is_believed = map.is_some_and(|map| map.wall(cell, heading) == WallState::Present);
-    match (stands, is_believed) {
-        (false, false) => INVISIBLE,
-        (true, false) => "wall true",
-        (true, true) => "wall true known",
-        (false, true) if truth.is_none() => "wall known",
-        (false, true) => "wall mistaken",
+    let reported = map.map_or(WallState::Unknown, |map| map.wall(cell, heading));
+    match (stands, reported) {
+        (false, WallState::Absent | WallState::Unknown) => INVISIBLE,
+        (true, WallState::Unknown) => "wall true",
+        (true, WallState::Absent) => "wall true missed",
+        (true, WallState::Present) => "wall true known",
+        (false, WallState::Present) if truth.is_none() => "wall known",
+        (false, WallState::Present) => "wall mistaken",
     }
 }
 

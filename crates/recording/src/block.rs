@@ -7,7 +7,7 @@ use mmsim_protocol::{StateMessage, state_bytes};
 
 use crate::compressor::decompress;
 use crate::context::Context;
-use crate::context_block::ContextBlock;
+use crate::context_block::{ContextBlock, Updates};
 use crate::phases::Phases;
 use crate::transition::{Course, Transition};
 use crate::update::StoredUpdate;
@@ -117,8 +117,13 @@ impl States {
 
     /// Returns how the mouse got from the pose `from` into the state with this index.
     pub fn transition(&self, from: Pose, index: usize) -> Option<Transition> {
-        let to = self.pose(index)?;
-        Some(self.course.transition_after(self.update(index)?, self.size, from, to))
+        self.transitions().to(index, from)
+    }
+
+    /// Returns the transitions to states of this block, for reading them in ascending order. Each
+    /// [`transition`](Self::transition) alone skips the updates of all earlier states.
+    pub fn transitions(&self) -> Transitions<'_> {
+        Transitions { states: self, updates: self.contexts.updates() }
     }
 
     /// Returns the start, the goal and the walls of the maze.
@@ -128,6 +133,24 @@ impl States {
 
     fn pose(&self, index: usize) -> Option<Pose> {
         self.message(index)?.pose().ok()
+    }
+}
+
+/// The transitions to the states of a block. See [`States::transitions`].
+#[derive(Clone, Debug)]
+pub struct Transitions<'a> {
+    states: &'a States,
+    updates: Updates<'a>,
+}
+
+impl Transitions<'_> {
+    /// Returns how the mouse got from the pose `from` into the state with this index, which must be
+    /// greater than the previous index.
+    pub fn to(&mut self, index: usize, from: Pose) -> Option<Transition> {
+        let States { course, size, first, .. } = self.states;
+        let to = self.states.pose(index)?;
+        let update = self.updates.seek(index - first);
+        Some(course.transition_after(update, *size, from, to))
     }
 }
 
@@ -198,6 +221,13 @@ mod tests {
                     let end = (index + count).min(poses.len()).min(states.first + states.len());
                     let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();
                     prop_assert_eq!(states.range(index, count), expected);
+                    let mut transitions = states.transitions();
+                    for index in index.max(1)..end {
+                        let expected = Some(transition(index));
+                        let from = pose(index - 1);
+                        prop_assert_eq!(transitions.to(index, from), expected);
+                        prop_assert_eq!(states.transition(from, index), expected);
+                    }
                 }
             }
             prop_assert!(history.block(poses.len().div_ceil(Block::STATES)).is_none());

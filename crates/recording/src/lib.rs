@@ -41,7 +41,7 @@ mod update_tracker;
 mod writer;
 
 pub use annotation_list::AnnotationList;
-pub use block::{Block, States};
+pub use block::{Block, States, Transitions};
 pub use context::{Context, UpdateEncoder};
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};

@@ -2,11 +2,9 @@
 // The texts and colours that a mouse displays in the cells, as in the simulator mms.
 
 import { setAttributes } from "./dom.js";
+import { PITCH } from "./state.js";
 
 /** @typedef {import("./api.js").DrawingStyle} DrawingStyle */
-
-/** The width of a cell in units of the drawing. */
-const PITCH = 20;
 
 /** @type {Record<string, string>} */
 const COLOUR_NAMES = {

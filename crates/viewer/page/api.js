@@ -24,11 +24,12 @@
  *   event: "restart" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
  *   closed: number | null, solved: boolean, trail: number[],
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
- *   declared_walls: [number, boolean][] }} StateView
+ *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
  *   restarts: number[] }} DistanceHistory
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
+ *   walls: Record<"known" | "unknown", [number, number, number]>,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
@@ -88,7 +89,7 @@ export const uploadRecording = (file) =>
 export const closeRecording = (id) => post("/api/recordings/close", { id });
 
 /** @param {"run-again" | "stop" | "pause" | "resume" | "step" | "press-reset"} action */
-export const control = (action) => post("/api/mouse", { action });
+export const act = (action) => post("/api/mouse", { action });
 /** @param {string} strategy */
 export const runStrategy = (strategy) => post("/api/mouse", { action: "run", strategy });
 /** @param {number | null} pace states per second, or null for no limit */

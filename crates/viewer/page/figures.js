@@ -81,10 +81,9 @@ export function describeUnknownWalls(cell, view) {
 function describeEvents({ event, phases: { restarts, jumps } }) {
   /** @param {number} count */
   const times = (count) => (count === 1 ? "once" : `${formatNumber(count)} times`);
-  const parts = [];
-  if (event === "restart") parts.push("in this state");
-  if (restarts > 1 || (restarts && !parts.length)) parts.push(times(restarts));
-  const texts = parts.length ? [`Put back to the start ${parts.join(", ")}`] : [];
+  const texts = [];
+  if (event === "restart") texts.push(`Put back to the start in this state${restarts > 1 ? ` (${times(restarts)} so far)` : ""}`);
+  else if (restarts) texts.push(`Put back to the start ${times(restarts)}`);
   if (event === "jump") texts.push("Jumped to this cell");
   else if (jumps) texts.push(`Jumped to another cell ${times(jumps)}`);
   return texts.join(". ");

@@ -4,7 +4,7 @@
 
 import { setAttributes } from "./dom.js";
 import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
-import { DX, DY, HEADINGS, NO_PATH, VISITED, WALL_BITS } from "./state.js";
+import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS } from "./state.js";
 
 /**
  * @typedef {import("./api.js").DrawingStyle} DrawingStyle
@@ -14,8 +14,8 @@ import { DX, DY, HEADINGS, NO_PATH, VISITED, WALL_BITS } from "./state.js";
  * @typedef {Record<"numbers" | "heat" | "trail" | "texts" | "colours", boolean>} Layers
  */
 
-/** The width of a cell in units of the drawing. */
-export const PITCH = 20;
+/** The value of a wall that the mouse reports as absent, although it exists. */
+const MISSED = 2;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 
 /** Elements whose attributes depend on a number per element. They are written when the number changes. */
@@ -77,6 +77,7 @@ export class MazeMap {
     const isTrue = walls.map((wall) => wall.classList.contains("true"));
     this.#walls = new Elements(walls, (reported, i) => {
       const wall = isTrue[i] ? "wall true" : "wall";
+      if (reported === MISSED) return { class: `${wall} missed` };
       return { class: !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken" };
     });
     /** The two cells next to each wall, and the bit of the wall in each cell. Either cell may report the wall. */
@@ -113,7 +114,7 @@ export class MazeMap {
     this.#heat = new Elements(all(".heat"), (colour) => ({ fill: colour < 0 ? "none" : colours[colour] }));
 
     setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
-    this.#showWalls(new Uint8Array(cells.length), []);
+    this.#showWalls(new Uint8Array(cells.length), [], []);
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
@@ -125,7 +126,7 @@ export class MazeMap {
     const colours = layers.colours ? view.colours : "";
     const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && !(labelled && texts.length) };
     for (const [name, isSet] of Object.entries(classes)) this.svg.classList.toggle(name, isSet);
-    this.#showWalls(state.walls, view.declared_walls);
+    this.#showWalls(state.walls, view.declared_walls, view.missed_walls);
     this.#annotations.show(labelled ? texts : [], colours);
     // A hidden layer is updated when it is shown again.
     if (numbers) this.#showNumberClasses(colours);
@@ -134,10 +135,15 @@ export class MazeMap {
     this.#placeMouse(state.x, state.y, state.heading);
   }
 
-  /** @param {Uint8Array} walls @param {[number, boolean][]} declared walls that override the flags */
-  #showWalls(walls, declared) {
+  /**
+   * @param {Uint8Array} walls
+   * @param {[number, boolean][]} declared walls that override the flags
+   * @param {number[]} missed walls that exist, but not according to the mouse
+   */
+  #showWalls(walls, declared, missed) {
     for (let i = 0; i < walls.length; i++) this.#cells.set(i, walls[i] & VISITED);
     const overrides = new Map(declared.map(([wall, present]) => [this.#wallIndex[wall], Number(present)]));
+    for (const wall of missed) overrides.set(this.#wallIndex[wall], MISSED);
     for (let i = 0; i < this.#wallSides.length; i++) {
       const { outer, cell, bit, other, otherBit } = this.#wallSides[i];
       const reported = outer || walls[cell] & bit || walls[other] & otherBit ? 1 : 0;

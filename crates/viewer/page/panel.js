@@ -66,6 +66,8 @@ export class Panel {
   #charted = -1;
   /** The highlighted cell, y * width + x. @type {number | null} */
   #cell = null;
+  /** The size of the maze, such as `16 × 16`. */
+  #size = "";
   #redraw = () => this.#show();
 
   /** @param {string} id @param {api.DrawingStyle} style */
@@ -76,7 +78,7 @@ export class Panel {
     element.dataset.source = id;
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
     this.#chart = new Chart(element, (index) => this.timeline.seek(index));
-    this.#viewport = new Viewport(element);
+    this.#viewport = new Viewport(element, style);
     this.#log = new LogPane(element, (index) => this.timeline.seek(index));
     showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
@@ -135,7 +137,9 @@ export class Panel {
   #install(source, drawing) {
     const { element } = this;
     const kind = this.#id === "live" ? "live" : "recording";
+    const isSameSize = this.#size === `${source.width} × ${source.height}`;
     this.#source = source;
+    this.#size = `${source.width} × ${source.height}`;
     this.#shown = null;
     this.#charted = this.#settled = -1;
     this.#map = new MazeMap(drawing, source, this.#style);
@@ -146,7 +150,7 @@ export class Panel {
     setText(element, "h2", source.title);
     query(element, "h2").title = source.title;
     setText(element, ".kind", kind);
-    setText(element, ".size", `${source.width} × ${source.height}`);
+    setText(element, ".size", this.#size);
     setText(element, ".note", source.note ?? "");
     setText(element, ".about-maze", kind === "recording" ? `maze ${source.maze}` : "");
     setText(element, ".about-mouse", "");
@@ -158,7 +162,8 @@ export class Panel {
     // An event may have reported more states during loading.
     const states = this.#latest?.run === source.run ? this.#latest.states : 0;
     this.timeline.start(Math.max(source.states, states));
-    this.#highlight(null);
+    // The pointer may still be on the highlighted cell.
+    this.#highlight(isSameSize ? this.#cell : null);
     this.#show();
   }
 

@@ -15,6 +15,8 @@ export class RunForm {
   /** @type {api.MouseStatus | null} */
   #mouse = null;
   #paused = false;
+  /** True if another client is searching the maze. */
+  #client = false;
 
   /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} liveStates */
   constructor(panel, { strategies, own, trial }, liveStates) {
@@ -35,11 +37,11 @@ export class RunForm {
       return element;
     };
     this.#buttons = {
-      again: button("again", () => api.control("run-again")),
-      stop: button("stop", () => api.control("stop")),
-      pause: button("pause", () => api.control(this.#paused ? "resume" : "pause")),
-      step: button("step", () => api.control("step")),
-      reset: button("reset", () => api.control("press-reset")),
+      again: button("again", () => this.#runAgain()),
+      stop: button("stop", () => api.act("stop")),
+      pause: button("pause", () => api.act(this.#paused ? "resume" : "pause")),
+      step: button("step", () => api.act("step")),
+      reset: button("reset", () => api.act("press-reset")),
       run: button("run"),
     };
     this.#buttons.again.hidden = !own;
@@ -54,6 +56,12 @@ export class RunForm {
     };
     query(form, ".bundled").hidden = trial;
     form.hidden = false;
+  }
+
+  async #runAgain() {
+    const warning = "Another client is searching the maze. It will lose its states.";
+    if (this.#client && !(await confirmReset("Run", this.#own?.name ?? "", this.#liveStates(), { warning }))) return;
+    await api.act("run-again");
   }
 
   async #runBundled() {
@@ -89,6 +97,7 @@ export class RunForm {
     this.#shown = shown;
     this.#mouse = mouse;
     this.#paused = paused;
+    this.#client = client;
     const form = this.#form;
     const running = this.#isRunning;
     const { again, stop, pause, step, reset, run } = this.#buttons;

@@ -17,6 +17,8 @@ export const HEADINGS = ["north", "east", "south", "west"];
 /** The offset to the next cell for each heading. */
 export const DX = [0, 1, 0, -1];
 export const DY = [1, 0, -1, 0];
+/** The width of a cell in units of the drawing. */
+export const PITCH = 20;
 
 const COLUMN_MAJOR = "F".charCodeAt(0);
 

@@ -2,7 +2,7 @@
 // The visible part of a map: zoom, pan, and the coordinates along its edges.
 
 import { query, setAttributes } from "./dom.js";
-import { PITCH } from "./map.js";
+import { PITCH } from "./state.js";
 
 /** The factor of the zoom buttons and keys. */
 const ZOOM_STEP = 1.5;
@@ -23,6 +23,7 @@ export class Viewport {
   /** @type {SVGSVGElement | null} */
   #svg = null;
   #size = { width: 1, height: 1 };
+  #wallWidths;
   /** The area of the whole drawing. */
   #whole = new DOMRect();
   #map;
@@ -32,8 +33,9 @@ export class Viewport {
   #pointers = new Map();
   #dragging = false;
 
-  /** @param {HTMLElement} panel */
-  constructor(panel) {
+  /** @param {HTMLElement} panel @param {import("./api.js").DrawingStyle} style */
+  constructor(panel, style) {
+    this.#wallWidths = style.walls;
     const map = query(panel, ".map");
     this.#map = map;
     this.#axes.className = "axes";
@@ -145,7 +147,16 @@ export class Viewport {
     this.#map.classList.toggle("zoomed", this.#zoom > 1);
     this.#buttons.in.disabled = this.#zoom >= this.#maxZoom;
     this.#buttons.out.disabled = this.#buttons.reset.disabled = this.#zoom === 1;
+    const scale = svg.getScreenCTM()?.a ?? 0;
+    if (scale > 0) this.#setWallWidths(svg, scale);
     this.#showAxes(svg);
+  }
+
+  /** Keeps walls wide enough to be seen. @param {SVGSVGElement} svg @param {number} scale in pixels per unit */
+  #setWallWidths(svg, scale) {
+    for (const [kind, [min, minPixels, max]] of Object.entries(this.#wallWidths)) {
+      svg.style.setProperty(`--${kind}-wall`, `${clamp(minPixels / scale, min, max).toFixed(2)}`);
+    }
   }
 
   /** Writes the coordinates of the visible columns below the maze and those of the rows to the left of it. */

@@ -8,7 +8,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
-use mmsim_drawing::thumbnail;
+use mmsim_drawing::{Scene, thumbnail};
 use mmsim_maze::Maze;
 use mmsim_recording::{Block, Integrity};
 use mmsim_solvers::{BundledStrategy, MazeFacts};
@@ -131,7 +131,7 @@ async fn maze_picture(
 #[derive(Deserialize)]
 struct MazeChoice {
     path: String,
-    /// True if the user's own mouse shall run in the maze.
+    /// True if the user's own mouse should run in the maze.
     #[serde(default)]
     run: bool,
 }
@@ -140,12 +140,16 @@ async fn load_maze(
     State(state): SharedState,
     Json(MazeChoice { path, run }): Json<MazeChoice>,
 ) -> ApiResult<Json<RunNumber>> {
-    run_blocking(move || {
-        let live = state.search()?;
-        let (name, maze) = state.mazes.read(&path)?;
-        Ok(Json(RunNumber { run: live.load_maze(&path, &name, maze, run)? }))
-    })
-    .await
+    Arc::clone(&state)
+        .mouse_jobs
+        .run(move |_| {
+            let live = state.search()?;
+            let (name, maze) = state.mazes.read(&path)?;
+            Ok(Json(RunNumber {
+                run: live.load_maze(&path, &name, maze, run, state.limits.stop_time)?,
+            }))
+        })
+        .await
 }
 
 #[derive(Serialize)]
@@ -263,7 +267,12 @@ async fn state_view(
     Path(id): Path<String>,
     Query(StateQuery { run, at }): Query<StateQuery>,
 ) -> ApiResult<Json<StateView>> {
-    run_blocking(move || Ok(Json(StateView::new(&*state.source(&id)?, run, at)?))).await
+    let source = state.source(&id)?;
+    if at < source.states(run)? && source.is_trail_long(run, at) {
+        let source = Arc::clone(&source);
+        state.run_jobs.run(move |cancel| source.trail(run, at, cancel).map(drop)).await?;
+    }
+    run_blocking(move || Ok(Json(StateView::new(&source, run, at)?))).await
 }
 
 async fn distances(
@@ -271,7 +280,8 @@ async fn distances(
     Path(id): Path<String>,
     Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Json<DistanceHistory>> {
-    run_blocking(move || Ok(Json(state.source(&id)?.distances(run)?))).await
+    let source = state.source(&id)?;
+    state.run_jobs.run(move |cancel| Ok(Json(source.distances(run, cancel)?))).await
 }
 
 async fn page_svg(
@@ -300,12 +310,15 @@ async fn svg_picture(
     Query(PictureQuery { run, at }): Query<PictureQuery>,
     Query(options): Query<PictureOptions>,
 ) -> ApiResult<Response> {
-    run_blocking(move || {
-        let source = state.source(&id)?;
-        let svg = pictures::draw_state(&source, run, at, options, |scene| scene.svg())?;
-        download(&source, run, "svg", SVG, svg)
-    })
-    .await
+    Arc::clone(&state)
+        .pictures
+        .run(move |cancel| {
+            let source = state.source(&id)?;
+            let draw = |scene: Scene<'_>| scene.svg();
+            let svg = pictures::draw_state(&source, run, at, options, cancel, draw)?;
+            download(&source, run, "svg", SVG, svg)
+        })
+        .await
 }
 
 async fn png_picture(
@@ -316,10 +329,10 @@ async fn png_picture(
 ) -> ApiResult<Response> {
     Arc::clone(&state)
         .pictures
-        .run(move |_| {
+        .run(move |cancel| {
             let source = state.source(&id)?;
-            let png =
-                pictures::draw_state(&source, run, at, options, |scene| pictures::png(&scene))?;
+            let draw = |scene: Scene<'_>| pictures::png(&scene);
+            let png = pictures::draw_state(&source, run, at, options, cancel, draw)?;
             download(&source, run, "png", "image/png", png?)
         })
         .await

@@ -10,7 +10,7 @@ use mmsim_recording::{MemoryBudget, Recording};
 use crate::api_error::ApiError;
 use crate::config::ViewerConfig;
 use crate::jobs::JobQueue;
-use crate::limits::{Limits, MAX_RECORDING_JOBS, MAX_UPLOADS};
+use crate::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
 use crate::mazes::MazeList;
 use crate::source::Source;
@@ -28,7 +28,12 @@ pub(crate) struct AppState {
     pub(crate) recordings_dir: Option<PathBuf>,
     pub(crate) mazes: MazeList,
     pub(crate) limits: Limits,
-    /// The queue for PNG pictures, which are drawn one at a time.
+    /// The queue for jobs that wait until a mouse has stopped. Each job has already stopped the
+    /// mouse that it waits for, so a full queue delays no stop.
+    pub(crate) mouse_jobs: JobQueue,
+    /// The queue for jobs that may read all states of a run.
+    pub(crate) run_jobs: JobQueue,
+    /// The queue for pictures, which are drawn one at a time.
     pub(crate) pictures: JobQueue,
     /// The queue for GIFs, which are drawn one at a time and have up to several hundred frames.
     pub(crate) animations: JobQueue,
@@ -62,6 +67,8 @@ impl AppState {
             recordings_dir,
             mazes: MazeList::new(mazes),
             limits,
+            mouse_jobs: queue("mice", MAX_MOUSE_JOBS),
+            run_jobs: queue("runs", MAX_RUN_JOBS),
             pictures: queue("pictures", 1),
             animations: queue("animations", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),

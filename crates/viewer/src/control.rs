@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::throttle::{Pace, Throttle};
+use crate::throttle::{MAX_SINGLE_STEPS, Pace, Throttle};
 
 /// The pace of a mouse unless the command line sets another one, in steps per second.
 const DEFAULT_RATE: f64 = 20.0;
@@ -101,8 +101,8 @@ impl MouseStatus {
 }
 
 /// The control of the mouse that a [`Viewer`](crate::Viewer) shows. At most one mouse runs at a
-/// time: the user's own mouse or a bundled one. The page gives orders, and the thread of the mouse
-/// carries them out.
+/// time: the user's own mouse or a bundled one. The page requests actions, and the thread of the
+/// mouse carries them out.
 ///
 /// ```
 /// use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StartReason};
@@ -126,10 +126,17 @@ pub struct MouseControl {
 struct ControlState {
     status: Option<MouseStatus>,
     stop: Option<StopReason>,
+    /// The number of runs so far.
+    runs: u64,
     /// The reason for a requested run of the user's own mouse.
     requested: Option<StartReason>,
+    /// The number of single steps granted to the requested run, if the run starts paused.
+    requested_steps: Option<u32>,
     is_reset_pressed: bool,
-    /// True while no mouse may start because the maze changes.
+    /// The number of threads that change the maze or wait until they can. While there are any, no
+    /// mouse may start.
+    holds: u32,
+    /// True while a thread changes the maze.
     is_held: bool,
     /// True if the program is about to exit.
     is_closed: bool,
@@ -138,6 +145,10 @@ struct ControlState {
 impl ControlState {
     fn is_running(&self) -> bool {
         self.status.as_ref().is_some_and(MouseStatus::is_running)
+    }
+
+    fn may_start(&self) -> bool {
+        self.holds == 0 && !self.is_running()
     }
 }
 
@@ -183,8 +194,8 @@ impl MouseControl {
     pub fn next_run(&self, stays: bool) -> Option<StartReason> {
         let name = &self.own.as_ref()?.name;
         let is_idle = |state: &mut ControlState| {
-            let may_start = !state.is_held && !state.is_running();
-            !state.is_closed && if may_start { state.requested.is_none() && stays } else { true }
+            !state.is_closed
+                && if state.may_start() { state.requested.is_none() && stays } else { true }
         };
         let waited = self.changed.wait_while(self.lock(), is_idle);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
@@ -197,6 +208,10 @@ impl MouseControl {
             StartReason::First | StartReason::RunAgain => String::new(),
         };
         self.begin(&mut state, name, true, text);
+        if let Some(steps) = state.requested_steps.take() {
+            self.throttle.pause();
+            (0..steps).for_each(|_| self.throttle.step());
+        }
         Some(reason)
     }
 
@@ -206,7 +221,7 @@ impl MouseControl {
         if let Some(status) = state.status.as_ref().filter(|status| status.is_running()) {
             return Err(format!("{} is still running (stop it first)", status.name));
         }
-        if state.is_held || state.requested.is_some() {
+        if !state.may_start() || state.requested.is_some() {
             return Err("another mouse is starting or another maze is loading (try again)".into());
         }
         self.begin(&mut state, name, false, String::new());
@@ -216,6 +231,7 @@ impl MouseControl {
     fn begin(&self, state: &mut ControlState, name: &str, is_own: bool, reason: String) {
         state.status = Some(MouseStatus { name: name.into(), is_own, reason, ending: None });
         state.stop = None;
+        state.runs += 1;
         self.throttle.restart(self.time_limit.filter(|_| is_own));
         self.changed.notify_all();
     }
@@ -272,17 +288,63 @@ impl MouseControl {
     /// Requests a run of the user's own mouse. A running mouse is stopped first.
     pub fn request_run(&self, reason: StartReason) {
         let mut state = self.lock();
-        state.requested = Some(reason);
+        (state.requested, state.requested_steps) = (Some(reason), None);
         self.request_stop(&mut state, StopReason::Restart);
     }
 
-    /// Stops the running mouse, and waits at most for the given time until it has stopped.
-    pub(crate) fn stop(&self, timeout: Duration) {
+    /// Pauses the mouse after its current step. If a run is requested, the run starts paused.
+    pub(crate) fn pause(&self) {
+        self.pause_after(0);
+    }
+
+    /// Lets the mouse take one step, then pauses it. If a run is requested, this applies to the
+    /// first step of the run.
+    pub(crate) fn step(&self) {
+        self.pause_after(1);
+    }
+
+    fn pause_after(&self, steps: u32) {
         let mut state = self.lock();
-        // A requested run is cancelled too.
-        state.requested = None;
+        if state.requested.is_some() {
+            // The running mouse is about to stop.
+            let granted = state.requested_steps.unwrap_or(0).saturating_add(steps);
+            state.requested_steps = Some(granted.min(MAX_SINGLE_STEPS));
+        } else if steps == 0 {
+            self.throttle.pause();
+        } else {
+            self.throttle.step();
+        }
+    }
+
+    /// Ends a pause.
+    pub(crate) fn resume(&self) {
+        self.lock().requested_steps = None;
+        self.throttle.resume();
+    }
+
+    /// Returns true if the mouse or the requested run is paused.
+    pub(crate) fn is_paused(&self) -> bool {
+        let state = self.lock();
+        if state.requested.is_some() {
+            state.requested_steps.is_some()
+        } else {
+            self.throttle.is_paused()
+        }
+    }
+
+    /// Stops the running mouse and cancels a requested run. Returns the number of the stopped run
+    /// for [`wait_for_end`](Self::wait_for_end).
+    pub(crate) fn stop(&self) -> u64 {
+        let mut state = self.lock();
+        (state.requested, state.requested_steps) = (None, None);
         self.request_stop(&mut state, StopReason::Stop);
-        let is_running = |state: &mut ControlState| state.is_running();
+        state.runs
+    }
+
+    /// Waits until the run with this number has ended, but at most for the given time.
+    pub(crate) fn wait_for_end(&self, run: u64, timeout: Duration) {
+        let state = self.lock();
+        let is_running = |state: &mut ControlState| state.runs == run && state.is_running();
         let _ = self.changed.wait_timeout_while(state, timeout, is_running);
     }
 
@@ -299,12 +361,15 @@ impl MouseControl {
     pub(crate) fn hold(&self, timeout: Duration) -> Result<Hold<'_>, String> {
         let mut state = self.lock();
         let is_running = state.is_running();
+        state.holds += 1;
         self.request_stop(&mut state, StopReason::NewMaze);
         let is_busy = |state: &mut ControlState| state.is_held || state.is_running();
         let waited = self.changed.wait_timeout_while(state, timeout, is_busy);
         let (mut state, waited) = waited.unwrap_or_else(PoisonError::into_inner);
         if waited.timed_out() {
             // The maze does not change.
+            state.holds -= 1;
+            self.changed.notify_all();
             state.stop = state.stop.map(|_| StopReason::Stop);
             let name = state.status.as_ref().map_or("the mouse", |status| &status.name);
             return Err(format!("{name} has not stopped within {} s", timeout.as_secs()));
@@ -332,7 +397,9 @@ pub(crate) struct Hold<'a>(&'a MouseControl);
 
 impl Drop for Hold<'_> {
     fn drop(&mut self) {
-        self.0.lock().is_held = false;
+        let mut state = self.0.lock();
+        state.holds -= 1;
+        state.is_held = false;
         self.0.changed.notify_all();
     }
 }
@@ -376,7 +443,7 @@ mod tests {
             wait_for(what, || (control.is_own_running() == is_running).then_some(()));
         };
         wait_until("the first run", true);
-        control.stop(TIMEOUT);
+        control.wait_for_end(control.stop(), TIMEOUT);
         assert_eq!(control.status().unwrap().ending, Some(ending("ended")), "it has stopped");
         control.request_run(StartReason::RunAgain);
         wait_until("the second run", true);
@@ -400,6 +467,90 @@ mod tests {
             (StartReason::RunAgain, StopReason::Exit),
         ];
         assert_eq!(within("the driver to end", || driver.join()).unwrap(), expected);
+    }
+
+    #[test]
+    fn no_requested_run_starts_before_the_maze_changes() {
+        let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own())));
+        control.next_run(false);
+        control.request_run(StartReason::RunAgain);
+        // Two pages load mazes while the first run stops. Each page also requests a run.
+        let load = |control: Arc<MouseControl>| {
+            let hold = control.hold(TIMEOUT)?;
+            assert!(!control.is_own_running() && control.lock().is_held);
+            control.request_run(StartReason::RunAgain);
+            drop(hold);
+            Ok::<_, String>(())
+        };
+        let pages = [(); 2].map(|()| {
+            let control = Arc::clone(&control);
+            thread::spawn(move || load(control))
+        });
+        wait_for("both pages", || (control.lock().holds == 2).then_some(()));
+        let mut state = control.lock();
+        state.status.as_mut().unwrap().ending = Some(ending("ended"));
+        assert!(!state.may_start(), "the pages come first");
+        drop(state);
+        assert_eq!(control.end(ending("ended")), Some(StopReason::Restart));
+        let driver = Arc::clone(&control);
+        let next = within("the next run", move || driver.next_run(true));
+        assert_eq!(next, Some(StartReason::RunAgain));
+        for page in pages {
+            assert_eq!(within("the maze", || page.join()).unwrap(), Ok(()));
+        }
+        // A maze that cannot be loaded prevents no run.
+        assert!(control.hold(Duration::ZERO).is_err());
+        control.request_run(StartReason::RunAgain);
+        control.end(ending("ended"));
+        assert_eq!(control.next_run(false), Some(StartReason::RunAgain));
+    }
+
+    #[test]
+    fn a_stop_waits_only_for_the_run_that_it_stops() {
+        let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own())));
+        control.next_run(false);
+        let run = control.stop();
+        control.request_run(StartReason::RunAgain);
+        control.end(ending("ended"));
+        control.next_run(false);
+        assert!(control.is_own_running());
+        within("the end of the first run", move || control.wait_for_end(run, 2 * TIMEOUT));
+    }
+
+    #[test]
+    fn a_pause_applies_to_a_requested_run() {
+        let control = MouseControl::new(Pace::UNLIMITED, Some(own()));
+        let run_again = |change: &dyn Fn()| {
+            control.request_run(StartReason::RunAgain);
+            change();
+            let is_paused = control.is_paused();
+            control.end(ending("stopped"));
+            control.next_run(false);
+            assert_eq!(control.is_paused(), is_paused);
+            is_paused
+        };
+        control.next_run(false);
+        assert!(run_again(&|| control.pause()));
+        assert!(control.throttle().is_paused());
+        assert!(!run_again(&|| {}), "the pause of the previous run");
+        assert!(run_again(&|| (0..2).for_each(|_| control.step())));
+        assert!(!control.throttle().wait() && !control.throttle().wait(), "two granted steps");
+        assert_eq!(control.throttle().single_steps(), 0);
+        let pause_and_resume = || {
+            control.pause();
+            control.resume();
+        };
+        assert!(!run_again(&pause_and_resume));
+        let pause_and_stop = || {
+            control.pause();
+            control.stop();
+            control.request_run(StartReason::RunAgain);
+        };
+        assert!(!run_again(&pause_and_stop));
+        control.pause();
+        assert!(control.is_paused() && control.throttle().is_paused());
+        control.resume();
+        assert!(!control.is_paused());
     }
 
     #[test]

@@ -77,7 +77,7 @@ impl ServerEvent {
             maze: live.map(LiveServer::maze),
             mouse: live.and_then(LiveServer::mouse_status),
             pace: live.and_then(|live| live.control.throttle().pace().rate()),
-            is_paused: live.is_some_and(|live| live.control.throttle().is_paused()),
+            is_paused: live.is_some_and(|live| live.control.is_paused()),
             has_client: live.is_some_and(|live| live.monitor.has_client()),
             recordings,
             opened: state.open_recordings(),

@@ -93,7 +93,9 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// A token that tells a job whether its client has disconnected.
+/// A token that tells a job whether its client has disconnected. The default token is never
+/// cancelled.
+#[derive(Default)]
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {

@@ -21,6 +21,12 @@ pub(crate) const MAX_RECORDING_BYTES: usize = 1 << 30;
 /// The maximum number of simultaneous uploads. Further uploads wait.
 pub(crate) const MAX_UPLOADS: usize = 2;
 
+/// The maximum number of simultaneous jobs that wait for a mouse to stop. Further jobs wait.
+pub(crate) const MAX_MOUSE_JOBS: usize = 16;
+
+/// The maximum number of simultaneous jobs that may read all states of a run. Further jobs wait.
+pub(crate) const MAX_RUN_JOBS: usize = 2;
+
 /// The maximum number of simultaneous jobs that read or write recordings. Further jobs wait.
 pub(crate) const MAX_RECORDING_JOBS: usize = 2;
 
@@ -40,8 +46,10 @@ pub struct Limits {
     pub body_time: Duration,
     /// The time by which an upload or download may lag behind a transfer at 64 KiB/s.
     pub max_lag: Duration,
-    /// The maximum time that an upload, a picture or a recording waits in a queue.
+    /// The maximum time that a job, such as an upload or a picture, waits in a queue.
     pub queue_time: Duration,
+    /// The maximum time that a request waits until a mouse has stopped.
+    pub stop_time: Duration,
 }
 
 impl Default for Limits {
@@ -52,6 +60,7 @@ impl Default for Limits {
             body_time: Duration::from_secs(600),
             max_lag: Duration::from_secs(30),
             queue_time: Duration::from_secs(60),
+            stop_time: Duration::from_secs(10),
         }
     }
 }

@@ -13,9 +13,6 @@ use crate::control::{MouseControl, MouseStatus, StartReason};
 use crate::mouse;
 use crate::source::Source;
 
-/// The maximum time to wait for a mouse to stop.
-const STOP_TIMEOUT: Duration = Duration::from_secs(10);
-
 /// A running server, and the control of the mice that the page starts.
 pub(crate) struct LiveServer {
     pub(crate) monitor: Monitor,
@@ -39,16 +36,17 @@ impl LiveServer {
     }
 
     /// Loads a maze into the simulator, and then runs the user's own mouse there if `run` is true.
-    /// Returns the number of the new run.
+    /// Returns the number of the new run. A running mouse must stop within `stop_time`.
     pub(crate) fn load_maze(
         &self,
         path: &str,
         name: &str,
         maze: Maze,
         run: bool,
+        stop_time: Duration,
     ) -> Result<u32, ApiError> {
         // A running mouse would continue with its map of the old maze.
-        let _hold = self.control.hold(STOP_TIMEOUT).map_err(ApiError::conflict)?;
+        let _hold = self.control.hold(stop_time).map_err(ApiError::conflict)?;
         let status = self.monitor.serve(name, maze)?;
         path.clone_into(&mut lock(&self.maze));
         if run {
@@ -74,11 +72,6 @@ impl LiveServer {
             return Err(MonitorError::HasClient.into());
         }
         mouse::start(&self.control, &self.monitor, strategy)
-    }
-
-    /// Stops the running mouse.
-    pub(crate) fn stop_mouse(&self) {
-        self.control.stop(STOP_TIMEOUT);
     }
 
     /// Returns the status of the most recently started mouse, or `None` if a client has replaced

@@ -74,17 +74,20 @@ fn search(
         if control.throttle().wait() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let stop = control.wait_for_stop(Duration::ZERO);
-    let (run, kind, ended) = match run {
-        Ok(run) if run.stats.goal_reached() => (run, EndingKind::Goal, "goal reached".into()),
-        Ok(run) => match stop {
-            Some(reason) => (run, EndingKind::Stopped, reason.text().into()),
-            None => (run, EndingKind::GaveUp, "gave up".to_string()),
-        },
-        Err(broken) if monitor.has_client() => {
+    let (run, kind, ended) = match (run, stop) {
+        (Ok(run), Some(reason)) => {
+            let reached = if run.stats.goal_reached() { "reached" } else { "not reached" };
+            (run, EndingKind::Stopped, format!("{}; goal {reached}", reason.text()))
+        }
+        (Ok(run), None) if run.stats.goal_reached() => {
+            (run, EndingKind::Goal, "goal reached".into())
+        }
+        (Ok(run), None) => (run, EndingKind::GaveUp, "gave up".into()),
+        (Err(broken), _) if monitor.has_client() => {
             let ended = "stopped: another client is searching the maze".into();
             (broken.run, EndingKind::Stopped, ended)
         }
-        Err(broken) => (broken.run, EndingKind::Failed, broken.error.to_string()),
+        (Err(broken), _) => (broken.run, EndingKind::Failed, broken.error.to_string()),
     };
     let visited = mouse.map().visited().len();
     let cells = if visited == 1 { "cell" } else { "cells" };
@@ -132,12 +135,25 @@ mod tests {
         start(&control, &monitor, BundledStrategy::LeftWall).unwrap();
         let error = start(&control, &monitor, BundledStrategy::FloodFill).unwrap_err();
         assert_eq!(error.text, "left-wall is still running (stop it first)");
-        control.stop(TIMEOUT);
-        assert_eq!(wait(&control).text, "stopped; 0 steps, 1 cell visited");
-        control.stop(TIMEOUT);
+        control.wait_for_end(control.stop(), TIMEOUT);
+        assert_eq!(wait(&control).text, "stopped; goal not reached; 0 steps, 1 cell visited");
+        control.wait_for_end(control.stop(), TIMEOUT);
         start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
-        control.stop(TIMEOUT);
+        control.wait_for_end(control.stop(), TIMEOUT);
         wait(&control);
+        stop(server);
+    }
+
+    #[test]
+    fn a_mouse_that_is_stopped_after_the_goal_says_so() {
+        let (server, monitor, control) = serve(SMALL, Pace::from_rate(0.01).unwrap());
+        start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
+        wait_for("the first state", || (monitor.status().states == 1).then_some(()));
+        control.step();
+        wait_for("the goal", || (monitor.status().states == 2).then_some(()));
+        drop(control.hold(TIMEOUT).unwrap());
+        let text = "stopped: another maze was loaded; goal reached; 1 step, 2 cells visited";
+        assert_eq!(wait(&control), Ending { kind: EndingKind::Stopped, text: text.into() });
         stop(server);
     }
 

@@ -11,10 +11,10 @@ use serde::Deserialize;
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::run_blocking;
+use crate::jobs::CancelToken;
 use crate::throttle::Pace;
 
-/// An order of the page to a mouse.
+/// An action that the page requests.
 #[derive(Deserialize)]
 #[serde(tag = "action", rename_all = "kebab-case")]
 enum MouseAction {
@@ -38,36 +38,41 @@ enum MouseAction {
 }
 
 pub(crate) fn router() -> Router<Arc<AppState>> {
-    Router::new().route("/api/mouse", post(control))
+    Router::new().route("/api/mouse", post(act))
 }
 
-async fn control(
+/// Carries out an action. Only the wait for a mouse to stop takes time.
+async fn act(
     State(state): State<Arc<AppState>>,
     Json(action): Json<MouseAction>,
 ) -> Result<StatusCode, ApiError> {
-    run_blocking(move || {
-        let live = state.live()?;
-        let throttle = live.control.throttle();
-        match action {
-            MouseAction::Run { strategy } => {
-                let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
-                state.search()?.start_mouse(strategy)?;
-            }
-            MouseAction::RunAgain => live.run_own_mouse()?,
-            MouseAction::Stop => live.stop_mouse(),
-            MouseAction::Pause => throttle.pause(),
-            MouseAction::Resume => throttle.resume(),
-            MouseAction::Step => throttle.step(),
-            MouseAction::PressReset => live.control.press_reset(),
-            MouseAction::SetPace { pace: None } => throttle.set_pace(Pace::UNLIMITED),
-            MouseAction::SetPace { pace: Some(rate) } => {
-                let invalid = || format!("expected a pace of at least 0.01 steps/s, found {rate}");
-                throttle.set_pace(
-                    Pace::from_rate(rate).ok_or_else(invalid).map_err(ApiError::bad_request)?,
-                );
-            }
+    let live = state.live()?;
+    let control = &live.control;
+    match action {
+        MouseAction::Run { strategy } => {
+            let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
+            state.search()?.start_mouse(strategy)?;
         }
-        Ok(StatusCode::NO_CONTENT)
-    })
-    .await
+        MouseAction::RunAgain => live.run_own_mouse()?,
+        MouseAction::Stop => {
+            let (run, control) = (control.stop(), Arc::clone(control));
+            let stop_time = state.limits.stop_time;
+            let wait = move |_: &CancelToken| {
+                control.wait_for_end(run, stop_time);
+                Ok(())
+            };
+            state.mouse_jobs.run(wait).await?;
+        }
+        MouseAction::Pause => control.pause(),
+        MouseAction::Resume => control.resume(),
+        MouseAction::Step => control.step(),
+        MouseAction::PressReset => control.press_reset(),
+        MouseAction::SetPace { pace: None } => control.throttle().set_pace(Pace::UNLIMITED),
+        MouseAction::SetPace { pace: Some(rate) } => {
+            let invalid = || format!("expected a pace of at least 0.01 steps/s, found {rate}");
+            let pace = Pace::from_rate(rate).ok_or_else(invalid).map_err(ApiError::bad_request)?;
+            control.throttle().set_pace(pace);
+        }
+    }
+    Ok(StatusCode::NO_CONTENT)
 }

@@ -76,10 +76,10 @@ pub(crate) fn gif(
     if states == 0 {
         return Err(ApiError::conflict("cannot animate the run: it has no states yet"));
     }
-    let mut animation = None;
+    let mut animation: Option<Animation> = None;
     for index in frame_indices(states, MAX_FRAMES) {
         cancel.check()?;
-        draw_state(source, run, index, options, |scene| {
+        draw_state(source, run, index, options, cancel, |scene| {
             let width = scene.width_within(GIF_SIDE_PX);
             animation.get_or_insert_with(|| Animation::new(width)).push(&scene, FRAME_MS)
         })?
@@ -95,6 +95,7 @@ pub(crate) fn draw_state<T>(
     run: u32,
     index: usize,
     options: PictureOptions,
+    cancel: &CancelToken,
     draw: impl FnOnce(Scene<'_>) -> T,
 ) -> Result<T, ApiError> {
     let description = source.describe(run)?;
@@ -103,8 +104,8 @@ pub(crate) fn draw_state<T>(
         return Ok(draw(options.apply(scene)));
     }
     let states = source.block(run, index)?;
-    let DecodedState { state, map, notes, .. } = description.decode(&states, index)?;
-    let trail = source.trail(run, index)?;
+    let DecodedState { state, map, context, .. } = description.decode(&states, index)?;
+    let (notes, trail) = (context.notes(), source.trail(run, index, cancel)?);
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())

@@ -8,11 +8,13 @@ use axum::http::StatusCode;
 use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
-use mmsim_recording::{Block, Integrity, LogLine, Notes, Recording, States, Times, read_log};
+use mmsim_recording::{Block, Context, Integrity, LogLine, Recording, States, Times, read_log};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
+use crate::jobs::CancelToken;
+use crate::reported::reported_maze;
 use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
 
@@ -23,6 +25,9 @@ const CACHED_BLOCKS: usize = 8;
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
 /// before the attempt is complete.
 const MAX_ATTEMPTS: usize = 100;
+
+/// The maximum number of states from which a trail is computed in a few milliseconds.
+const MAX_TRAIL_STATES: usize = 16 * Block::STATES;
 
 /// The run number of the only run in a recording.
 const RECORDED_RUN: u32 = 0;
@@ -65,12 +70,12 @@ pub(crate) struct RunDescription {
 pub(crate) struct DecodedState<'a> {
     pub(crate) message: &'a [u8],
     pub(crate) state: State<'a>,
-    /// The map that the client claims.
+    /// The map that the client reports.
     pub(crate) map: KnownMaze,
     /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
     pub(crate) known: KnownMaze,
-    /// The texts, colours, declared walls and names that the mouse displays.
-    pub(crate) notes: Notes,
+    /// The walls that the client has read, and what the mouse displays.
+    pub(crate) context: Context,
     /// True if the state belongs to a two-run trial.
     pub(crate) is_trial: bool,
 }
@@ -92,10 +97,10 @@ impl RunDescription {
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
         let context = states.context(index).ok_or_else(failed)?;
-        let map = context.claimed_maze(&state, &self.unexplored);
+        let map = reported_maze(&context, &state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
         let is_trial = trial_status(context.notes()).is_some();
-        Ok(DecodedState { message, state, map, known, notes: context.notes().clone(), is_trial })
+        Ok(DecodedState { message, state, map, known, context, is_trial })
     }
 }
 
@@ -231,10 +236,15 @@ impl Source {
     }
 
     /// Returns the distance bounds at sampled states of a run, and caches them.
-    pub(crate) fn distances(&self, run: u32) -> Result<DistanceHistory, ApiError> {
+    pub(crate) fn distances(
+        &self,
+        run: u32,
+        cancel: &CancelToken,
+    ) -> Result<DistanceHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut distances = self.cache(run, |cache| cache.distances.clone());
         distances.extend(states, |index| {
+            cancel.check()?;
             let block = self.read_block(run, index)?;
             let decoded = description.decode(&block, index)?;
             let bounds = DistanceBounds::new(&decoded.known, decoded.is_trial);
@@ -245,15 +255,30 @@ impl Source {
         Ok(distances)
     }
 
+    /// Returns true if the trail up to a state must be computed from many states.
+    pub(crate) fn is_trail_long(&self, run: u32, index: usize) -> bool {
+        let trails = self.cache(run, |cache| cache.trails.clone());
+        let missing = trails.map_or(index, |trails| trails::missing_states(&trails, index));
+        missing > MAX_TRAIL_STATES
+    }
+
     /// Returns the trail of the mouse up to a state.
-    pub(crate) fn trail(&self, run: u32, index: usize) -> Result<Trail, ApiError> {
+    pub(crate) fn trail(
+        &self,
+        run: u32,
+        index: usize,
+        cancel: &CancelToken,
+    ) -> Result<Trail, ApiError> {
         let size = self.describe(run)?.size;
         let new = || Arc::new(Mutex::new(TrailHistory::new(size)));
         let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
         // Blocks read for a trail do not replace cached blocks.
-        trails::trail(&trails, index, |index| match self.cached_block(run, index) {
-            Some(states) => Ok(states),
-            None => self.read_block(run, index).map(Arc::new),
+        trails::trail(&trails, index, |index| {
+            cancel.check()?;
+            match self.cached_block(run, index) {
+                Some(states) => Ok(states),
+                None => self.read_block(run, index).map(Arc::new),
+            }
         })
     }
 

@@ -1,13 +1,14 @@
 //! The view of a state on the page.
 
 use mmsim_drawing::Passage;
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::Colour;
 use mmsim_recording::{Notes, PhaseReport, Transition};
 use serde::Serialize;
 
 use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
+use crate::jobs::CancelToken;
 use crate::source::Source;
 use crate::trial::TrialReport;
 
@@ -48,6 +49,8 @@ pub(crate) struct StateView {
     /// The walls that the mouse declares, as 2 × (y × width + x) for the north wall of a cell and
     /// 2 × (y × width + x) + 1 for its east wall, and whether the mouse declares the wall present.
     declared_walls: Vec<(u16, bool)>,
+    /// The walls of the maze that the client reports as absent, encoded like `declared_walls`.
+    missed_walls: Vec<u16>,
 }
 
 /// A change of the pose that is not a movement. See [`Transition`].
@@ -78,13 +81,17 @@ impl StateView {
         let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
         let width = u16::from(description.size.width());
         let times = source.times_to(run, index)?;
-        let trail = source.trail(run, index)?.passages();
+        let trail = source.trail(run, index, &CancelToken::default())?.passages();
+        let notes = decoded.context.notes();
+        let trial = decoded
+            .is_trial
+            .then(|| TrialReport::new(index, &times, |index| source.block(run, index).ok()));
         Ok(Self {
             at: index,
             states: source.states(run)?,
             state: decoded.message.to_vec(),
             phases: PhaseReport::new(&phases, index, &times),
-            trial: TrialReport::new(index, &times, |index| source.block(run, index).ok()),
+            trial: trial.flatten(),
             event: ViewEvent::from_transition(phases.transition),
             visited: decoded.map.visited().len(),
             unknown_walls: unknown_walls(&decoded.known),
@@ -96,11 +103,15 @@ impl StateView {
                     4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
                 })
                 .collect(),
-            mouse: decoded.notes.mouse().map(String::from),
-            strategy: decoded.notes.strategy().map(String::from),
-            texts: texts(&decoded.notes, description.size),
-            colours: colours(&decoded.notes, description.size),
-            declared_walls: declared_walls(&decoded.notes, description.size),
+            mouse: notes.mouse().map(String::from),
+            strategy: notes.strategy().map(String::from),
+            texts: texts(notes, description.size),
+            colours: colours(notes, description.size),
+            declared_walls: declared_walls(notes, description.size),
+            missed_walls: description
+                .truth
+                .as_ref()
+                .map_or_else(Vec::new, |maze| missed_walls(&decoded.map, maze)),
         })
     }
 }
@@ -117,14 +128,27 @@ fn colours(notes: &Notes, size: MazeSize) -> String {
     if letters.trim_start_matches('-').is_empty() { String::new() } else { letters }
 }
 
+/// Returns the north wall and the east wall of each cell, with their numbers in the view.
+fn numbered_walls(size: MazeSize) -> impl Iterator<Item = (u16, Cell, Heading)> {
+    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
+    (0..).zip(walls).map(|(number, (cell, heading))| (number, cell, heading))
+}
+
 /// Returns the declared walls. See [`StateView::declared_walls`].
 fn declared_walls(notes: &Notes, size: MazeSize) -> Vec<(u16, bool)> {
-    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-    let declared = |(index, (cell, heading))| {
+    let declared = |(number, cell, heading)| {
         let state = notes.declared_wall(cell, heading)?;
-        Some((index, state == WallState::Present))
+        Some((number, state == WallState::Present))
     };
-    (0..).zip(walls).filter_map(declared).collect()
+    numbered_walls(size).filter_map(declared).collect()
+}
+
+/// Returns the walls that exist but are absent on the map. See [`StateView::missed_walls`].
+fn missed_walls(map: &KnownMaze, maze: &Maze) -> Vec<u16> {
+    let is_missed = |&(_, cell, heading): &(u16, Cell, Heading)| {
+        maze.walls().has(cell, heading) && map.wall(cell, heading) == WallState::Absent
+    };
+    numbered_walls(map.size()).filter(is_missed).map(|(number, ..)| number).collect()
 }
 
 /// Returns the visited cells with unknown walls. See [`StateView::unknown_walls`].

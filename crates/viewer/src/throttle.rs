@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 const MIN_RATE: f64 = 0.01;
 
 /// The maximum number of single steps that a mouse may be granted in advance.
-const MAX_SINGLE_STEPS: u32 = 1000;
+pub(crate) const MAX_SINGLE_STEPS: u32 = 1000;
 
 /// The pace of a mouse, stored as the time from one step to the next.
 ///
@@ -53,11 +53,11 @@ pub struct Throttle {
     changed: Condvar,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct State {
     pace: Pace,
     is_stopped: bool,
-    /// The begin of the current pause.
+    /// The start of the current pause.
     paused_at: Option<Instant>,
     /// The number of steps that a paused mouse may still take.
     single_steps: u32,
@@ -93,6 +93,44 @@ impl State {
     fn time_left(&self, now: Instant) -> Option<Duration> {
         self.time_limit.map(|limit| limit.saturating_sub(self.elapsed(now)))
     }
+
+    /// Decides what the mouse does now.
+    fn next(&mut self, now: Instant) -> Next {
+        let Pace(interval) = self.pace;
+        let time_left = self.time_left(now);
+        if self.is_stopped || time_left.is_some_and(|left| left.is_zero()) {
+            return Next::Stop;
+        }
+        if self.single_steps > 0 {
+            self.single_steps -= 1;
+            self.last = now;
+            return Next::Step;
+        }
+        if self.paused_at.is_some() {
+            return Next::Pause;
+        }
+        // A due time that is too late to represent never comes.
+        let due = self.last.checked_add(interval);
+        let left = due.map_or(interval, |due| due.saturating_duration_since(now));
+        if left.is_zero() {
+            // The next step is due one interval after this step was due, even if this thread woke
+            // late, so that the pace is exact. A slow mouse does not catch up.
+            self.last = due.filter(|&due| now - due < interval).unwrap_or(now);
+            return Next::Step;
+        }
+        Next::Wait(time_left.map_or(left, |time_left| time_left.min(left)))
+    }
+}
+
+/// What a mouse does at the gate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    Step,
+    Stop,
+    /// Wait until the state changes.
+    Pause,
+    /// Wait until the state changes, but at most for this time.
+    Wait(Duration),
 }
 
 impl Throttle {
@@ -105,40 +143,15 @@ impl Throttle {
     pub fn wait(&self) -> bool {
         let mut state = self.lock();
         loop {
-            let Pace(interval) = state.pace;
-            let is_paused = state.paused_at.is_some();
-            if state.is_stopped {
-                return true;
+            state = match state.next(Instant::now()) {
+                Next::Stop => return true,
+                Next::Step => return false,
+                Next::Pause => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+                Next::Wait(timeout) => {
+                    let waited = self.changed.wait_timeout(state, timeout);
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
             }
-            if !is_paused && interval.is_zero() && state.time_limit.is_none() {
-                return false;
-            }
-            let now = Instant::now();
-            let time_left = state.time_left(now);
-            if time_left.is_some_and(|left| left.is_zero()) {
-                return true;
-            }
-            if state.single_steps > 0 {
-                state.single_steps -= 1;
-                state.last = now;
-                return false;
-            }
-            if is_paused {
-                state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
-                continue;
-            }
-            // A due time that is too late to represent never comes.
-            let due = state.last.checked_add(interval);
-            let left = due.map_or(interval, |due| due.saturating_duration_since(now));
-            if left.is_zero() {
-                // The next step is due one interval after this step was due, even if this thread
-                // woke late, so that the pace is exact. A slow mouse does not catch up.
-                state.last = due.filter(|&due| now - due < interval).unwrap_or(now);
-                return false;
-            }
-            let timeout = time_left.map_or(left, |time_left| time_left.min(left));
-            let waited = self.changed.wait_timeout(state, timeout);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -224,6 +237,17 @@ mod tests {
         steps
     }
 
+    impl Throttle {
+        pub(crate) fn single_steps(&self) -> u32 {
+            self.lock().single_steps
+        }
+
+        /// Decides what a mouse would do now, without changing the state.
+        fn next(&self) -> Next {
+            self.lock().clone().next(Instant::now())
+        }
+    }
+
     fn step(steps: &Receiver<()>) {
         steps.recv_timeout(TIMEOUT).expect("a step");
     }
@@ -231,8 +255,8 @@ mod tests {
     #[test]
     fn changes_take_effect_while_the_mouse_waits() {
         let throttle = Arc::new(Throttle::new(HOURLY));
+        assert!(matches!(throttle.next(), Next::Wait(_)), "the first step is due in an hour");
         let steps = mouse(&throttle);
-        assert!(steps.try_recv().is_err(), "the first step is due in an hour");
         throttle.set_pace(Pace::UNLIMITED);
         (0..100).for_each(|_| step(&steps));
         throttle.set_pace(HOURLY);
@@ -252,10 +276,12 @@ mod tests {
         for _ in 0..3 {
             assert!(!throttle.wait());
         }
+        assert!(throttle.is_paused());
+        assert_eq!((throttle.next(), throttle.single_steps()), (Next::Pause, 0));
         let steps = mouse(&throttle);
-        assert!(throttle.is_paused() && steps.try_recv().is_err());
         throttle.step();
         step(&steps);
+        assert_eq!((throttle.next(), throttle.single_steps()), (Next::Pause, 0));
         throttle.resume();
         (0..10).for_each(|_| step(&steps));
         assert!(!throttle.is_paused());

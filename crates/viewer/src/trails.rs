@@ -27,13 +27,13 @@ impl TrailHistory {
     }
 
     /// Returns the longest stored trail of at most `end` states, and the number of its states.
-    fn nearest(&self, end: usize) -> (usize, Trail) {
+    fn nearest(&self, end: usize) -> (usize, &Trail) {
         let last = (end / self.stride).min(self.stored.len() - 1);
         let states = last * self.stride;
         if (states..=end).contains(&self.recent.0) {
-            self.recent.clone()
+            (self.recent.0, &self.recent.1)
         } else {
-            (states, self.stored[last].clone())
+            (states, &self.stored[last])
         }
     }
 
@@ -50,6 +50,13 @@ impl TrailHistory {
     }
 }
 
+/// Returns the number of states that must be read to compute the trail up to the state with this
+/// index.
+pub(crate) fn missing_states(trails: &Mutex<TrailHistory>, index: usize) -> usize {
+    let trails = trails.lock().unwrap_or_else(PoisonError::into_inner);
+    index + 1 - trails.nearest(index + 1).0
+}
+
 /// Returns the trail up to the state with this index. `block` returns the block that contains a
 /// state. The trails are not locked while a block is read.
 pub(crate) fn trail<B: Borrow<States>, E>(
@@ -59,15 +66,20 @@ pub(crate) fn trail<B: Borrow<States>, E>(
 ) -> Result<Trail, E> {
     let locked = || trails.lock().unwrap_or_else(PoisonError::into_inner);
     let end = index + 1;
-    let (mut next, mut trail) = locked().nearest(end);
+    let (mut next, mut trail) = {
+        let trails = locked();
+        let (states, trail) = trails.nearest(end);
+        (states, trail.clone())
+    };
     while next < end {
         let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
         let states = block(stop - 1)?;
+        let states = states.borrow();
+        let mut transitions = states.transitions();
         for index in next..stop {
-            let states = states.borrow();
             if let Some(pose) = states.message(index).and_then(|message| message.pose().ok()) {
                 trail.extend(pose, states.course().walls(), |last| {
-                    states.transition(last, index).is_some_and(Transition::is_move)
+                    transitions.to(index, last).is_some_and(Transition::is_move)
                 });
             }
         }

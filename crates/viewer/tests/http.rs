@@ -89,6 +89,21 @@ fn new_states_of_a_cached_block_are_returned() {
     watched.stop();
 }
 
+/// The first trail of a long run is computed from many blocks.
+#[test]
+fn the_trail_of_a_long_run_is_complete() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    // The mouse passes from (0, 0) to (2, 1) and is put back, again and again.
+    let states = 20 * 256 + 3;
+    watched.send_states(states);
+    let view = |at: usize| watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
+    for (at, passages) in [(5122, [17, 0, 13]), (5121, [13, 17, 0]), (5, [13, 17, 0])] {
+        assert_eq!(view(at)["trail"], json!(passages), "{at}");
+    }
+    assert_eq!(watched.get("/api/sources/live/moment?run=1&at=18446744073709551615").status, 404);
+    watched.stop();
+}
+
 #[test]
 fn a_view_contains_the_figures_of_a_state() {
     let watched = WatchedServer::new("127.0.0.1", None);
@@ -115,7 +130,7 @@ fn a_view_contains_the_figures_of_a_state() {
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
             "trail": [17, 0, 13],
-            "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": []})
+            "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": [], "missed_walls": []})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
     assert_eq!(view["event"], "restart");
@@ -180,7 +195,8 @@ fn what_a_mouse_displays_is_returned_with_its_state() {
     let client = connect(&watched.server, zmq::REQ);
     let displayed = |at: usize| {
         let view = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
-        ["mouse", "strategy", "texts", "colours", "declared_walls"].map(|name| view[name].clone())
+        ["mouse", "strategy", "texts", "colours", "declared_walls", "missed_walls"]
+            .map(|name| view[name].clone())
     };
     let log = |query: &str| {
         let reply = watched.get(&format!("/api/sources/live/log?run=1&{query}"));
@@ -203,10 +219,18 @@ fn what_a_mouse_displays_is_returned_with_its_state() {
     let walls = json!([[0, true], [1, false]]);
     assert_eq!(
         displayed(0),
-        [json!("Theseus"), json!(null), json!([[4, "42"]]), json!("--G---"), walls.clone()]
+        [
+            json!("Theseus"),
+            json!(null),
+            json!([[4, "42"]]),
+            json!("--G---"),
+            walls.clone(),
+            json!([1])
+        ]
     );
     for at in [1, 2] {
-        let expected = [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone()];
+        let expected =
+            [json!("Theseus"), json!(null), json!([]), json!(""), walls.clone(), json!([1])];
         assert_eq!(displayed(at), expected);
     }
     let found = |lines: serde_json::Value, first: usize, last: usize, has_later: bool| json!({ "lines": lines, "first": first, "last": last, "has_later": has_later });

@@ -4,12 +4,14 @@ mod harness;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
 use harness::{Response, WatchedServer};
-use mmsim_tests::{TIMEOUT, wait_for};
-use mmsim_viewer::Limits;
+use mmsim_tests::{TIMEOUT, wait_for, within};
+use mmsim_viewer::{Ending, EndingKind, Limits, MouseControl, OwnMouse, Pace};
+use serde_json::json;
 
 /// Returns limits with short timeouts and at most `connections` connections.
 fn limits(connections: usize) -> Limits {
@@ -154,6 +156,35 @@ fn the_wait_in_a_queue_is_limited() {
         let response = watched.send("POST", "/api/recordings?name=a.mcap", &[&origin], b"?");
         (response.status == 400).then_some(())
     });
+    watched.stop();
+}
+
+#[test]
+fn requests_that_wait_for_a_mouse_to_stop_delay_no_others() {
+    let own = OwnMouse { name: "mouse".into(), has_reset_button: false };
+    let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own)));
+    control.next_run(false);
+    let limits = Limits { stop_time: TIMEOUT, ..Limits::default() };
+    let watched = WatchedServer::with_mouse("127.0.0.1", None, limits, Arc::clone(&control));
+    let send = |path: &str, body: &str| {
+        let mut stream = watched.connect();
+        let head =
+            head(&watched, path, body.len()).replace("\r\n\r\n", "\r\nconnection: close\r\n\r\n");
+        stream.write_all((head + body).as_bytes()).unwrap();
+        stream
+    };
+    let mut waiting: Vec<_> = (0..5).map(|_| send("/api/mouse", r#"{"action":"stop"}"#)).collect();
+    waiting.extend((0..5).map(|_| send("/api/maze", r#"{"path":"closed.txt"}"#)));
+    wait_for("the stop", || control.wait_for_stop(Duration::ZERO));
+    // The mouse takes its time.
+    assert_eq!(watched.act(&json!({"action": "pause"})).status, 204);
+    assert_eq!(watched.get("/api/mazes").status, 200);
+    assert!(control.is_own_running());
+    control.end(Ending { kind: EndingKind::Stopped, text: "stopped".into() });
+    for stream in waiting {
+        let status = within("the reply", || Response::read(stream).status);
+        assert!(matches!(status, 200 | 204), "{status}");
+    }
     watched.stop();
 }
 

@@ -61,10 +61,18 @@ impl Drawing {
             // Outer walls are known from the start.
             let is_reported = state
                 .map_or_else(|| is_outer(size, cell, side), |state| state.has_wall(cell, side));
+            // The client has not sent which walls it has read.
+            let is_missed = exists
+                && !is_reported
+                && state.is_some_and(|state| {
+                    let is_visited = |cell| state.walls[state.index(cell)] & VISITED != 0;
+                    is_visited(cell) || size.neighbour(cell, heading).is_some_and(is_visited)
+                });
             let others = [
                 (exists, "true"),
                 (is_reported && exists, "known"),
                 (is_reported && !exists, "mistaken"),
+                (is_missed, "missed"),
             ];
             let (x, y) = corner(size, cell);
             let path = match side {

@@ -14,6 +14,7 @@ mod driver;
 mod foreign_site;
 mod http;
 mod keyboard;
+mod layout;
 mod live;
 mod load;
 mod map;

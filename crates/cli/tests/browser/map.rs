@@ -247,7 +247,8 @@ fn wall_kinds_look_different_in_light_and_dark() {
             for seen in [&unknown, &known, &mistaken] {
                 assert!(seen.2 && seen.0 != floor(), "{seen:?}");
             }
-            assert!(known.1 > 1.9 && mistaken.1 > 1.9 && unknown.1 < 1.3, "{unknown:?} is thin");
+            assert!(known.1 > 1.9 && mistaken.1 > 1.9, "{known:?} {mistaken:?}");
+            assert!(unknown.1 < 0.7 * known.1, "{unknown:?} is thin");
             assert_eq!(BTreeSet::from([&known.0, &unknown.0, &mistaken.0]).len(), 3);
         }
     });

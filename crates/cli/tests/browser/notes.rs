@@ -265,6 +265,12 @@ fn declared_walls_override_the_flags_of_the_state() {
         simulator.send(&state.message('C', 'C'));
         live.wait_for_state(1);
         assert!(known(declared, 'N') && !known(withdrawn, 'N'));
+        // A wall that exists is declared absent.
+        simulator.send(&annotations(&[wall(declared, WallState::Absent)]));
+        simulator.send(&state.message('C', 'C'));
+        live.wait_for_state(2);
+        let missed = format!(r#"[data-wall="{},N"]"#, name(declared));
+        assert_eq!(live.attribute(&missed, "class"), "wall true missed");
         slide(browser, live, 0);
         assert!(!known(declared, 'N') && known(withdrawn, 'N'));
     });

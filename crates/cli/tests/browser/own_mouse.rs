@@ -56,8 +56,8 @@ fn is_shown(browser: &Browser, live: Panel<'_>, selector: &str) -> bool {
     browser.run(script, &[json!(live.part(selector))])
 }
 
-/// Sends an order to the mouse without the page's script. Returns the status.
-fn order(simulator: &Simulator, body: &str) -> u16 {
+/// Requests an action of the mouse without the page's script. Returns the status.
+fn act(simulator: &Simulator, body: &str) -> u16 {
     let origin = simulator.page.as_str();
     let headers = [("content-type", "application/json"), ("origin", origin)];
     http::request("POST", &simulator.url("/api/mouse"), &headers, body.as_bytes()).status
@@ -133,7 +133,7 @@ fn pause_step_and_pace_hold_the_mouse() {
         wait_for_phase(live, "running");
 
         // A new pace applies at once.
-        assert_eq!(order(simulator, r#"{"action":"set-pace","pace":0.01}"#), 204);
+        assert_eq!(act(simulator, r#"{"action":"set-pace","pace":0.01}"#), 204);
         wait_for("the pace", || (live.text(".pace output") == "0.01/s").then_some(()));
         send(5);
         assert!(is_held(), "the next step is due in 100 s");
@@ -203,7 +203,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         let run = r#"{"action":"run","strategy":"flood-fill"}"#;
         wait_for_phase(live, "running");
         assert!(!is_shown(browser, live, ".run [name=run]"));
-        assert_eq!(order(simulator, run), 409);
+        assert_eq!(act(simulator, run), 409);
         click(live, "stop");
         wait_for_result(live, "stopped; no states reported");
         assert!(is_shown(browser, live, ".run [name=run]"));
@@ -219,6 +219,36 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         wait_for_phase(live, "running");
         assert_eq!(live.text(".run .name"), "mmsim");
         assert_eq!(live.text(".run [name=again]"), "Run again");
+    });
+}
+
+#[test]
+fn running_again_deletes_states_of_another_client_only_after_confirmation() {
+    with_mouse(&["--maze", "hedgerow", "--stay"], &WAITS, |browser, simulator| {
+        let live = Panel::live(browser);
+        wait_for_phase(live, "running");
+        click(live, "stop");
+        wait_for_phase(live, "ended");
+        let size = bundled("05-hedgerow.txt").size();
+        simulator.send(&TestState::new(0, size).message('C', 'C'));
+        live.wait_for_state(0);
+        wait_for("the client", || {
+            live.text(".run .blocked").starts_with("Another client is searching").then_some(())
+        });
+        let run = simulator.run_number();
+        let answer = |answer: &str| {
+            let is_asking = "return document.querySelector('#confirm').open";
+            click(live, "again");
+            wait_for("the dialog", || browser.run::<bool>(is_asking, &[]).then_some(()));
+            assert!(browser.text("#confirm .warning").starts_with("Another client"));
+            browser.click(&format!("#confirm [value='{answer}']"));
+        };
+        answer("");
+        assert_eq!((simulator.run_number(), simulator.info().states), (run, 1));
+        answer("confirm");
+        wait_for_phase(live, "running");
+        wait_for("another run", || (simulator.run_number() > run).then_some(()));
+        assert_eq!(simulator.info().states, 0);
     });
 }
 

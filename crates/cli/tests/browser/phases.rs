@@ -76,12 +76,18 @@ fn a_mouse_that_is_restart_makes_no_steps() {
             ..TestState::new(0, size)
         };
         // The mouse is put back from (0, 3) and later appears in another cell.
-        for (x, y, heading) in
-            [(0, 0, 'N'), (0, 1, 'N'), (0, 3, 'N'), (0, 0, 'N'), (0, 1, 'N'), (9, 9, 'E')]
-        {
+        for (x, y, heading) in [
+            (0, 0, 'N'),
+            (0, 1, 'N'),
+            (0, 3, 'N'),
+            (0, 0, 'N'),
+            (0, 1, 'N'),
+            (9, 9, 'E'),
+            (0, 0, 'N'),
+        ] {
             simulator.send(&state(x, y, heading).message('C', 'C'));
         }
-        live.wait_for_state(5);
+        live.wait_for_state(6);
         let shown = |at: usize, steps: &str, events: &str| {
             go_to(browser, live, at);
             assert_eq!(live.text(".steps dd"), steps);
@@ -95,11 +101,14 @@ fn a_mouse_that_is_restart_makes_no_steps() {
         });
         shown(4, "4", "Put back to the start once");
         shown(5, "4", "Put back to the start once. Jumped to this cell");
+        let events =
+            "Put back to the start in this state (2 times so far). Jumped to another cell once";
+        shown(6, "4", events);
         let marks = wait_for("the marks in the chart", || {
             let marks = live.attribute(".plot .restarts", "d");
             (!marks.is_empty() && marks != "none").then_some(marks)
         });
-        assert_eq!(marks, "M307.2 0v14", "at 3/5 of the width");
+        assert_eq!(marks, "M256.0 0v14M512.0 0v14", "at 3/6 and 6/6 of the width");
     });
 }
 

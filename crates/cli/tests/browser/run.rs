@@ -33,7 +33,7 @@ fn each_strategy_runs_and_stops() {
             // Run the strategy slowly, then stop it.
             live.choose("[name=strategy]", name);
             assert_eq!(live.text(".run .about"), strategy.about());
-            live.set_pace("×1");
+            live.set_pace("×¼");
             let is_first = simulator.info().states == 0;
             live.click(RUN);
             if !is_first {
@@ -44,13 +44,13 @@ fn each_strategy_runs_and_stops() {
             }
             wait_for("a mouse", || is_running(live).then_some(()));
             wait_for("some states", || {
-                let places = live.data("states").parse::<usize>().unwrap();
-                (places > 2 && places < 20).then_some(())
+                let states = live.data("states").parse::<usize>().unwrap();
+                (states > 2).then_some(())
             });
             live.click(STOP);
             wait_for("the mouse to stop", || (!is_running(live)).then_some(()));
             let result = live.text(".run .result");
-            assert!(result.starts_with("stopped; "), "{result}");
+            assert!(result.starts_with("stopped; goal "), "{result}");
             assert_eq!(live.text(".run .name"), name);
             let states = simulator.info().states;
             live.wait_for_run_state(simulator.run_number(), states - 1);

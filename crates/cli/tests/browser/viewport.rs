@@ -150,8 +150,11 @@ fn a_new_run_keeps_the_zoom_and_another_size_does_not() {
         assert_ne!(zoomed, "-2 -2 324 324");
         simulator.send(&TestState::new(0, bundled("01-harbour.txt").size()).message('C', 'C'));
         live.wait_for_state(0);
+        mouse(browser, "mouseMoved", middle(browser, "7,7"), &json!({}));
+        wait_for("the cell", || live.text(".readout").starts_with("cell (7, 7)").then_some(()));
         simulator.send(b"reset");
         live.wait_for_run(simulator.run_number());
+        assert!(live.text(".readout").starts_with("cell (7, 7)"), "the pointer is still there");
         assert_eq!(live.attribute(".map svg", "viewBox"), zoomed);
         simulator.send(&TestState::new(0, bundled("01-harbour.txt").size()).message('C', 'C'));
         live.wait_for_state(0);

@@ -4,6 +4,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
+use std::sync::Arc;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, Maze};
@@ -11,7 +12,7 @@ use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{TIMEOUT, ask, connect, stop, wait_for, within};
-use mmsim_viewer::{Limits, Viewer, ViewerConfig, ViewerHandle};
+use mmsim_viewer::{Limits, MouseControl, Viewer, ViewerConfig, ViewerHandle};
 use serde_json::Value;
 
 pub const SMALL: &str =
@@ -31,6 +32,15 @@ impl WatchedServer {
     }
 
     pub fn with_limits(host: &str, recordings: Option<&Path>, limits: Limits) -> Self {
+        Self::with_mouse(host, recordings, limits, Arc::default())
+    }
+
+    pub fn with_mouse(
+        host: &str,
+        recordings: Option<&Path>,
+        limits: Limits,
+        control: Arc<MouseControl>,
+    ) -> Self {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let viewer = Viewer::bind(host, 0).unwrap().with_limits(limits);
         let mazes = Catalogue::from_texts(&[
@@ -40,6 +50,7 @@ impl WatchedServer {
         ]);
         let config = ViewerConfig::default()
             .with_live(&server, "a/small.txt".as_ref())
+            .with_mouse(control)
             .with_mazes(mazes)
             .with_recordings(recordings.map(Path::to_path_buf));
         let monitor = server.monitor();
@@ -91,7 +102,7 @@ impl WatchedServer {
         )
     }
 
-    /// Sends an order to a mouse.
+    /// Requests an action of a mouse.
     pub fn act(&self, action: &Value) -> Response {
         self.post("/api/mouse", action)
     }
