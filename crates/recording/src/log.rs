@@ -98,7 +98,8 @@ pub fn read_log<E>(
 ) -> Result<Vec<LogLine>, E> {
     let (mut first, mut last) = (states.start() / Block::STATES, states.end() / Block::STATES);
     let mut found = VecDeque::new();
-    while first <= last
+    while !states.is_empty()
+        && first <= last
         && found.len() < max
         && let Some(block) = read(first..=last, end)?
     {
@@ -195,7 +196,7 @@ mod tests {
             (256..=1000, LogEnd::Last, 9, &[], &[]),
             (1280..=2303, LogEnd::First, 9, &[], &[]),
             (2305..=2306, LogEnd::Last, 9, &[], &[9]),
-            (7..=6, LogEnd::Last, 9, &[], &[0]),
+            (RangeInclusive::new(1025, 1024), LogEnd::Last, 9, &[], &[]),
         ] {
             assert_eq!(read(states.clone(), end, max, ""), expected, "{states:?} {end:?}");
             assert_eq!(*blocks.borrow(), expected_blocks, "{states:?} {end:?}");
