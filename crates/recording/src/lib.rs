@@ -17,6 +17,7 @@ mod compressor;
 mod context;
 mod context_block;
 mod context_log;
+mod description;
 mod error;
 mod history;
 mod layer;
