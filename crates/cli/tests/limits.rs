@@ -236,18 +236,18 @@ fn empty_log_lines_take_no_more_memory_than_the_limit() {
     let before = figure(server.id(), "VmHWM").unwrap();
     let socket = connect_to(&server.address, zmq::REQ);
     let request = [&b"A"[..], &b"L\0\0".repeat(usize::try_from(LINES).unwrap())].concat();
-    let (mut lines, mut states) = (0, 0);
+    let (mut lines, mut sent) = (0, 0);
     let refusal = loop {
         let mut pending = 0;
         while ask(&socket, &request) == b"ok" {
             pending += LINES;
         }
-        match ask(&socket, &state(states)).as_slice() {
-            b"ok" => (lines, states) = (lines + pending, states + 1),
+        match ask(&socket, &state(sent)).as_slice() {
+            b"ok" => (lines, sent) = (lines + pending, sent + 1),
             refusal => break String::from_utf8(refusal.to_vec()).unwrap(),
         }
         // Each line counts at least 32 bytes.
-        assert!(lines * 32 < LIMIT_MIB * MIB, "{lines} lines in {states} states");
+        assert!(lines * 32 < LIMIT_MIB * MIB, "{lines} lines in {sent} states");
     };
     assert!(refusal.contains(" history limit of 32 MiB reached "), "{refusal}");
     assert!(lines > 500_000, "{lines} lines");
