@@ -1,20 +1,30 @@
 //! Measures a history of a million states from real searches: its memory use, the time to add a
-//! state, and the time to read states in random and sequential order.
+//! state, and the time to read states in random and sequential order. Also measures a mouse that
+//! annotates its states.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Noise, Searches, classic_mazes};
-use mmsim_maze::{Maze, MazeSize};
-use mmsim_protocol::state_bytes;
+use mmsim_benches::{Noise, Searches, classic_mazes, median};
+use mmsim_client::{Exchange, InMemory};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown};
+use mmsim_protocol::{Annotation, Colour, state_bytes};
 use mmsim_recording::History;
+use mmsim_server::{ReplyBuffer, Simulation};
+use mmsim_solvers::{BundledStrategy, Distances, Mouse, SearchDriver};
 
 /// The number of states that the history collects before it compresses them together.
 const BLOCK_STATES: usize = 256;
 
 const READS: usize = 10_000;
+
+/// The number of searches in each annotated history.
+const ANNOTATED_SEARCHES: usize = 20;
+
+/// The number of rounds that compare histories with and without annotations.
+const ROUNDS: usize = 5;
 
 fn hash(state: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
@@ -58,8 +68,8 @@ fn microseconds(time: Duration) -> f64 {
 }
 
 fn main() {
-    let count =
-        if std::env::args().any(|argument| argument == "--test") { 20_000 } else { 1_000_000 };
+    let is_test = std::env::args().any(|argument| argument == "--test");
+    let count = if is_test { 20_000 } else { 1_000_000 };
     let mazes = classic_mazes();
     let (is_new, hashes) = new_states(&mazes, count);
 
@@ -106,6 +116,92 @@ fn main() {
     }
     print_pushes(&pushes);
     print_reads(&history, &hashes);
+    print_annotated(&mazes[..mazes.len().min(if is_test { 2 } else { 30 })]);
+}
+
+/// Returns the requests of a flood-fill mouse that displays what the template mouse of mms displays:
+/// the distances to the goal as texts, and visited cells in green. It clears its display first.
+fn displaying_search(maze: &Maze) -> Vec<Vec<u8>> {
+    let (mut requests, mut simulation) = (Vec::new(), Simulation::new("", maze.clone()));
+    let mut transport = InMemory::new(|request, reply| {
+        requests.push(request.to_vec());
+        simulation.handle(request, reply)
+    });
+    let mut exchange = Exchange::new(&mut transport);
+    exchange.annotate([Annotation::ClearTexts, Annotation::ClearColours]).unwrap();
+    let map = KnownMaze::unexplored(maze);
+    let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, maze.start());
+    let mut driver = SearchDriver::new(&mut mouse, 1000);
+    let mut shown = vec![(String::new(), None); maze.size().area()];
+    while driver.advance(|pose| exchange.walls(pose)).is_ok_and(|goes_on| goes_on) {
+        let mouse = driver.mouse();
+        let distances = Distances::flood(mouse.map().walls(Unknown::Open), maze.goals());
+        let cells = maze.size().cells().map(|cell| {
+            let text = distances.at(cell).map_or("-".into(), |steps| (8 * steps).to_string());
+            (text, mouse.map().visited().contains(cell).then_some(Colour::DarkGreen))
+        });
+        let cells: Vec<_> = cells.collect();
+        let changes = maze.size().cells().zip(cells.iter().zip(&shown));
+        let annotations = changes.flat_map(|(cell, ((text, colour), old))| {
+            let text = (*text != old.0).then_some(Annotation::Text { cell, text });
+            let colour = (*colour != old.1).then_some(Annotation::Colour { cell, colour: *colour });
+            text.into_iter().chain(colour)
+        });
+        exchange.annotate(annotations).unwrap();
+        let weight = |cell| mouse.weight(cell).unwrap_or(255);
+        exchange.state(mouse.pose(), mouse.map(), weight).unwrap();
+        shown = cells;
+    }
+    requests
+}
+
+/// Repeats the search of each maze, with or without its annotations. Returns the number of states,
+/// the memory of the histories in bytes, and the time.
+fn repeat_searches(
+    mazes: &[Maze],
+    searches: &[Vec<Vec<u8>>],
+    annotates: bool,
+) -> (usize, usize, Duration) {
+    let (mut states, mut bytes, mut time) = (0, 0, Duration::ZERO);
+    let mut reply = ReplyBuffer::new();
+    for (maze, requests) in mazes.iter().zip(searches) {
+        let mut simulation = Simulation::new("", maze.clone());
+        let is_sent = |request: &&Vec<u8>| annotates || request[0] != b'A';
+        let start = Instant::now();
+        for request in std::iter::repeat_n(requests, ANNOTATED_SEARCHES).flatten().filter(is_sent) {
+            simulation.handle(black_box(request), &mut reply);
+        }
+        time += start.elapsed();
+        let history = simulation.history();
+        let expected = requests.iter().filter(|request| request[0] == b'S').count();
+        assert_eq!(history.len(), ANNOTATED_SEARCHES * expected);
+        assert_eq!(history.newest_context().notes().is_empty(), !annotates);
+        (states, bytes) = (states + history.len(), bytes + history.bytes());
+    }
+    (states, bytes, time)
+}
+
+fn print_annotated(mazes: &[Maze]) {
+    let searches: Vec<_> = mazes.iter().map(displaying_search).collect();
+    let (mut times, mut memory) = ([const { Vec::new() }; 2], [0.0; 2]);
+    for _ in 0..ROUNDS {
+        for annotates in [false, true] {
+            let (states, bytes, time) = repeat_searches(mazes, &searches, annotates);
+            times[usize::from(annotates)].push(mean(microseconds(time), states));
+            #[expect(clippy::cast_precision_loss, reason = "only printed")]
+            let bytes = mean(bytes as f64, states);
+            memory[usize::from(annotates)] = bytes;
+        }
+    }
+    let [plain, annotated] = times.map(|times| median(&times));
+    println!(
+        "history/annotated: {annotated:.2} µs per state, including `W` and `A`; {plain:.2} without \
+         `A` (medians of {ROUNDS} alternating rounds)"
+    );
+    let [plain, annotated] = memory;
+    println!(
+        "history/annotated: {annotated:.1} bytes per state; {plain:.1} without `A` (at most 16 more)"
+    );
 }
 
 fn print_pushes(pushes: &[Duration]) {

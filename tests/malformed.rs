@@ -38,9 +38,14 @@ fn each_malformed_request_gets_one_error_and_changes_nothing() {
         check_error(&ask(&client, &request), &name);
         check_unaffected(&client, &other, &name);
     }
+    // The annotations of malformed requests do not belong to the next state.
+    assert_eq!(ask(&client, &good_state()), b"ok");
     let simulation = stop(server);
-    assert_eq!(simulation.history().get(0), Some(good_state()));
-    assert_eq!(simulation.history().len(), 1);
+    let history = simulation.history();
+    assert_eq!((history.get(0), history.get(1)), (Some(good_state()), Some(good_state())));
+    assert_eq!(history.len(), 2);
+    assert!(history.newest_context().notes().is_empty());
+    assert_eq!(history.log(1, usize::MAX, |_| true), []);
 }
 
 #[test]

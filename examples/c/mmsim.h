@@ -57,9 +57,9 @@ typedef struct {
 
 /* The kinds of reply. */
 typedef enum {
-    MMSIM_NO_REPLY, /* invalid reply */
+    MMSIM_NO_REPLY, /* invalid reply, or the reply to info: see mmsim_has_annotations */
     MMSIM_PONG,     /* reply to ping */
-    MMSIM_OK,       /* reply to reset and to a state */
+    MMSIM_OK,       /* reply to reset, to a state and to annotations */
     MMSIM_WALLS,    /* reply to walls: left, front and right are 1 for a wall, else 0 */
     MMSIM_ERROR     /* the request was refused and changed nothing; the text says why */
 } mmsim_reply_kind;
@@ -128,21 +128,8 @@ static inline void mmsim_set_cell(uint8_t *state, mmsim_size size, uint8_t x, ui
     state[6 + area + index] = known;
 }
 
-/* Annotations are texts, colours, walls and log lines, which the simulator shows with the next
-   state. Only send them to a simulator whose reply to `info` lists them: other simulators may never
-   reply.
-
-       uint8_t request[MMSIM_MAX_ANNOTATIONS_BYTES];
-       size_t length = 0;
-       length = mmsim_annotate_text(request, sizeof request, length, x, y, "1024");
-       length = mmsim_annotate_colour(request, sizeof request, length, x, y, 'G');
-       ... if `length` is not 0, send `length` bytes, expect `ok`, then send the state ...
-
-   Each mmsim_annotate function appends an annotation to a request of `length` bytes, or begins a
-   request if `length` is 0, and returns the new length. If the annotation does not fit or an
-   argument is out of range, it writes nothing and returns `length`. */
-
-/* Encodes `info`. Only send it to `mmsim`: the reference simulator never replies to it. */
+/* Encodes `info`. Only send it to `mmsim`: the reference simulator never replies to it. Pass the
+   reply to mmsim_has_annotations. */
 static inline size_t mmsim_encode_info(uint8_t *buffer, size_t capacity) {
     if (capacity < 4) return 0;
     memcpy(buffer, "info", 4);
@@ -166,8 +153,35 @@ static inline int mmsim_has_annotations(const uint8_t *reply, size_t length) {
     return 0;
 }
 
+/* Annotations are texts, colours, walls and log lines, which the simulator shows with the next
+   state. Only send them to a simulator whose reply to `info` lists them: other simulators may never
+   reply.
+
+       uint8_t request[MMSIM_MAX_ANNOTATIONS_BYTES];
+       size_t length = 0;
+       length = mmsim_annotate_text(request, sizeof request, length, x, y, "1024");
+       length = mmsim_annotate_colour(request, sizeof request, length, x, y, 'G');
+       ... if `length` is not 0, send `length` bytes, expect `ok`, then send the state ...
+
+   Each mmsim_annotate function appends an annotation to a request of `length` bytes, or begins a
+   request if `length` is 0, and returns the new length. If an argument is out of range, it writes
+   nothing and returns `length`. If the annotation is valid but does not fit into the rest of the
+   request, it writes nothing and returns 0. To send more annotations than fit into one request:
+
+       size_t next = mmsim_annotate_log(request, sizeof request, length, line);
+       if (next == 0 && length > 0) {
+           ... send `length` bytes and expect `ok` ...
+           next = mmsim_annotate_log(request, sizeof request, 0, line);
+       }
+       length = next;
+
+   A request of MMSIM_MAX_ANNOTATIONS_BYTES has room for any annotation. All texts are UTF-8 and
+   consist of printable characters; log lines can also contain tabs. A character is a Unicode code
+   point. All are printable except control characters, the line and paragraph separators U+2028 and
+   U+2029, and the marks that change the direction of text, such as U+200F. */
+
 /* Returns the length of the first character of a text in bytes, or 0 if annotations cannot contain
-   the character: invalid UTF-8, control characters, and the marks that reverse or break lines. */
+   the character: invalid UTF-8, and characters that are not printable. */
 static inline size_t mmsim_character(const char *text, size_t length) {
     static const uint32_t min[5] = {0, 0x20, 0xa0, 0x800, 0x10000};
     const uint8_t first = (uint8_t)text[0];
@@ -189,20 +203,19 @@ static inline size_t mmsim_annotate(uint8_t *request, size_t capacity, size_t le
                                     size_t text_length) {
     const size_t start = length > 0 ? length : 1;
     if (capacity > MMSIM_MAX_ANNOTATIONS_BYTES) capacity = MMSIM_MAX_ANNOTATIONS_BYTES;
-    if (capacity < start || capacity - start < head_length + text_length) return length;
     for (size_t i = 0, bytes; i < text_length; i += bytes) {
         const int is_tab = text[i] == '\t' && head[0] == 'L';
         bytes = is_tab ? 1 : mmsim_character(text + i, text_length - i);
         if (bytes == 0) return length;
     }
+    if (capacity < start || capacity - start < head_length + text_length) return 0;
     request[0] = 'A';
     memcpy(request + start, head, head_length);
     if (text_length > 0) memcpy(request + start + head_length, text, text_length);
     return start + head_length + text_length;
 }
 
-/* Sets the text of a cell, or clears it if `text` is empty. A text is UTF-8 with at most 10
-   characters, and without control characters. */
+/* Sets the text of a cell, at most 10 characters, or clears it if `text` is empty. */
 static inline size_t mmsim_annotate_text(uint8_t *request, size_t capacity, size_t length,
                                          uint8_t x, uint8_t y, const char *text) {
     const size_t bytes = strlen(text);
@@ -231,7 +244,7 @@ static inline size_t mmsim_annotate_wall(uint8_t *request, size_t capacity, size
     return mmsim_annotate(request, capacity, length, head, 5, "", 0);
 }
 
-/* Logs a line: UTF-8 with at most 1000 bytes, and without control characters except tabs. */
+/* Logs a line of at most 1000 bytes. */
 static inline size_t mmsim_annotate_log(uint8_t *request, size_t capacity, size_t length,
                                         const char *line) {
     const size_t bytes = strlen(line);
@@ -240,8 +253,7 @@ static inline size_t mmsim_annotate_log(uint8_t *request, size_t capacity, size_
     return mmsim_annotate(request, capacity, length, head, 3, line, bytes);
 }
 
-/* Names the mouse ('M') or its strategy ('S'): UTF-8 with at most 100 bytes, and without control
-   characters. */
+/* Names the mouse ('M') or its strategy ('S'), in at most 100 bytes. */
 static inline size_t mmsim_annotate_name(uint8_t *request, size_t capacity, size_t length,
                                          char what, const char *name) {
     const size_t bytes = strlen(name);

@@ -94,10 +94,15 @@ class Simulator:
     tcp://127.0.0.1:6574. A request fails if there is no reply within `timeout` seconds, by default
     5 s. There is no limit by default with `mmsim run`, which holds replies while the mouse is paused.
 
-    `text`, `colour`, `wall`, `log`, `name` and `restart` annotate the next state. `annotations` says whether
-    they are sent: the default is True with `mmsim run` and otherwise False, because the reference
-    simulator never replies to a request that it does not know. Annotations that are not sent have
-    no effect.
+    `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
+    `clear_walls` annotate the next state. `annotations` says whether they are sent: the default is
+    True with `mmsim run` and otherwise False, because the reference simulator never replies to a
+    request that it does not know. Annotations that are not sent have no effect.
+
+    The next call of `state` sends the annotations before the state. If it raises `Refused`, the
+    annotations that the simulator has not accepted are dropped, so the next state is not refused
+    for the same reason. If it raises `NoReply`, they are sent again with the next state, so a line
+    may be logged twice.
     """
 
     def __init__(
@@ -181,6 +186,10 @@ class Simulator:
         """Clears all colours."""
         self._annotate(b"c")
 
+    def clear_walls(self) -> None:
+        """Withdraws all declared walls."""
+        self._annotate(b"d")
+
     def log(self, text: object) -> None:
         """Logs one or more lines. Lines are cut after 1000 bytes."""
         for line in str(text).splitlines() or [""]:
@@ -241,8 +250,12 @@ class Simulator:
                 if len(request) + len(entry) > 4096:
                     break
                 request, count = request + entry, count + 1
+            try:
+                self._expect(b"ok", request)
+            except Refused:
+                self._entries.clear()
+                raise
             del self._entries[:count]
-            self._expect(b"ok", request)
 
     def _expect(self, expected: bytes, request: bytes) -> None:
         reply = self._ask(request)

@@ -54,8 +54,12 @@ const STRIDE: usize = 61;
 /// of the weights.
 const HEAD_BYTES: usize = 5;
 
-/// The number of bytes of annotations that the server accepts before a state.
-const MAX_PENDING_BYTES: usize = 256 << 10;
+/// The number of bytes of annotations that the server accepts before a state, without the letter of
+/// each request.
+const MAX_PENDING_BYTES: usize = 64 << 10;
+
+/// The number of bytes of a limited history that a log line needs in addition to its update.
+const LINE_BYTES: usize = size_of::<LogLine>() + size_of::<usize>();
 
 /// Totals are printed once per this number of requests.
 const PRINT_INTERVAL: u64 = 1_000_000;
@@ -298,7 +302,8 @@ impl<'a> Observed<'a> {
             Ok(Request::State(_)) if matches!(reply, Reply::Error(_)) => {
                 let room = limit.expect("the history is limited") - simulation.history().bytes();
                 let annotated = pending.iter().map(Vec::len).sum::<usize>();
-                let update = READ_BYTES * *reads + 2 * annotated;
+                let update =
+                    READ_BYTES * *reads + 2 * annotated + LINE_BYTES * pending_lines(pending);
                 let context = MAX_CONTEXT_BYTES + notes.max_bytes(maze.size());
                 let is_full = room < request.len() + update + context;
                 assert!(is_full, "{reply:?}, although {room} bytes are free");
@@ -338,11 +343,12 @@ impl<'a> Observed<'a> {
                     writer.push(annotation).expect("a decoded annotation is valid and fits");
                 }
                 assert_eq!(writer.finish(), Some(request));
-                if reply == Reply::Ok {
+                let before: usize = pending.iter().map(|message| message.len() - 1).sum();
+                let bytes = before + request.len() - 1;
+                let is_accepted = reply == Reply::Ok;
+                assert_eq!(is_accepted, bytes <= MAX_PENDING_BYTES, "{reply:?} at {bytes} bytes");
+                if is_accepted {
                     pending.push(request.to_vec());
-                } else {
-                    let bytes = pending.iter().map(Vec::len).sum::<usize>() + request.len();
-                    assert!(bytes > MAX_PENDING_BYTES, "{reply:?} after {bytes} bytes");
                 }
             }
             Ok(other) => panic!("unexpected request {other:?}"),
@@ -387,6 +393,12 @@ impl<'a> Observed<'a> {
             assert!(found.iter().eq(lines), "the log up to state {last}");
         }
     }
+}
+
+/// Returns the number of log lines in valid requests.
+fn pending_lines(pending: &[Vec<u8>]) -> usize {
+    let entries = pending.iter().flat_map(|message| Annotations::iter_entries(&message[1..]));
+    entries.filter(|entry| matches!(entry, Annotation::Log(_))).count()
 }
 
 fn check_state(simulation: &Simulation, states: &[Vec<u8>], index: usize) {

@@ -10,10 +10,10 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use mmsim_zmtp::{ClientId, Service};
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
 use mmsim_zmtp::connection::Connection;
 use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
+use mmsim_zmtp::{ClientId, Service};
 
 /// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";

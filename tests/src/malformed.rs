@@ -51,5 +51,78 @@ pub fn malformed_requests() -> Vec<Vec<u8>> {
         state[1..3].copy_from_slice(&cell);
         requests.push(state);
     }
+    requests.extend(malformed_annotations());
+    requests
+}
+
+/// Returns malformed annotations requests for a maze of 16×16 cells. Some of them begin with valid
+/// annotations.
+fn malformed_annotations() -> Vec<Vec<u8>> {
+    let mut requests = vec![b"A".to_vec(), [&b"A"[..], &[b't'; 4096]].concat()];
+    let text = |text: &[u8]| {
+        let length = u8::try_from(text.len()).unwrap();
+        [&b"T\0\0"[..], &[length], text].concat()
+    };
+    let line = |announced: u16, length: usize| {
+        [&b"L"[..], &announced.to_le_bytes(), &vec![b'x'; length]].concat()
+    };
+    let name =
+        |letter: &[u8], length: u8| [letter, &[length], &vec![b'x'; usize::from(length)]].concat();
+    let mut malformed = vec![
+        text(b"12345678901"),
+        text(&[b'x'; 41]),
+        text("\u{221e}".repeat(11).as_bytes()),
+        text(b"\xff"),
+        text(b"\xed\xa0\x80"),
+        text(b"\x1b"),
+        text(b"a\t"),
+        text("\u{202e}".as_bytes()),
+        text("\u{2028}".as_bytes()),
+        line(1001, 1001),
+        line(0xffff, 3),
+        name(b"M", 101),
+        name(b"S", 101),
+    ];
+    malformed.extend(
+        [
+            &b"X"[..],
+            b"A",
+            b"r",
+            b"\0",
+            b"T",
+            b"T\0",
+            b"T\0\0",
+            b"T\0\0\x02a",
+            b"T\x10\0\0",
+            b"T\0\x10\0",
+            b"C",
+            b"C\0",
+            b"C\0\0",
+            b"C\0\0x",
+            b"C\x10\0g",
+            b"D",
+            b"D\0\0",
+            b"D\0\0N",
+            b"D\0\0n1",
+            b"D\0\0N2",
+            b"D\x10\0N1",
+            b"L",
+            b"L\0",
+            b"L\x02\0a",
+            b"L\x02\0a\n",
+            b"L\x03\0\xe2\x80\xae",
+            b"M",
+            b"M\x02a",
+            b"M\x01\t",
+            b"S",
+            b"S\x02a",
+        ]
+        .map(<[u8]>::to_vec),
+    );
+    for malformed in malformed {
+        for valid in [&b""[..], b"T\0\0\x02noC\0\0gD\0\0E?L\x02\0noM\x02noS\x02no"] {
+            requests.push([b"A", valid, &malformed].concat());
+        }
+    }
     requests
 }

@@ -31,7 +31,10 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let prepared = known.and_then(|KnownSimulator { name, map, start, has_annotations }| {
         // The address replaces an unknown name of the maze.
         let name = name.as_ref().unwrap_or(&endpoint);
-        let info = Info::new(name, map.size(), start, map.goals(), 0);
+        let mut info = Info::new(name, map.size(), start, map.goals(), 0);
+        if !has_annotations {
+            info.extensions.clear();
+        }
         let recording = RecordingTransport::new(transport, args.record.as_deref(), &info);
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),

@@ -174,11 +174,15 @@ fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
 
 /// Sends a request to the page. Returns the status and the body.
 fn post(page: &str, path: &str, body: &str) -> (u16, String) {
+    send(page, "POST", path, body)
+}
+
+fn send(page: &str, method: &str, path: &str, body: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(page).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     write!(
         stream,
-        "POST {path} HTTP/1.1\r\nhost: {page}\r\norigin: http://{page}\r\nconnection: close\r\n\
+        "{method} {path} HTTP/1.1\r\nhost: {page}\r\norigin: http://{page}\r\nconnection: close\r\n\
          content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
         body.len()
     )
@@ -215,4 +219,43 @@ fn open_recordings_share_the_limit() {
     assert_eq!(post(page, "/api/recordings/close", &body).0, 204);
     let (status, body) = open("b.mcap");
     assert_eq!(status, 200, "{body}");
+}
+
+/// An empty log line takes three bytes of a request and compresses to nothing.
+#[test]
+fn empty_log_lines_take_no_more_memory_than_the_limit() {
+    const LIMIT_MIB: u64 = 32;
+    /// The lines in a request of the maximum length.
+    const LINES: u64 = 1365;
+    let home = Home::new();
+    let limit = LIMIT_MIB.to_string();
+    let arguments =
+        ["-p", "0", "--maze", "hedgerow", "--history-limit", &limit, "--viewer-port", "0"];
+    let server = home.serve_until(&arguments, "watch at http://");
+    let page = server.messages.split("watch at http://").nth(1).unwrap().trim();
+    let before = figure(server.id(), "VmHWM").unwrap();
+    let socket = connect_to(&server.address, zmq::REQ);
+    let request = [&b"A"[..], &b"L\0\0".repeat(usize::try_from(LINES).unwrap())].concat();
+    let (mut lines, mut sent) = (0, 0);
+    let refusal = loop {
+        let mut pending = 0;
+        while ask(&socket, &request) == b"ok" {
+            pending += LINES;
+        }
+        match ask(&socket, &state(sent)).as_slice() {
+            b"ok" => (lines, sent) = (lines + pending, sent + 1),
+            refusal => break String::from_utf8(refusal.to_vec()).unwrap(),
+        }
+        // Each line counts at least 32 bytes.
+        assert!(lines * 32 < LIMIT_MIB * MIB, "{lines} lines in {sent} states");
+    };
+    assert!(refusal.contains(" history limit of 32 MiB reached "), "{refusal}");
+    assert!(lines > 500_000, "{lines} lines");
+    for query in ["at=0", "at=9", "at=1000000", "at=9&from=3", "at=9&max=1", "at=9&filter=none"] {
+        let path = format!("/api/sources/live/log?run=1&{query}");
+        let (status, body) = send(page, "GET", &path, "");
+        assert_eq!(status, 200, "{body}");
+    }
+    let grown = figure(server.id(), "VmHWM").unwrap() - before;
+    assert!(grown < LIMIT_MIB * MIB, "{grown} bytes");
 }

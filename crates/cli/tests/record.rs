@@ -147,13 +147,14 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     };
     solve("flood-fill", &["--record", "own.mcap"]);
     solve("weight-increment", &[]);
+    solve("left-wall", &["--goal", "server", "--record", "asking.mcap"]);
     #[cfg(unix)]
     {
         server.signal("INT");
         assert_eq!(server.wait().0.code(), Some(0));
     }
     let recordings = recordings(&home.path().join("recordings"));
-    let [(first, flood_fill), (second, weight_increment)] = &recordings[..] else { panic!() };
+    let [(first, flood_fill), (second, weight_increment), _] = &recordings[..] else { panic!() };
     assert_eq!(*flood_fill.integrity(), Integrity::Closed);
     assert_eq!(
         flood_fill.maze().unwrap().to_string(),
@@ -168,6 +169,10 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     let client = Recording::open(&own).unwrap();
     assert!(client.history().iter().eq(flood_fill.history().iter()));
     assert_eq!((client.maze(), client.integrity()), (None, &Integrity::Closed));
+
+    // Only the client with `--goal server` has learnt that the simulator accepts annotations.
+    let asking = Recording::open(&home.path().join("asking.mcap")).unwrap();
+    assert_eq!([&client, &asking].map(|it| it.info().has_annotations()), [false, true]);
 
     let replay = |path: &Path, more: &[&str]| {
         home.run(&[&["replay", path.to_str().unwrap()], more].concat())

@@ -186,6 +186,6 @@ mod tests {
         let mut exchange = Exchange::new(transport);
         exchange.annotate([]).unwrap();
         let error = exchange.annotate([Annotation::Log("a\nb")]).unwrap_err();
-        insta::assert_snapshot!(error, @r#"expected a log line of at most 1000 bytes in UTF-8, without control characters, found "a\nb" at byte 4"#);
+        insta::assert_snapshot!(error, @r#"expected a log line of at most 1000 bytes of tabs and printable characters in UTF-8, found "a\nb" at byte 4"#);
     }
 }

@@ -31,7 +31,7 @@ impl<T> Named<T> {
     /// Adds the names to a transport.
     ///
     /// # Errors
-    /// Returns an error if a name is too long or contains control characters.
+    /// Returns an error if a name is too long or contains characters that are not printable.
     pub fn new(transport: T, mouse: &str, strategy: &str) -> Result<Self, AnnotationError> {
         let mut buffer = [0; 256];
         let mut writer = AnnotationWriter::new(&mut buffer);

@@ -18,11 +18,11 @@ pub struct AnnotationWriter<'b> {
 /// The reason why an annotation was not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AnnotationError {
-    /// The annotation does not fit into the rest of the buffer or request. The annotations written
-    /// earlier are still there: send them, and write this one into a new request.
+    /// The annotation does not fit into the rest of the buffer or request. Earlier
+    /// annotations are kept: send them, and write this one into a new request.
     #[error(transparent)]
     BufferTooSmall(#[from] BufferTooSmall),
-    /// A text is too long or contains control characters.
+    /// A text is too long or contains characters that are not printable.
     #[error(transparent)]
     Invalid(#[from] RequestError),
 }
@@ -90,7 +90,7 @@ impl<'b> AnnotationWriter<'b> {
         buffer.get(..length).filter(|message| !message.is_empty())
     }
 
-    /// Writes bytes if they fit, and moves `end` behind them in any case.
+    /// Writes bytes if they fit, and always advances `end` past them.
     fn put(&mut self, end: &mut usize, bytes: &[u8]) {
         let start = *end;
         *end += bytes.len();

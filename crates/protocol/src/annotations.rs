@@ -11,6 +11,10 @@
 //!   R                 the mouse was put back to its start
 //!   t, c, d           clears all texts, colours, declared walls
 //! ```
+//!
+//! A character is a Unicode code point. Printable are all except control characters, line and
+//! paragraph separators, and marks that change the direction of text (see
+//! [`needs_escape`](mmsim_maze::needs_escape)).
 
 use mmsim_maze::{Cell, Excerpt, Heading, MazeSize, WallState, needs_escape};
 
@@ -31,7 +35,7 @@ pub const MAX_LOG_BYTES: usize = 1000;
 pub const MAX_NAME_BYTES: usize = 100;
 
 /// The maximum length of the text of a cell in bytes. A character takes up to four bytes.
-const MAX_TEXT_BYTES: usize = 4 * MAX_TEXT_CHARS;
+pub const MAX_TEXT_BYTES: usize = 4 * MAX_TEXT_CHARS;
 
 /// The maximum length of an annotation in a request: the letter, the length and a log line.
 pub(crate) const MAX_ENTRY_BYTES: usize = 3 + MAX_LOG_BYTES;
@@ -43,7 +47,7 @@ pub enum Annotation<'a> {
     Text {
         /// The cell.
         cell: Cell,
-        /// At most [`MAX_TEXT_CHARS`] characters without control characters.
+        /// At most [`MAX_TEXT_CHARS`] characters, all of them printable.
         text: &'a str,
     },
     /// Sets or clears the colour of a cell.
@@ -62,11 +66,11 @@ pub enum Annotation<'a> {
         /// The declaration, or `None` to withdraw it.
         state: Option<WallState>,
     },
-    /// Logs a line of at most [`MAX_LOG_BYTES`] bytes, without control characters except tabs.
+    /// Logs a line of at most [`MAX_LOG_BYTES`] bytes of tabs and printable characters.
     Log(&'a str),
-    /// Names the mouse, in at most [`MAX_NAME_BYTES`] bytes without control characters.
+    /// Names the mouse, in at most [`MAX_NAME_BYTES`] bytes of printable characters.
     Mouse(&'a str),
-    /// Names the strategy, in at most [`MAX_NAME_BYTES`] bytes without control characters.
+    /// Names the strategy, in at most [`MAX_NAME_BYTES`] bytes of printable characters.
     Strategy(&'a str),
     /// The mouse was put back to its start, and did not drive there.
     Restart,
@@ -127,7 +131,18 @@ impl<'a> Annotations<'a> {
 
     /// Returns the annotations in the order in which the client sent them.
     pub fn iter(&self) -> impl Iterator<Item = Annotation<'a>> + use<'a> {
-        let mut entries = Entries { message: self.0, offset: 1 };
+        Self::iter_entries(self.entries())
+    }
+
+    /// Returns the bytes of the annotations, without the letter `A`.
+    pub fn entries(&self) -> &'a [u8] {
+        self.0.get(1..).unwrap_or_default()
+    }
+
+    /// Returns the annotations in these [`entries`](Self::entries), which may be those of several
+    /// requests, one after the other. Stops at the first invalid annotation.
+    pub fn iter_entries(entries: &'a [u8]) -> impl Iterator<Item = Annotation<'a>> + use<'a> {
+        let mut entries = Entries { message: entries, offset: 0 };
         core::iter::from_fn(move || entries.take().ok().flatten())
     }
 
@@ -186,7 +201,7 @@ impl<'a> Entries<'a> {
             b'T' => {
                 let cell = self.cell()?;
                 let [length] = self.bytes("the length of a text")?;
-                let what = "a text of at most 10 characters in UTF-8, without control characters";
+                let what = "a text of at most 10 printable characters in UTF-8";
                 let text = self.text(length.into(), MAX_TEXT_BYTES, what, |c| !needs_escape(c))?;
                 if text.chars().count() > MAX_TEXT_CHARS {
                     return Err(self.error_at(self.offset - text.len(), what));
@@ -214,7 +229,8 @@ impl<'a> Entries<'a> {
             }
             b'L' => {
                 let length = u16::from_le_bytes(self.bytes("the length of a log line")?);
-                let what = "a log line of at most 1000 bytes in UTF-8, without control characters";
+                let what =
+                    "a log line of at most 1000 bytes of tabs and printable characters in UTF-8";
                 let is_allowed = |c| c == '\t' || !needs_escape(c);
                 Annotation::Log(self.text(length.into(), MAX_LOG_BYTES, what, is_allowed)?)
             }
@@ -237,7 +253,7 @@ impl<'a> Entries<'a> {
 
     fn name(&mut self) -> Result<&'a str, RequestError> {
         let [length] = self.bytes("the length of a name")?;
-        let what = "a name of at most 100 bytes in UTF-8, without control characters";
+        let what = "a name of at most 100 bytes of printable characters in UTF-8";
         self.text(length.into(), MAX_NAME_BYTES, what, |c| !needs_escape(c))
     }
 
@@ -255,11 +271,13 @@ impl<'a> Entries<'a> {
         expected: &'static str,
         is_allowed: impl Fn(char) -> bool,
     ) -> Result<&'a str, RequestError> {
-        let bytes = self.message.get(self.offset..).and_then(|rest| rest.get(..length));
-        let text =
-            bytes.filter(|_| length <= max).and_then(|bytes| core::str::from_utf8(bytes).ok());
-        let text = text.filter(|text| text.chars().all(is_allowed));
-        let text = text.ok_or_else(|| self.error_at(self.offset, expected))?;
+        let rest = self.message.get(self.offset..).unwrap_or_default();
+        let (offset, found) = (self.offset, rest.len());
+        let bytes = rest.get(..length).ok_or(RequestError::TextEnd { offset, length, found })?;
+        let text = core::str::from_utf8(bytes)
+            .ok()
+            .filter(|text| length <= max && text.chars().all(is_allowed))
+            .ok_or_else(|| self.error_at(offset, expected))?;
         self.offset += length;
         Ok(text)
     }
@@ -327,23 +345,25 @@ mod tests {
         insta::assert_snapshot!(error(&[b'A'; 4097]), @"expected A and annotations (2 to 4096 bytes), found 4097 bytes");
         insta::assert_snapshot!(error(b"AX"), @r#"expected an annotation (T, C, D, L, M, S, R, t, c or d), found "X" at byte 1"#);
         insta::assert_snapshot!(error(b"AtT\x01"), @r#"expected x and y of a cell, found "\x01" at byte 3"#);
-        insta::assert_snapshot!(error(b"AT\x01\x02\x04102"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "102" at byte 5"#);
-        insta::assert_snapshot!(error(b"AT\x01\x02\x0b12345678901"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "12345678901" at byte 5"#);
-        insta::assert_snapshot!(error(b"AT\x01\x02\x01\x1b"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "\x1b" at byte 5"#);
-        insta::assert_snapshot!(error(b"AT\x01\x02\x01\xff"), @r#"expected a text of at most 10 characters in UTF-8, without control characters, found "\xff" at byte 5"#);
+        insta::assert_snapshot!(error(b"AT\x01\x02\x04102"), @"expected 4 bytes of text at byte 5, found 3");
+        insta::assert_snapshot!(error(b"AT\x01\x02\x0b12345678901"), @r#"expected a text of at most 10 printable characters in UTF-8, found "12345678901" at byte 5"#);
+        insta::assert_snapshot!(error(b"AT\x01\x02\x01\x1b"), @r#"expected a text of at most 10 printable characters in UTF-8, found "\x1b" at byte 5"#);
+        insta::assert_snapshot!(error(b"AT\x01\x02\x01\xff"), @r#"expected a text of at most 10 printable characters in UTF-8, found "\xff" at byte 5"#);
         insta::assert_snapshot!(error(b"AT\x10\x02\x00"), @"expected a cell in a maze of 16x16 cells, found (16, 2)");
         insta::assert_snapshot!(error(b"AC\x01\x02x"), @r#"expected one of kbacgorwyBCAGRY or - as the colour, found "x" at byte 4"#);
         insta::assert_snapshot!(error(b"AC\x01\x02"), @"expected one of kbacgorwyBCAGRY or - as the colour, found the end of the message");
         insta::assert_snapshot!(error(b"AD\x01\x02n1"), @r#"expected N, E, S or W as the heading, found "n""#);
         insta::assert_snapshot!(error(b"AD\x01\x02N2"), @r#"expected 1, 0, ? or - as the declared wall, found "2" at byte 5"#);
-        insta::assert_snapshot!(error(b"AL\x02\0a\n"), @r#"expected a log line of at most 1000 bytes in UTF-8, without control characters, found "a\n" at byte 4"#);
-        insta::assert_snapshot!(error(b"AM\x02a"), @r#"expected a name of at most 100 bytes in UTF-8, without control characters, found "a" at byte 3"#);
+        insta::assert_snapshot!(error(b"AL\x02\0a\n"), @r#"expected a log line of at most 1000 bytes of tabs and printable characters in UTF-8, found "a\n" at byte 4"#);
+        insta::assert_snapshot!(error(b"AL\xff\xff"), @"expected 65535 bytes of text at byte 4, found 0");
+        insta::assert_snapshot!(error(b"AM\x02a"), @"expected 2 bytes of text at byte 3, found 1");
+        insta::assert_snapshot!(error(b"AM\x03\xe2\x80\x8f"), @r#"expected a name of at most 100 bytes of printable characters in UTF-8, found "\xe2\x80\x8f" at byte 3"#);
     }
 
     /// An annotation that owns its text.
     fn any_annotation() -> impl Strategy<Value = (u8, Cell, Heading, String, usize)> {
         let text = prop_oneof!["[0-9]{0,4}", "[^\\p{C}\\p{Zl}\\p{Zp}]{0,10}"];
-        (0u8..9, 0u8..32, 0u8..32, 0usize..4, text, 0usize..16).prop_map(
+        (0u8..10, 0u8..32, 0u8..32, 0usize..4, text, 0usize..16).prop_map(
             |(kind, x, y, heading, text, choice)| {
                 (kind, Cell::new(x, y), Heading::ALL[heading], text, choice)
             },
@@ -364,6 +384,7 @@ mod tests {
             5 => Annotation::Strategy(text),
             6 => Annotation::ClearTexts,
             7 => Annotation::ClearColours,
+            8 => Annotation::Restart,
             _ => Annotation::ClearWalls,
         }
     }
@@ -379,6 +400,9 @@ mod tests {
             let message = writer.finish().unwrap();
             let decoded = Annotations::decode(message, MazeSize::HALF_SIZE).unwrap();
             prop_assert!(decoded.iter().eq(list.iter().map(annotation)));
+            let twice = decoded.entries().repeat(2);
+            let expected = list.iter().chain(&list).map(annotation);
+            prop_assert!(Annotations::iter_entries(&twice).eq(expected));
             // A request that ends in the middle of an annotation is invalid.
             let ends = ends(&list);
             for length in 2..message.len() {

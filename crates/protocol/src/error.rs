@@ -65,6 +65,16 @@ pub enum RequestError {
         /// The valid values.
         expected: &'static str,
     },
+    /// The message ends within the text of an annotation.
+    #[error("expected {length} bytes of text at byte {offset}, found {found}")]
+    TextEnd {
+        /// The position of the text in the message, counted from 0.
+        offset: usize,
+        /// The length of the text in bytes, according to the message.
+        length: usize,
+        /// The number of bytes up to the end of the message.
+        found: usize,
+    },
     /// The cell is outside the maze.
     #[error("expected a cell in a maze of {size} cells, found {cell}")]
     Outside {

@@ -82,8 +82,8 @@ pub use mmsim_maze::{
 
 pub use annotation_writer::{AnnotationError, AnnotationWriter};
 pub use annotations::{
-    Annotation, Annotations, MAX_ANNOTATIONS_BYTES, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_CHARS,
-    colour_from_letter, colour_letter, wall_from_letter, wall_letter,
+    Annotation, Annotations, MAX_ANNOTATIONS_BYTES, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES,
+    MAX_TEXT_CHARS, colour_from_letter, colour_letter, wall_from_letter, wall_letter,
 };
 pub use buffer::BufferTooSmall;
 pub use colour::Colour;

@@ -10,7 +10,7 @@ use crate::context::Context;
 use crate::context_block::{ContextBlock, Updates};
 use crate::phases::Phases;
 use crate::transition::{Course, Transition};
-use crate::update::StoredUpdate;
+use crate::update::{Events, StoredUpdate};
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
@@ -57,6 +57,11 @@ impl States {
     /// state.
     pub const fn is_empty(&self) -> bool {
         self.bytes.is_empty()
+    }
+
+    /// Returns the memory that the states use, in bytes.
+    pub fn memory(&self) -> usize {
+        self.bytes.len() + self.contexts.bytes()
     }
 
     /// Returns the state with this index in the whole history.
@@ -108,8 +113,8 @@ impl States {
         let mut updates = self.contexts.updates();
         for index in self.first + 1..=index {
             let (from, to) = (self.pose(index - 1)?, self.pose(index)?);
-            let update = updates.seek(index - self.first);
-            let transition = self.course.transition_after(update, self.size, from, to);
+            let events = Events::from_update(updates.seek(index - self.first), self.size);
+            let transition = self.course.transition_after(events, from, to);
             phases.add(&self.course, index, transition, to);
         }
         Some(phases)
@@ -150,7 +155,7 @@ impl Transitions<'_> {
         let States { course, size, first, .. } = self.states;
         let to = self.states.pose(index)?;
         let update = self.updates.seek(index - first);
-        Some(course.transition_after(update, *size, from, to))
+        Some(course.transition_after(Events::from_update(update, *size), from, to))
     }
 }
 
@@ -171,7 +176,7 @@ mod tests {
         fn blocks_equal_the_history(
             poses in prop::collection::vec((0u8..4, 0u8..3, 0usize..4), 1..700),
             restarts in prop::collection::vec(prop::bool::weighted(0.1), 700),
-            taken_back in any::<bool>(),
+            is_undone in any::<bool>(),
             reads in prop::collection::vec((0usize..800, 0usize..300), 30),
         ) {
             let size = MazeSize::new(4, 3).unwrap();
@@ -182,7 +187,7 @@ mod tests {
             };
             let mut history = History::new(size);
             for (index, pose) in poses.iter().enumerate() {
-                if taken_back {
+                if is_undone {
                     history.push(&state(&(3, 2, index % 4))).unwrap();
                     history.undo_push();
                 }
@@ -193,7 +198,7 @@ mod tests {
                 if let Ok(request) = annotations {
                     updates.annotate(request).unwrap();
                 }
-                let update = Update { readings: Readings::Usual, ..updates.update() };
+                let update = Update { readings: Readings::AtPose, ..updates.update() };
                 history.push_with_update(update, &state(pose)).unwrap();
                 assert_eq!(history.newest_update().len(), usize::from(restarts[index]));
             }

@@ -1,15 +1,18 @@
 //! The bytes of changes to notes.
 //!
 //! ```text
-//! changes  any number of the following entries
+//! changes  the following entries in this order, each at most once except L
+//! M, S, t  as in annotations
 //! T n …    n changed texts, each as skip and value; a value 0 precedes the length of the text (1
 //!          byte) and the text, and any other value v means the number b + d, where v - 1 is d in
 //!          zigzag encoding, and b is the number that the cell displayed before, or else the
 //!          previous number in these changes, or else 0
+//! c        as in annotations
 //! C n …    n changed colours, each as skip and letter; - clears the colour
+//! d        as in annotations
 //! D n …    n changed declared walls, each as skip and 1, 0, ? or -
 //! r        the mouse was put back to its start
-//! t, c, d, L, M, S as in annotations
+//! L        as in annotations
 //! ```
 //!
 //! `n`, skip and value are LEB128 numbers: seven bits per byte, lowest bits first; the high bit is
@@ -19,9 +22,11 @@
 
 use mmsim_maze::{Excerpt, MazeSize, WallState, needs_escape};
 use mmsim_protocol::{
-    Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_CHARS, colour_from_letter,
-    colour_letter, wall_from_letter, wall_letter,
+    Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES, MAX_TEXT_CHARS,
+    colour_from_letter, colour_letter, wall_from_letter, wall_letter,
 };
+
+use crate::update::Events;
 
 /// A change of one cell or wall, or an annotation that does not belong to a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +50,12 @@ const TEXTS: u8 = b'T';
 const COLOURS: u8 = b'C';
 const WALLS: u8 = b'D';
 
+/// The letter of a log line.
+const LINE: u8 = b'L';
+
+/// The letters of all entries in their order. Only log lines can be repeated.
+const ORDER: &[u8] = &[b'M', b'S', b't', TEXTS, b'c', COLOURS, b'd', WALLS, b'r', LINE];
+
 /// Changes that have been checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Changes<'a> {
@@ -65,14 +76,13 @@ impl<'a> Changes<'a> {
         Ok(Self { bytes, size })
     }
 
-    /// Returns true if there are log lines.
-    pub(crate) fn has_lines(self) -> bool {
-        self.iter().any(|change| matches!(change, Change::Other(Annotation::Log(_))))
-    }
-
-    /// Returns true if the mouse was put back to its start.
-    pub(crate) fn has_restart(self) -> bool {
-        self.iter().any(|change| change == Change::Other(Annotation::Restart))
+    /// Returns the changes that are not changes of notes.
+    pub(crate) fn events(self) -> Events {
+        self.iter().fold(Events::default(), |events, change| match change {
+            Change::Other(Annotation::Restart) => Events { has_restart: true, ..events },
+            Change::Other(Annotation::Log(_)) => Events { lines: events.lines + 1, ..events },
+            _ => events,
+        })
     }
 
     /// Iterates over the changes in order.
@@ -85,6 +95,8 @@ impl<'a> Changes<'a> {
 struct Reader<'a> {
     rest: &'a [u8],
     area: usize,
+    /// The letters of the entries that may follow.
+    letters: &'static [u8],
     /// The letter of the current list.
     list: u8,
     /// The number of changes that remain in the current list.
@@ -95,7 +107,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     const fn new(bytes: &'a [u8], size: MazeSize) -> Self {
-        Self { rest: bytes, area: size.area(), list: TEXTS, remaining: 0, next: 0 }
+        Self { rest: bytes, area: size.area(), letters: ORDER, list: TEXTS, remaining: 0, next: 0 }
     }
 
     /// Returns the next change, or `None` at the end.
@@ -104,6 +116,7 @@ impl<'a> Reader<'a> {
             let start = self.rest;
             let Some((&letter, rest)) = self.rest.split_first() else { return Ok(None) };
             self.rest = rest;
+            self.letters = after(letter, self.letters).ok_or_else(|| invalid(start))?;
             let annotation = match letter {
                 TEXTS | COLOURS | WALLS => {
                     let count = take_number(&mut self.rest).ok_or_else(|| invalid(start))?;
@@ -114,7 +127,7 @@ impl<'a> Reader<'a> {
                 b't' => Some(Annotation::ClearTexts),
                 b'c' => Some(Annotation::ClearColours),
                 b'd' => Some(Annotation::ClearWalls),
-                b'L' => self.take_line().map(Annotation::Log),
+                LINE => self.take_line().map(Annotation::Log),
                 b'M' => self.take_text(MAX_NAME_BYTES).map(Annotation::Mouse),
                 b'S' => self.take_text(MAX_NAME_BYTES).map(Annotation::Strategy),
                 _ => None,
@@ -134,7 +147,7 @@ impl<'a> Reader<'a> {
         if self.list == TEXTS {
             let text = match take_number(&mut self.rest)? {
                 0 => NewText::Text(
-                    self.take_text(4 * MAX_TEXT_CHARS)
+                    self.take_text(MAX_TEXT_BYTES)
                         .filter(|text| text.chars().count() <= MAX_TEXT_CHARS)?,
                 ),
                 value => NewText::Difference(from_zigzag(u32::try_from(value - 1).ok()?)),
@@ -174,6 +187,13 @@ impl<'a> Reader<'a> {
         self.rest = rest;
         str::from_utf8(text).ok().filter(|text| text.chars().all(is_allowed))
     }
+}
+
+/// Returns those of the letters that may follow an entry, or `None` if its letter is not one of
+/// them.
+fn after(letter: u8, letters: &'static [u8]) -> Option<&'static [u8]> {
+    let at = letters.iter().position(|&other| other == letter)?;
+    letters.get(if letter == LINE { at } else { at + 1 }..)
 }
 
 fn invalid(bytes: &[u8]) -> String {
@@ -297,7 +317,7 @@ impl<'t> ChangeWriter<'t> {
     }
 
     pub(crate) fn line(&mut self, line: &str) {
-        self.to.push(b'L');
+        self.to.push(LINE);
         // The length fits, because annotations limit it.
         self.to.extend(u16::try_from(line.len()).unwrap_or_default().to_le_bytes());
         self.to.extend_from_slice(line.as_bytes());
@@ -375,6 +395,9 @@ mod tests {
         insta::assert_snapshot!(error(b"T\x01\0\0\x02a\n"), @r#"expected a change of annotations, found "\x00\x00\x02a\n""#);
         insta::assert_snapshot!(error(b"T\x01\0\0\x0b12345678901"), @r#"expected a change of annotations, found "\x00\x00\x0b12345678901""#);
         insta::assert_snapshot!(error(b"C\xff\xff\xff\xff\xff\0"), @r#"expected a change of annotations, found "C\xff\xff\xff\xff\xff\x00""#);
+        insta::assert_snapshot!(error(b"cC\x01\0gcC\x01\0g"), @r#"expected a change of annotations, found "cC\x01\x00g""#);
+        insta::assert_snapshot!(error(b"T\0T\0"), @r#"expected a change of annotations, found "T\x00""#);
+        insta::assert_snapshot!(error(b"L\0\0L\0\0r"), @r#"expected a change of annotations, found "r""#);
         insta::assert_snapshot!(error(b"M\x02a"), @r#"expected a change of annotations, found "M\x02a""#);
     }
 

@@ -4,10 +4,10 @@
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
 use mmsim_protocol::{Annotation, State, StateMessage};
 
-use crate::changes::{Change, ChangeWriter, Changes};
+use crate::changes::{ChangeWriter, Changes};
 use crate::notes::Notes;
 use crate::update::{
-    Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
+    Events, Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
 };
 
 /// The client's state beyond the bytes of its last message: the walls that it has read, and the
@@ -75,8 +75,8 @@ impl Context {
     }
 
     /// Returns the map of the walls that the client knows. A wall is known if the client claims it
-    /// (see [`claimed_maze`](Self::claimed_maze)), if it agrees with the true maze (if given), and if the client has read it (or has not read
-    /// any walls since the reset).
+    /// (see [`claimed_maze`](Self::claimed_maze)), if it agrees with the true maze (if given), and
+    /// if the client has read it (or has not read any walls since the reset).
     ///
     /// If the true maze is given, its shortest path is at least as long as the optimistic distance
     /// and at most as long as the pessimistic distance.
@@ -99,19 +99,13 @@ impl Context {
     /// Applies an update before a state with the pose `pose`. Returns true if the context has
     /// changed.
     pub(crate) fn apply(&mut self, pose: Option<Pose>, update: &StoredUpdate<'_>) -> bool {
-        let mut has_changed = self.apply_readings(pose, update.readings);
-        let is_note =
-            |change| !matches!(change, Change::Other(Annotation::Log(_) | Annotation::Restart));
-        if update.changes.iter().any(is_note) {
-            self.notes.apply_changes(update.changes);
-            has_changed = true;
-        }
-        has_changed
+        let has_read = self.apply_readings(pose, update.readings);
+        self.notes.apply_changes(update.changes) || has_read
     }
 
     /// Applies an empty update before a state with the pose `pose`. Returns true if the context has
     /// changed.
-    pub(crate) fn apply_usual(&mut self, pose: Option<Pose>) -> bool {
+    pub(crate) fn apply_at_pose(&mut self, pose: Option<Pose>) -> bool {
         match (&mut self.walls_read, pose) {
             (Some(walls_read), Some(pose)) => read_around(walls_read, pose),
             _ => false,
@@ -120,7 +114,7 @@ impl Context {
 
     fn apply_readings(&mut self, pose: Option<Pose>, readings: StoredReadings<'_>) -> bool {
         match readings {
-            StoredReadings::Usual => self.apply_usual(pose),
+            StoredReadings::AtPose => self.apply_at_pose(pose),
             StoredReadings::Untracked => self.walls_read.take().is_some(),
             StoredReadings::Poses { own: reads_pose, others } => {
                 let mut changed = self.walls_read.is_none();
@@ -134,37 +128,45 @@ impl Context {
     }
 
     /// Appends the bytes of an update before a state with the pose `pose`. Omits everything that
-    /// does not change the context, so the update of most states is empty.
-    pub(crate) fn encode_update(&self, pose: Option<Pose>, update: Update<'_>, to: &mut Vec<u8>) {
+    /// changes neither the context nor the returned events, so the update of most states is empty.
+    pub(crate) fn encode_update(
+        &self,
+        pose: Option<Pose>,
+        update: Update<'_>,
+        to: &mut Vec<u8>,
+    ) -> Events {
         self.encode_readings(pose, update.readings, to);
         if update.annotations.is_empty() {
-            return;
+            return Events::default();
         }
         let mut next = self.notes.clone();
-        update.annotations.iter().for_each(|annotation| next.apply(annotation));
+        let events = next.apply_all(update.annotations);
         self.notes.encode_changes(&next, to);
         let mut writer = ChangeWriter::new(to);
-        if update.annotations.iter().any(|annotation| annotation == Annotation::Restart) {
+        if events.has_restart {
             writer.restart();
         }
-        for annotation in update.annotations.iter() {
-            if let Annotation::Log(line) = annotation {
-                writer.line(line);
+        if events.lines > 0 {
+            for annotation in update.annotations.iter() {
+                if let Annotation::Log(line) = annotation {
+                    writer.line(line);
+                }
             }
         }
+        events
     }
 
     fn encode_readings(&self, pose: Option<Pose>, readings: Readings<'_>, to: &mut Vec<u8>) {
         match (readings, &self.walls_read) {
-            (Readings::Usual, _) | (Readings::Untracked, None) => {}
+            (Readings::AtPose, _) | (Readings::Untracked, None) => {}
             (Readings::Untracked, Some(_)) => put_untracked(to),
             (Readings::Poses(poses), Some(walls_read)) => {
-                let is_usual = match (poses, pose) {
+                let is_at_pose = match (poses, pose) {
                     (&[read], Some(pose)) => read == pose,
                     ([], Some(pose)) => is_read(walls_read, pose),
                     (_, None) | ([_, ..], _) => poses.is_empty(),
                 };
-                if !is_usual {
+                if !is_at_pose {
                     encode_poses(walls_read.clone(), pose, poses, to);
                 }
             }
@@ -221,8 +223,8 @@ impl Context {
     }
 }
 
-/// Encodes the update of each state for [`RecordingWriter::write_with_update`]. A [`History`] encodes its
-/// updates itself.
+/// Encodes the update of each state for [`RecordingWriter::write_with_update`]. A [`History`]
+/// encodes its updates itself.
 ///
 /// [`History`]: crate::History
 /// [`RecordingWriter::write_with_update`]: crate::RecordingWriter::write_with_update
@@ -317,15 +319,15 @@ mod tests {
     }
 
     #[test]
-    fn only_unusual_readings_are_encoded() {
-        use Readings::{Poses, Untracked, Usual};
+    fn only_other_readings_are_encoded() {
+        use Readings::{AtPose, Poses, Untracked};
         let size = MazeSize::new(4, 3).unwrap();
         let mut context = Context::new(size);
         let (own, next) = (pose(1, 1, Heading::North), pose(1, 2, Heading::East));
         let back = pose(1, 1, Heading::South);
         let update =
             |context: &Context, readings: Readings<'_>| encoded(context, Some(own), readings);
-        assert_eq!(update(&context, Usual), b"");
+        assert_eq!(update(&context, AtPose), b"");
         assert_eq!(update(&context, Untracked), b"U");
         assert_eq!(update(&context, Poses(&[own])), b"");
         assert_eq!(update(&context, Poses(&[])), b"N");
@@ -341,7 +343,7 @@ mod tests {
         assert_eq!(update(&context, Poses(&[own])), b"");
         assert_eq!(update(&context, Poses(&[own, own])), b"");
         context.apply(Some(own), &StoredUpdate::decode(b"U", size).unwrap());
-        assert_eq!(update(&context, Usual), b"");
+        assert_eq!(update(&context, AtPose), b"");
         assert_eq!(update(&context, Untracked), b"");
         assert_eq!(update(&context, Poses(&[])), b"N");
         assert_eq!(update(&context, Poses(&[own])), b"R\x01\x01N");

@@ -49,6 +49,11 @@ impl ContextBlock {
         Ok(Self { context: self.context.unpack()?, updates: self.updates.unpack()? })
     }
 
+    /// Returns the memory in use, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.context.bytes.len() + self.updates.0.iter().map(|part| part.bytes.len()).sum::<usize>()
+    }
+
     /// Returns the context before the first state. The block must be decompressed.
     pub(crate) fn first(&self, size: MazeSize) -> Option<Context> {
         match &*self.context.bytes {

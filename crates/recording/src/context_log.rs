@@ -3,15 +3,17 @@
 //! The context at the start of a block of 256 states is stored only if it has changed since it was
 //! last stored. Within a block, only the updates that are not empty are stored.
 
+use std::ops::RangeInclusive;
+
 use mmsim_maze::{MazeSize, Pose};
 
 use crate::compressor::BlockCompressor;
 use crate::context::Context;
 use crate::context_block::{ContextBlock, Data, UpdateData};
-use crate::log::LogBlock;
+use crate::log::{LogBlock, LogEnd, LogLine};
 use crate::memory::{OutOfMemory, reserve};
 use crate::slabs::Slabs;
-use crate::update::{StoredUpdate, Update};
+use crate::update::{Events, StoredUpdate, Update};
 
 /// The length of the fields before an update in bytes.
 const HEAD_BYTES: usize = 1 + size_of::<u32>();
@@ -27,14 +29,18 @@ pub(crate) struct ContextLog {
     has_changed: bool,
     /// The newest updates in the block of the newest states, which are not compressed.
     open: Vec<u8>,
-    /// True if `open` has log lines.
-    open_has_lines: bool,
+    /// The number of log lines in `open`.
+    open_lines: usize,
     /// Contexts and updates, compressed if this saves memory.
     packed: Slabs,
     /// The contexts at the start of blocks, in ascending order.
     contexts: Vec<Packed>,
     /// The updates in blocks, in ascending order. A block with long updates has several parts.
     updates: Vec<Packed>,
+    /// The blocks with log lines in `updates`, in ascending order.
+    log_blocks: Vec<usize>,
+    /// The number of all log lines.
+    lines: usize,
     size: MazeSize,
 }
 
@@ -43,6 +49,8 @@ struct Newest {
     pose: Option<Pose>,
     /// The length of `open` without the update.
     start: usize,
+    /// The number of log lines in the update.
+    lines: usize,
 }
 
 /// The location of data in `packed`.
@@ -54,12 +62,14 @@ struct Packed {
     at: usize,
     /// The uncompressed length in bytes.
     length: usize,
-    /// True if there are log lines.
-    has_lines: bool,
 }
 
 /// Updates are compressed before the end of their block if they exceed this length in bytes.
 const MAX_OPEN_BYTES: usize = 64 << 10;
+
+/// The memory that is counted for a log line in addition to its compressed bytes. Readers of the
+/// log need as much for a line.
+const LINE_BYTES: usize = size_of::<LogLine>();
 
 /// The maximum memory for the location of packed data, in bytes.
 const PACKED_BYTES: usize = size_of::<Packed>() + Slabs::LOCATION_BYTES;
@@ -71,10 +81,12 @@ impl ContextLog {
             newest: None,
             has_changed: false,
             open: Vec::new(),
-            open_has_lines: false,
+            open_lines: 0,
             packed: Slabs::default(),
             contexts: Vec::new(),
             updates: Vec::new(),
+            log_blocks: Vec::new(),
+            lines: 0,
             size,
         }
     }
@@ -82,42 +94,47 @@ impl ContextLog {
     /// Returns the memory in use, in bytes.
     pub(crate) const fn bytes(&self) -> usize {
         let locations = (self.contexts.len() + self.updates.len()) * size_of::<Packed>();
-        self.packed.bytes + locations + self.open.len()
+        let log = self.log_blocks.len() * size_of::<usize>() + self.lines * LINE_BYTES;
+        self.packed.bytes + locations + log + self.open.len()
     }
 
     /// Encodes the update before the next state, which has the pose `pose`. `into` becomes the
-    /// bytes of the update, without everything that does not change the context.
+    /// bytes of the update, without everything that does not change the context. Returns the events
+    /// of the update.
     pub(crate) fn encode(
         &mut self,
         pose: Option<Pose>,
         update: Update<'_>,
         into: &mut Vec<u8>,
-    ) -> Result<(), OutOfMemory> {
+    ) -> Result<Events, OutOfMemory> {
         self.apply_newest();
         into.clear();
         reserve(into, update.max_bytes())?;
-        self.context.encode_update(pose, update, into);
-        Ok(())
+        Ok(self.context.encode_update(pose, update, into))
     }
 
-    /// Copies the update before the next state.
+    /// Copies the valid update before the next state. Returns the events of the update.
     pub(crate) fn copy_update(
         &mut self,
         update: &[u8],
         into: &mut Vec<u8>,
-    ) -> Result<(), OutOfMemory> {
+    ) -> Result<Events, OutOfMemory> {
         self.apply_newest();
         into.clear();
         reserve(into, update.len())?;
         into.extend_from_slice(update);
-        Ok(())
+        Ok(Events::from_update(update, self.size))
     }
 
     /// Returns the maximum memory that a state with this update needs, in bytes.
-    pub(crate) fn push_bytes(&self, starts_block: bool, update: &[u8]) -> usize {
+    pub(crate) fn push_bytes(&self, starts_block: bool, update: &[u8], events: Events) -> usize {
         let stores_context = starts_block && self.has_changed;
         let context = if stores_context { self.context.max_bytes() + PACKED_BYTES } else { 0 };
-        context + if update.is_empty() { 0 } else { HEAD_BYTES + update.len() }
+        let log = match events.lines {
+            0 => 0,
+            lines => size_of::<usize>() + lines * LINE_BYTES,
+        };
+        context + log + if update.is_empty() { 0 } else { HEAD_BYTES + update.len() }
     }
 
     /// Prepares the block with this index for the next state. Stores the context at the start of the
@@ -139,7 +156,7 @@ impl ContextLog {
             reserve(&mut self.contexts, 1)?;
             let (at, length) = (self.packed.len(), context.len());
             self.packed.push(compressor.compress(&context))?;
-            self.contexts.push(Packed { block, at, length, has_lines: false });
+            self.contexts.push(Packed { block, at, length });
             self.has_changed = false;
         }
         Ok(())
@@ -151,11 +168,14 @@ impl ContextLog {
         index: usize,
         pose: Option<Pose>,
         update: &[u8],
+        Events { lines, .. }: Events,
     ) -> Result<(), OutOfMemory> {
         if !update.is_empty() {
             reserve(&mut self.open, HEAD_BYTES + update.len())?;
         }
-        self.newest = Some(Newest { pose, start: self.open.len() });
+        self.newest = Some(Newest { pose, start: self.open.len(), lines });
+        self.lines += lines;
+        self.open_lines += lines;
         // Both numbers fit: a block has 256 states, and updates have at most `MAX_UPDATE_BYTES`.
         if let (Ok(index), Ok(length)) = (u8::try_from(index), u32::try_from(update.len()))
             && length > 0
@@ -171,6 +191,8 @@ impl ContextLog {
     pub(crate) fn undo_push(&mut self) {
         if let Some(newest) = self.newest.take() {
             self.open.truncate(newest.start);
+            self.lines -= newest.lines;
+            self.open_lines -= newest.lines;
         }
     }
 
@@ -189,11 +211,15 @@ impl ContextLog {
         self.apply_newest();
         if !self.open.is_empty() {
             reserve(&mut self.updates, 1)?;
+            reserve(&mut self.log_blocks, 1)?;
             let (at, length) = (self.packed.len(), self.open.len());
             self.packed.push(compressor.compress(&self.open))?;
-            self.updates.push(Packed { block, at, length, has_lines: self.open_has_lines });
+            self.updates.push(Packed { block, at, length });
+            if self.open_lines > 0 && self.log_blocks.last() != Some(&block) {
+                self.log_blocks.push(block);
+            }
             self.open.clear();
-            self.open_has_lines = false;
+            self.open_lines = 0;
         }
         Ok(())
     }
@@ -209,19 +235,29 @@ impl ContextLog {
         Ok(ContextBlock { context, updates: self.copy_updates(block, is_open)? })
     }
 
-    /// Copies the updates of the last block with log lines up to the block with the index `block`.
-    /// The index of the block of the newest states is `open`.
-    pub(crate) fn log_block(&self, block: usize, open: usize) -> Option<LogBlock> {
-        // The newest update has not been searched for lines yet.
-        let open_has_lines = self.open_has_lines || !self.newest().is_empty();
-        let found = if block >= open && open_has_lines {
-            open
-        } else {
-            let count = self.updates.partition_point(|packed| packed.block <= block);
-            self.updates[..count].iter().rfind(|packed| packed.has_lines)?.block
+    /// Copies the updates of the first or last block with log lines whose index is in `blocks`. The
+    /// index of the block of the newest states is `open`.
+    pub(crate) fn log_block(
+        &self,
+        blocks: RangeInclusive<usize>,
+        end: LogEnd,
+        open: usize,
+    ) -> Option<LogBlock> {
+        let newest = (self.open_lines > 0).then_some(open).filter(|open| blocks.contains(open));
+        let packed = &self.log_blocks;
+        let block = match end {
+            LogEnd::First => {
+                let at = packed.partition_point(|block| block < blocks.start());
+                packed.get(at).copied().or(newest)
+            }
+            LogEnd::Last => newest.or_else(|| {
+                let count = packed.partition_point(|block| block <= blocks.end());
+                packed[..count].last().copied()
+            }),
         };
-        let updates = self.copy_updates(found, found == open).ok()?;
-        Some(LogBlock { block: found, updates, size: self.size })
+        let block = block.filter(|block| blocks.contains(block))?;
+        let updates = self.copy_updates(block, block == open).ok()?;
+        Some(LogBlock { block, updates, size: self.size })
     }
 
     fn copy_updates(&self, block: usize, is_open: bool) -> Result<UpdateData, OutOfMemory> {
@@ -250,16 +286,15 @@ impl ContextLog {
     }
 
     fn apply_newest(&mut self) {
-        let Some(Newest { pose, start }) = self.newest.take() else { return };
+        let Some(Newest { pose, start, .. }) = self.newest.take() else { return };
         let update = self.open.get(start + HEAD_BYTES..).unwrap_or_default();
         if update.is_empty() {
-            self.has_changed |= self.context.apply_usual(pose);
+            self.has_changed |= self.context.apply_at_pose(pose);
             return;
         }
         // Always succeeds, because `encode` has encoded the update.
         if let Ok(update) = StoredUpdate::decode(update, self.size) {
             self.has_changed |= self.context.apply(pose, &update);
-            self.open_has_lines |= update.changes.has_lines();
         }
     }
 }
@@ -325,9 +360,9 @@ mod tests {
             repeats in prop::collection::vec(1usize..100, 30),
             is_undone in any::<bool>(),
         ) {
-            // In half of the steps, the client has read the walls at its pose, as usual.
-            let steps = steps.into_iter().map(|(own, mut poses, is_usual)| {
-                if let (Some(own), Some(poses), true) = (own, &mut poses, is_usual) {
+            // In half of the steps, the client has read the walls at its pose.
+            let steps = steps.into_iter().map(|(own, mut poses, is_at_pose)| {
+                if let (Some(own), Some(poses), true) = (own, &mut poses, is_at_pose) {
                     *poses = vec![own];
                 }
                 (own, poses)
@@ -359,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn usual_readings_need_no_memory() {
+    fn readings_at_the_pose_need_no_memory() {
         let poses = size().cells().map(|cell| Pose::new(cell, Heading::North)).cycle();
         let (mut history, mut log) = (History::new(size()), 0);
         for pose in poses.take(20 * Block::STATES + 1) {

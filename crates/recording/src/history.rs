@@ -1,5 +1,6 @@
 //! Keeps every state of a search in memory.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::{fmt, mem};
 
@@ -11,12 +12,12 @@ use crate::block::{Block, States};
 use crate::compressor::BlockCompressor;
 use crate::context::Context;
 use crate::context_log::ContextLog;
-use crate::log::LogBlock;
+use crate::log::{LogBlock, LogEnd};
 use crate::memory::{OutOfMemory, reserve};
 use crate::phases::Phases;
 use crate::slabs::Slabs;
 use crate::transition::Course;
-use crate::update::Update;
+use crate::update::{Events, Update};
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///
@@ -105,8 +106,9 @@ impl History {
         Self::with_limit(size, usize::MAX)
     }
 
-    /// Creates an empty history that uses at most `limit` bytes, not counting about one MiB of
-    /// working memory for compression.
+    /// Creates an empty history that uses at most `limit` bytes, not counting a few MiB of working
+    /// memory for compression and for the newest update. Each log line counts as its compressed
+    /// bytes plus the size of a [`LogLine`](crate::LogLine), because empty lines compress to nothing.
     pub fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
             size,
@@ -183,7 +185,7 @@ impl History {
     fn push_with(
         &mut self,
         state: &[u8],
-        encode: impl FnOnce(&mut ContextLog, Option<Pose>, &mut Vec<u8>) -> Result<(), OutOfMemory>,
+        encode: impl FnOnce(&mut ContextLog, Option<Pose>, &mut Vec<u8>) -> Result<Events, OutOfMemory>,
     ) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {
@@ -195,9 +197,9 @@ impl History {
             self.pack().map_err(out_of_memory)?;
         }
         let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
-        encode(&mut self.contexts, pose, &mut self.update).map_err(out_of_memory)?;
+        let events = encode(&mut self.contexts, pose, &mut self.update).map_err(out_of_memory)?;
         let starts_block = self.open.is_empty();
-        let bytes = state.len() + self.contexts.push_bytes(starts_block, &self.update);
+        let bytes = state.len() + self.contexts.push_bytes(starts_block, &self.update, events);
         if self.bytes().saturating_add(bytes) > self.limit {
             return Err(PushError::Full { limit: self.limit, states });
         }
@@ -206,14 +208,14 @@ impl History {
         let block = self.packed.len();
         let prepared = self.contexts.prepare(starts_block, block, &mut self.compressor);
         prepared.map_err(out_of_memory)?;
-        self.contexts.push(states % Block::STATES, pose, &self.update).map_err(out_of_memory)?;
+        let pushed = self.contexts.push(states % Block::STATES, pose, &self.update, events);
+        pushed.map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
         self.previous = self.newest;
         if let Some(pose) = pose {
             match self.newest.pose {
                 Some(before) => {
-                    let (course, update) = (&self.course, &self.update);
-                    let transition = course.transition_after(update, self.size, before, pose);
+                    let transition = self.course.transition_after(events, before, pose);
                     self.newest.phases.add(&self.course, states, transition, pose);
                 }
                 None => self.newest.phases.arrive(&self.course, pose),
@@ -267,10 +269,10 @@ impl History {
         self.contexts.newest_context()
     }
 
-    /// Returns the log lines of the newest block with log lines whose index is at most `index`. See
-    /// [`read_log`](crate::read_log).
-    pub fn log_block(&self, index: usize) -> Option<LogBlock> {
-        self.contexts.log_block(index, self.packed.len())
+    /// Copies the log lines of the first or last block with log lines whose index is in `blocks`.
+    /// See [`read_log`](crate::read_log).
+    pub fn log_block(&self, blocks: RangeInclusive<usize>, end: LogEnd) -> Option<LogBlock> {
+        self.contexts.log_block(blocks, end, self.packed.len())
     }
 
     /// Returns the update of the newest state as bytes, for

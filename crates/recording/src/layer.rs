@@ -2,10 +2,7 @@
 
 use std::fmt;
 
-use mmsim_protocol::MAX_TEXT_CHARS;
-
-/// The maximum length of the text of a cell in bytes.
-pub(crate) const MAX_TEXT_BYTES: usize = 4 * MAX_TEXT_CHARS;
+use mmsim_protocol::MAX_TEXT_BYTES;
 
 /// A value for each cell or wall. The list is empty if all values are the default.
 #[derive(Clone, Debug)]

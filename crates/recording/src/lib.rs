@@ -10,7 +10,6 @@
 //! the time of each state.
 #![forbid(unsafe_code)]
 
-mod annotation_list;
 mod block;
 mod changes;
 mod chunk;
@@ -18,6 +17,7 @@ mod compressor;
 mod context;
 mod context_block;
 mod context_log;
+mod description;
 mod error;
 mod history;
 mod layer;
@@ -40,12 +40,11 @@ mod update;
 mod update_tracker;
 mod writer;
 
-pub use annotation_list::AnnotationList;
 pub use block::{Block, States, Transitions};
 pub use context::{Context, UpdateEncoder};
 pub use error::{OpenError, ReadError, RecordError};
 pub use history::{History, HistoryReader, PushError};
-pub use log::{LogBlock, LogLine, read_log};
+pub use log::{LogBlock, LogEnd, LogLine, read_log};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
 pub use notes::Notes;
 pub use phase_report::{PhaseReport, RunReport, milliseconds};
@@ -56,7 +55,7 @@ pub use recording::Recording;
 pub use save::save;
 pub use times::{Clock, Times};
 pub use transition::{Course, Transition};
-pub use update::{Readings, Update};
+pub use update::{AnnotationList, Readings, Update};
 pub use update_tracker::{TooManyAnnotations, UpdateTracker};
 pub use writer::RecordingWriter;
 

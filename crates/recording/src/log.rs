@@ -1,6 +1,8 @@
-//! Reads log lines from the newest to the oldest.
+//! Reads log lines from the newest to the oldest or vice versa.
 
+use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::ops::RangeInclusive;
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::Annotation;
@@ -20,6 +22,15 @@ pub struct LogLine {
     pub text: String,
 }
 
+/// The end of a log at which reading begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogEnd {
+    /// Reads the first lines.
+    First,
+    /// Reads the last lines.
+    Last,
+}
+
 /// A copy of the log lines in one [`Block`] of a history.
 #[derive(Clone, Debug)]
 pub struct LogBlock {
@@ -29,54 +40,194 @@ pub struct LogBlock {
 }
 
 impl LogBlock {
-    /// Returns the lines in order, or `None` if memory runs out.
-    fn lines(self) -> Option<Vec<LogLine>> {
+    /// Returns the first or last `max` lines that match a filter and belong to a range of states, in
+    /// order. Returns `None` if memory runs out.
+    fn lines(
+        self,
+        states: &RangeInclusive<usize>,
+        end: LogEnd,
+        max: usize,
+        filter: impl Fn(&str) -> bool,
+    ) -> Option<Vec<LogLine>> {
         let updates = self.updates.unpack().ok()?;
-        let mut lines = Vec::new();
-        for (index, update) in updates.iter() {
-            let Ok(update) = StoredUpdate::decode(update, self.size) else { continue };
-            lines.extend(update.changes.iter().filter_map(|change| match change {
-                Change::Other(Annotation::Log(text)) => {
-                    Some(LogLine { state: self.block * Block::STATES + index, text: text.into() })
-                }
+        let first = self.block * Block::STATES;
+        let matching = updates
+            .iter()
+            .map(|(index, update)| (first + index, update))
+            .filter(|(state, _)| states.contains(state))
+            .filter_map(|(state, update)| {
+                Some((state, StoredUpdate::decode(update, self.size).ok()?.changes))
+            })
+            .flat_map(|(state, changes)| changes.iter().map(move |change| (state, change)))
+            .filter_map(|(state, change)| match change {
+                Change::Other(Annotation::Log(text)) if filter(text) => Some((state, text)),
                 _ => None,
-            }));
+            });
+        let mut kept = VecDeque::new();
+        match end {
+            LogEnd::First => kept.extend(matching.take(max)),
+            LogEnd::Last => {
+                for line in matching {
+                    if kept.len() == max {
+                        kept.pop_front();
+                    }
+                    kept.push_back(line);
+                }
+            }
         }
-        Some(lines)
+        let line = |(state, text): (usize, &str)| LogLine { state, text: text.into() };
+        Some(kept.into_iter().map(line).collect())
     }
 }
 
-/// Returns the last `max` log lines that match a filter, up to the state with the index `last`, in
-/// order. Lines of a block are skipped if memory runs out.
+/// Returns the first or last `max` log lines that match a filter and belong to a range of states, in
+/// order. Reads no more blocks than necessary, one at a time, and skips the lines of a block if
+/// memory runs out.
 ///
-/// `read` returns the last block with log lines up to a block index, as
+/// `read` returns the first or last block with log lines in a range of blocks, as
 /// [`History::log_block`] does.
 ///
 /// # Errors
 /// Returns the first error from `read`.
 pub fn read_log<E>(
-    last: usize,
+    states: &RangeInclusive<usize>,
+    end: LogEnd,
     max: usize,
     filter: impl Fn(&str) -> bool,
-    mut read: impl FnMut(usize) -> Result<Option<LogBlock>, E>,
+    mut read: impl FnMut(RangeInclusive<usize>, LogEnd) -> Result<Option<LogBlock>, E>,
 ) -> Result<Vec<LogLine>, E> {
-    let (mut found, mut next) = (Vec::new(), Some(last / Block::STATES));
-    while let Some(block) = next.filter(|_| found.len() < max).map(&mut read).transpose()?.flatten()
+    let (mut first, mut last) = (states.start() / Block::STATES, states.end() / Block::STATES);
+    let mut found = VecDeque::new();
+    while !states.is_empty()
+        && first <= last
+        && found.len() < max
+        && let Some(block) = read(first..=last, end)?
     {
-        next = block.block.checked_sub(1);
-        let lines = block.lines().unwrap_or_default().into_iter().rev();
-        let matching = lines.filter(|line| line.state <= last && filter(&line.text));
-        found.extend(matching.take(max - found.len()));
+        let index = block.block;
+        let lines = block.lines(states, end, max - found.len(), &filter).unwrap_or_default();
+        match end {
+            LogEnd::First => {
+                found.extend(lines);
+                first = index + 1;
+            }
+            LogEnd::Last => {
+                lines.into_iter().rev().for_each(|line| found.push_front(line));
+                let Some(before) = index.checked_sub(1) else { break };
+                last = before;
+            }
+        }
     }
-    found.reverse();
-    Ok(found)
+    Ok(found.into())
 }
 
 impl History {
     /// Returns the last `max` log lines that match a filter, up to the state with the index `last`,
     /// in order.
     pub fn log(&self, last: usize, max: usize, filter: impl Fn(&str) -> bool) -> Vec<LogLine> {
-        let read = |block| Ok::<_, Infallible>(self.log_block(block));
-        read_log(last, max, filter, read).unwrap_or_else(|never| match never {})
+        let read = |blocks, end| Ok::<_, Infallible>(self.log_block(blocks, end));
+        read_log(&(0..=last), LogEnd::Last, max, filter, read)
+            .unwrap_or_else(|never| match never {})
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use mmsim_protocol::Annotations;
+
+    use super::*;
+    use crate::history::PushError;
+    use crate::update_tracker::UpdateTracker;
+
+    const STATE: &[u8] = b"S\0\0NC\0C\0";
+
+    fn size() -> MazeSize {
+        MazeSize::new(1, 1).unwrap()
+    }
+
+    /// Appends states. Those whose indices are in `logged` have two lines each.
+    fn history(states: usize, logged: &[usize]) -> History {
+        let (mut history, mut updates) = (History::new(size()), UpdateTracker::default());
+        for index in 0..states {
+            if logged.contains(&index) {
+                updates
+                    .annotate(Annotations::decode(b"AL\x01\0aL\x01\0b", size()).unwrap())
+                    .unwrap();
+            }
+            history.push_with_update(updates.update(), STATE).unwrap();
+            updates.report();
+        }
+        history
+    }
+
+    #[test]
+    fn only_blocks_with_lines_in_the_range_are_read() {
+        let logged = [3, 256 * 4 + 1, 256 * 4 + 2, 256 * 9];
+        let history = history(256 * 9 + 5, &logged);
+        let all: Vec<_> = logged
+            .iter()
+            .flat_map(|&state| ["a", "b"].map(|text| LogLine { state, text: text.into() }))
+            .collect();
+        let blocks = RefCell::new(Vec::new());
+        let read = |states, end, max, filter: &str| {
+            blocks.borrow_mut().clear();
+            read_log(
+                &states,
+                end,
+                max,
+                |text| text.contains(filter),
+                |range, end| {
+                    let block = history.log_block(range, end);
+                    blocks.borrow_mut().extend(block.as_ref().map(|block| block.block));
+                    Ok::<_, Infallible>(block)
+                },
+            )
+            .unwrap()
+        };
+        for (states, end, max, expected, expected_blocks) in [
+            (0..=usize::MAX, LogEnd::First, usize::MAX, &all[..], &[0, 4, 9][..]),
+            (0..=usize::MAX, LogEnd::Last, usize::MAX, &all, &[9, 4, 0]),
+            (0..=5000, LogEnd::First, 3, &all[..3], &[0, 4]),
+            (0..=5000, LogEnd::Last, 3, &all[5..], &[9, 4]),
+            (0..=5000, LogEnd::First, 0, &[], &[]),
+            (4..=1025, LogEnd::Last, 9, &all[2..4], &[4, 0]),
+            (1026..=2303, LogEnd::First, 9, &all[4..6], &[4]),
+            (256..=1000, LogEnd::Last, 9, &[], &[]),
+            (1280..=2303, LogEnd::First, 9, &[], &[]),
+            (2305..=2306, LogEnd::Last, 9, &[], &[9]),
+            (RangeInclusive::new(1025, 1024), LogEnd::Last, 9, &[], &[]),
+        ] {
+            assert_eq!(read(states.clone(), end, max, ""), expected, "{states:?} {end:?}");
+            assert_eq!(*blocks.borrow(), expected_blocks, "{states:?} {end:?}");
+        }
+        assert_eq!(read(0..=5000, LogEnd::Last, 1, "a"), &all[6..7]);
+    }
+
+    #[test]
+    fn empty_lines_count_toward_the_limit() {
+        let limit = 4 << 20;
+        let (mut history, mut updates) =
+            (History::with_limit(size(), limit), UpdateTracker::default());
+        let request = [&b"A"[..], &b"L\0\0".repeat(1365)].concat();
+        let request = Annotations::decode(&request, size()).unwrap();
+        let error = loop {
+            while updates.annotate(request).is_ok() {}
+            let before = history.bytes();
+            if let Err(error) = history.push_with_update(updates.update(), STATE) {
+                assert_eq!(history.bytes(), before);
+                break error;
+            }
+            updates.report();
+        };
+        assert_eq!(error, PushError::Full { limit, states: history.len() });
+        let lines = history.log(usize::MAX, usize::MAX, |_| true);
+        assert!(lines.len() * size_of::<LogLine>() <= limit, "{} lines", lines.len());
+        history.clear();
+        assert_eq!(history.bytes(), 0);
+        history.push_with_update(updates.update(), STATE).unwrap();
+        assert!(history.bytes() > 20_000 * size_of::<LogLine>());
+        history.undo_push();
+        assert_eq!(history.bytes(), 0);
     }
 }

@@ -5,6 +5,7 @@ use mmsim_protocol::{Annotation, Colour};
 
 use crate::changes::{Change, ChangeWriter, Changes, NewText};
 use crate::layer::{Layer, Text};
+use crate::update::{AnnotationList, Events};
 
 /// The maximum lengths of encoded changes in bytes: of lists and names without their contents, of a
 /// text without its characters, and of a colour or wall.
@@ -130,10 +131,46 @@ impl Notes {
         }
     }
 
-    /// Applies changes.
-    pub(crate) fn apply_changes(&mut self, changes: Changes<'_>) {
-        let (area, mut previous) = (self.size.area(), 0);
+    /// Applies annotations. Skips texts, colours and walls that are cleared afterwards, because
+    /// each clear and the next value fill the whole layer. Returns the other annotations.
+    pub(crate) fn apply_all(&mut self, annotations: AnnotationList<'_>) -> Events {
+        let (mut events, mut texts, mut colours, mut walls) = (Events::default(), 0, 0, 0);
+        for annotation in annotations.iter() {
+            match annotation {
+                Annotation::Restart => events.has_restart = true,
+                Annotation::Log(_) => events.lines += 1,
+                Annotation::ClearTexts => texts += 1,
+                Annotation::ClearColours => colours += 1,
+                Annotation::ClearWalls => walls += 1,
+                _ => {}
+            }
+        }
+        for annotation in annotations.iter() {
+            match annotation {
+                Annotation::ClearTexts => texts -= 1,
+                Annotation::ClearColours => colours -= 1,
+                Annotation::ClearWalls => walls -= 1,
+                _ => {}
+            }
+            let clears = match annotation {
+                Annotation::Text { .. } | Annotation::ClearTexts => texts,
+                Annotation::Colour { .. } | Annotation::ClearColours => colours,
+                Annotation::Wall { .. } | Annotation::ClearWalls => walls,
+                _ => 0,
+            };
+            if clears == 0 {
+                self.apply(annotation);
+            }
+        }
+        events
+    }
+
+    /// Applies changes. Returns false if there are no changes of notes.
+    pub(crate) fn apply_changes(&mut self, changes: Changes<'_>) -> bool {
+        let (area, mut previous, mut has_changed) = (self.size.area(), 0, false);
         for change in changes.iter() {
+            has_changed |=
+                !matches!(change, Change::Other(Annotation::Log(_) | Annotation::Restart));
             match change {
                 Change::Other(annotation) => self.apply(annotation),
                 Change::Colour { cell, colour } => self.colours.set(cell, colour, area),
@@ -151,6 +188,7 @@ impl Notes {
                 }
             }
         }
+        has_changed
     }
 
     /// Appends the changes from these notes to `next`.
@@ -274,6 +312,7 @@ mod tests {
             0 => Annotation::ClearTexts,
             1 => Annotation::ClearColours,
             2 => Annotation::ClearWalls,
+            15 => Annotation::Restart,
             3 => Annotation::Mouse(text),
             4 => Annotation::Strategy(text),
             5 | 6 => Annotation::Log(text),
@@ -445,24 +484,16 @@ mod tests {
         let (mut history, mut updates) = (History::new(size()), UpdateTracker::default());
         let state = [b"S\x01\x01NC".to_vec(), vec![0; 12], vec![b'C'], vec![1; 12]].concat();
         let line = "x".repeat(1000);
-        let lines = vec![(5, Cell::new(0, 0), Heading::North, line.clone(), 0); 200];
+        let lines = vec![(5, Cell::new(0, 0), Heading::North, line.clone(), 0); 64];
         for _ in 0..100 {
             annotate(&mut updates, &lines);
             history.push_with_update(updates.update(), &state).unwrap();
             updates.report();
         }
         assert!(history.bytes() < 1 << 20, "{} bytes", history.bytes());
-        let log = history.log(50, 300, |_| true);
+        let log = history.log(50, 100, |_| true);
         let states: Vec<_> = log.iter().map(|line| line.state).collect();
-        assert_eq!(states, [vec![49; 100], vec![50; 200]].concat());
+        assert_eq!(states, [vec![49; 36], vec![50; 64]].concat());
         assert!(log.iter().all(|found| found.text == line));
-        let error = (0..).find_map(|_| {
-            let mut buffer = [0; MAX_ANNOTATIONS_BYTES];
-            let mut writer = AnnotationWriter::new(&mut buffer);
-            writer.push(Annotation::Log(&line)).unwrap();
-            let request = Annotations::decode(writer.finish().unwrap(), size()).unwrap();
-            updates.annotate(request).err()
-        });
-        insta::assert_snapshot!(error.unwrap(), @"cannot store more annotations before the next state: limit of 256 KiB reached (send S or reset)");
     }
 }

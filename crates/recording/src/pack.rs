@@ -17,8 +17,9 @@ use std::time::Duration;
 use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
+use crate::description::Description;
 use crate::memory;
-use crate::reader::{Description, Integrity, RecordedState, read_states};
+use crate::reader::{Integrity, RecordedState, read_states};
 use crate::save::{RecordWriter, compressed};
 use crate::sink::{Identity, identity};
 

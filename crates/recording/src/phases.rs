@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mouse_that_is_restart_makes_no_steps() {
+    fn a_restart_counts_no_steps() {
         let mut states = poses(&[(0, North), (2, East), (0, North), (3, East), (4, East)]);
         let searched = phases(&corridor(), &states);
         assert_eq!((searched.restarts, searched.phase), (1, RunPhase::AtGoal));

@@ -6,11 +6,11 @@ use std::io::{BufReader, Read};
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mmsim_formats::parse_maze;
-use mmsim_maze::{Escaped, Maze, MazeSize};
-use mmsim_protocol::{Info, Request};
+use mmsim_maze::Escaped;
+use mmsim_protocol::Request;
 
 use crate::chunk;
+use crate::description::{Description, check_strings, describe, read_maze};
 use crate::error::ReadError;
 use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES, UPDATES};
 use crate::memory;
@@ -60,15 +60,6 @@ pub enum Integrity {
         /// The reason why the record is invalid.
         reason: String,
     },
-}
-
-/// A recording's description of its simulation.
-#[derive(Clone, Debug)]
-pub(crate) struct Description {
-    /// `states` is 0.
-    pub(crate) info: Info,
-    pub(crate) size: MazeSize,
-    pub(crate) maze: Option<Maze>,
 }
 
 /// A state in a recording.
@@ -252,68 +243,13 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
     }
 }
 
-/// Returns `None` if a string in a metadata or channel record extends past the end of the record.
-/// Without this check, mcap would reserve up to 4 GiB of memory for such a string before reporting
-/// an error.
-fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
-    let rest = match opcode {
-        op::METADATA => after_string(body)?,
-        // The strings follow two numbers of two bytes each.
-        op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
-        _ => return Some(()),
-    };
-    let (length, map) = rest.split_first_chunk()?;
-    let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
-    while !map.is_empty() {
-        map = after_string(after_string(map)?)?;
-    }
-    Some(())
-}
-
-/// Skips a length field of four bytes and the string that follows.
-fn after_string(bytes: &[u8]) -> Option<&[u8]> {
-    let (length, rest) = bytes.split_first_chunk()?;
-    rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
-}
-
-/// Parses the description of the simulation.
-fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
-    let invalid = ReadError::InvalidDescription;
-    let info = info.ok_or_else(|| invalid("info is missing".into()))?;
-    let mut info: Info = serde_json::from_str(info)
-        .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
-    let Info { width, height, .. } = info;
-    let size = info.size().ok_or_else(|| {
-        invalid(format!("the maze has {width}x{height} cells, but only 1x1 to 32x32 are supported"))
-    })?;
-    if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
-        return Err(invalid(format!("the start is outside the maze of {size} cells")));
-    }
-    let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
-    info.name = Escaped(&info.name).to_string();
-    Ok(Description { info, size, maze })
-}
-
-/// Parses the text of a maze. Fails if the maze does not have this size.
-fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
-    let invalid = ReadError::InvalidDescription;
-    let maze =
-        parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
-    match maze.size() {
-        found if found == size => Ok(maze),
-        found => {
-            Err(invalid(format!("the maze has {found} cells, but the states are for {size} cells")))
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
     use mcap::records::MessageHeader;
-    use mmsim_maze::{Cell, Heading};
-    use mmsim_protocol::MazeSize;
+    use mmsim_maze::{Cell, Heading, Maze};
+    use mmsim_protocol::{Info, MazeSize};
 
     use super::*;
     use crate::recording::Recording;
@@ -386,38 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn the_names_in_the_first_update_are_metadata() {
-        let folder = tempfile::tempdir().unwrap();
-        let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse().unwrap());
-        let mut writer = RecordingWriter::create(&path, &info(&maze), Some(&maze)).unwrap();
-        writer.write_with_update(b"NM\x07TheseusS\x05swing", &state(0)).unwrap();
-        for number in 1..10 {
-            writer.write_with_update(b"M\x05Other", &state(number)).unwrap();
-        }
-        writer.close().unwrap();
-        let bytes = fs::read(&path).unwrap();
-        let records = mcap::read::LinearReader::new(&bytes).unwrap().map(Result::unwrap);
-        let names: Vec<_> = records
-            .filter_map(|record| match record {
-                Record::Metadata(metadata) if metadata.name == "mmsim-mouse" => {
-                    Some(["mouse", "strategy"].map(|key| metadata.metadata[key].clone()))
-                }
-                _ => None,
-            })
-            .collect();
-        assert_eq!(names, [["Theseus".to_string(), "swing".to_string()]]);
-        let recording = Recording::read(&bytes[..]).unwrap();
-        let names = [0, 9].map(|index| {
-            let context = recording.history().context(index).unwrap();
-            [context.notes().mouse(), context.notes().strategy()].map(|name| name.map(String::from))
-        });
-        let swing = || Some("swing".to_string());
-        assert_eq!(names, [[Some("Theseus".into()), swing()], [Some("Other".into()), swing()]]);
-        assert_eq!(*recording.integrity(), Integrity::Closed);
-    }
-
-    #[test]
-    fn recordings_of_earlier_versions_have_usual_readings() {
+    fn readings_of_earlier_versions_are_those_at_the_poses() {
         let mut file = std::io::Cursor::new(Vec::new());
         let states = (0..3).map(|number| (u64::from(number), [], state(number)));
         crate::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states).unwrap();
@@ -487,27 +392,6 @@ mod tests {
         assert!(noticed > bytes.len() / 2, "{noticed} of {}", bytes.len());
     }
 
-    /// Fuzzing found that the reader reserved as much memory as a length field claimed.
-    #[test]
-    fn a_length_that_exceeds_its_record_reserves_no_memory() {
-        for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
-            let mut bytes = recorded(1);
-            let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
-            bytes[at + 3] = 0xff;
-            let wrong = "a field that extends past the end of its record";
-            match Recording::read(&bytes[..]) {
-                Ok(recording) => {
-                    assert!(described);
-                    assert!(recording.history().is_empty());
-                    assert!(
-                        matches!(recording.integrity(), Integrity::Damaged { reason, .. } if reason == wrong)
-                    );
-                }
-                Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
-            }
-        }
-    }
-
     /// Fuzzing found that an error message contained the unescaped name of a compression method.
     #[test]
     fn text_of_a_damaged_file_is_escaped() {
@@ -530,26 +414,6 @@ mod tests {
         let error = |bytes: &[u8]| Recording::read(bytes).unwrap_err().to_string();
         insta::assert_snapshot!(error(b""), @"expected a description of the maze, found the end of the file at byte 0");
         insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording (an MCAP file), found other data at byte 0");
-        let other = |description: &[(&str, &str)]| {
-            let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
-            let metadata = description.iter().map(|&(key, text)| (key.into(), text.into()));
-            let name = METADATA.into();
-            let metadata = mcap::records::Metadata { name, metadata: metadata.collect() };
-            mcap.write_metadata(&metadata).unwrap();
-            mcap.finish().unwrap();
-            error(&mcap.into_inner().into_inner())
-        };
-        let info = |width: u8, start: u8| {
-            format!(
-                r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
-            )
-        };
-        insta::assert_snapshot!(other(&[]), @"the description of the maze is invalid: info is missing");
-        insta::assert_snapshot!(other(&[("info", "{}")]), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
-        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
-        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
-        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
     #[test]

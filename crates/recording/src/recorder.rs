@@ -57,8 +57,8 @@ impl Recorder {
         })
     }
 
-    /// Appends an update and the state that follows to the current file. If no file is open, calls `describe` and creates a file
-    /// that begins with the returned description and maze.
+    /// Appends an update and the state that follows to the current file. If no file is open, calls
+    /// `describe` and creates a file that begins with the returned description and maze.
     ///
     /// # Errors
     /// Returns an error if the state cannot be recorded.

@@ -8,10 +8,11 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
+use crate::description::Description;
 use crate::error::{OpenError, ReadError};
 use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
-use crate::reader::{Description, Integrity, RecordedState, read_states};
+use crate::reader::{Integrity, RecordedState, read_states};
 use crate::times::Times;
 use crate::transition::Course;
 

@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Pose, Walls};
 use mmsim_protocol::Info;
 
-use crate::update::has_restart;
+use crate::update::Events;
 
 /// The maximum number of cells that a mouse drives backwards between two states, as in the two-run
 /// trial.
@@ -121,15 +121,9 @@ impl Course {
         }
     }
 
-    /// Returns how a mouse got from one pose to another, with the update between the two states.
-    pub(crate) fn transition_after(
-        &self,
-        update: &[u8],
-        size: MazeSize,
-        from: Pose,
-        to: Pose,
-    ) -> Transition {
-        if has_restart(update, size) { Transition::Restart } else { self.transition(from, to) }
+    /// Returns how a mouse got from one pose to another, with the events between the two states.
+    pub(crate) fn transition_after(&self, events: Events, from: Pose, to: Pose) -> Transition {
+        if events.has_restart { Transition::Restart } else { self.transition(from, to) }
     }
 
     fn is_movement(&self, from: Pose, to: Pose, steps: u8) -> bool {

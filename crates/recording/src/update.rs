@@ -11,9 +11,8 @@
 //! ```
 
 use mmsim_maze::{MazeSize, Pose};
-use mmsim_protocol::Request;
+use mmsim_protocol::{Annotation, Annotations, Request};
 
-use crate::annotation_list::AnnotationList;
 use crate::changes::Changes;
 use crate::update_tracker::MAX_PENDING_BYTES;
 
@@ -33,7 +32,7 @@ pub enum Readings<'a> {
     /// pose of the state, as most clients do. Recordings made by earlier versions of mmsim contain
     /// only such readings.
     #[default]
-    Usual,
+    AtPose,
     /// The client has not read any walls since the reset. It knows walls from another source, so
     /// all walls that it claims to know count as known.
     Untracked,
@@ -41,12 +40,47 @@ pub enum Readings<'a> {
     Poses(&'a [Pose]),
 }
 
+/// The annotations of any number of requests (`A`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AnnotationList<'a>(&'a [u8]);
+
+/// The parts of an update that do not change the context.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Events {
+    /// True if the mouse was put back to its start.
+    pub(crate) has_restart: bool,
+    /// The number of log lines.
+    pub(crate) lines: usize,
+}
+
+impl<'a> AnnotationList<'a> {
+    /// Returns true if there are no annotations.
+    pub const fn is_empty(self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns the length of the annotations in bytes.
+    pub(crate) const fn len(self) -> usize {
+        self.0.len()
+    }
+
+    /// Iterates over the annotations.
+    pub fn iter(self) -> impl Iterator<Item = Annotation<'a>> {
+        Annotations::iter_entries(self.0)
+    }
+
+    /// Creates a list from the [`entries`](Annotations::entries) of valid requests.
+    pub(crate) const fn from_entries(entries: &'a [u8]) -> Self {
+        Self(entries)
+    }
+}
+
 impl Update<'_> {
     /// Returns the maximum length of the encoded update in bytes. Encoded annotations can be longer
     /// than the annotations that the client has sent, because they may clear many cells one by one.
     pub(crate) const fn max_bytes(&self) -> usize {
         let readings = match self.readings {
-            Readings::Usual | Readings::Untracked => 1,
+            Readings::AtPose | Readings::Untracked => 1,
             Readings::Poses(poses) => 1 + (1 + poses.len()) * READING_BYTES,
         };
         readings + if self.annotations.is_empty() { 0 } else { 64 + 2 * self.annotations.len() }
@@ -75,7 +109,7 @@ pub(crate) struct StoredUpdate<'a> {
 /// The readings of a [`StoredUpdate`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StoredReadings<'a> {
-    Usual,
+    AtPose,
     Untracked,
     /// The readings around the pose of the state, if `own` is true, and around other poses.
     Poses {
@@ -96,7 +130,7 @@ impl<'a> StoredUpdate<'a> {
     pub(crate) fn decode(bytes: &'a [u8], size: MazeSize) -> Result<Self, String> {
         // Most updates are empty.
         if bytes.is_empty() {
-            return Ok(Self { readings: StoredReadings::Usual, changes: Changes::none(size) });
+            return Ok(Self { readings: StoredReadings::AtPose, changes: Changes::none(size) });
         }
         if bytes.len() > MAX_UPDATE_BYTES {
             return Err(format!(
@@ -121,15 +155,18 @@ impl<'a> StoredUpdate<'a> {
             ([UNTRACKED, ..], []) => StoredReadings::Untracked,
             ([UNTRACKED, ..], _) => return Err("expected no readings after U, found R".into()),
             ([NOT_OWN, ..], _) | (_, [_, ..]) => StoredReadings::Poses { own, others },
-            (_, []) => StoredReadings::Usual,
+            (_, []) => StoredReadings::AtPose,
         };
         Ok(Self { readings, changes })
     }
 }
 
-/// Returns true if a valid update says that the mouse was put back to its start.
-pub(crate) fn has_restart(update: &[u8], size: MazeSize) -> bool {
-    StoredUpdate::decode(update, size).is_ok_and(|update| update.changes.has_restart())
+impl Events {
+    /// Returns the events in the valid bytes of an update.
+    pub(crate) fn from_update(update: &[u8], size: MazeSize) -> Self {
+        let decoded = StoredUpdate::decode(update, size);
+        decoded.map(|update| update.changes.events()).unwrap_or_default()
+    }
 }
 
 impl OtherPoses<'_> {
@@ -189,8 +226,8 @@ mod tests {
             }
         }
         for (bytes, expected) in [
-            (&b""[..], StoredReadings::Usual),
-            (b"c", StoredReadings::Usual),
+            (&b""[..], StoredReadings::AtPose),
+            (b"c", StoredReadings::AtPose),
             (b"U", StoredReadings::Untracked),
             (b"Uc", StoredReadings::Untracked),
         ] {
@@ -211,6 +248,6 @@ mod tests {
         insta::assert_snapshot!(error(b"NR\x03\0E"), @r#"expected R, x, y and heading, found "R\x03\x00E""#);
         insta::assert_snapshot!(error(b"R\0\0eR\0\0E"), @r#"expected R, x, y and heading, found "R\x00\x00e""#);
         insta::assert_snapshot!(error(b"R\0\0ER\0\0"), @r#"expected a change of annotations, found "R\x00\x00""#);
-        insta::assert_snapshot!(error(&vec![b'c'; MAX_UPDATE_BYTES + 1]), @"expected at most 540737 bytes before a state, found 540738");
+        insta::assert_snapshot!(error(&vec![b'c'; MAX_UPDATE_BYTES + 1]), @"expected at most 147521 bytes before a state, found 147522");
     }
 }

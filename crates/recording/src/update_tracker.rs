@@ -4,14 +4,14 @@ use mmsim_maze::{Heading, MazeSize, Pose};
 
 use mmsim_protocol::Annotations;
 
-use crate::annotation_list::{AnnotationList, put_request};
-use crate::update::{Readings, Update};
+use crate::update::{AnnotationList, Readings, Update};
 
 /// The number of poses in the largest maze.
 const POSES: usize = MazeSize::MAX_AREA * Heading::ALL.len();
 
-/// The maximum total length of the annotations that precede a state, in bytes.
-pub(crate) const MAX_PENDING_BYTES: usize = 256 << 10;
+/// The maximum total length of the annotations that precede a state, in bytes, without the letters
+/// of their requests. In the largest maze, the longest texts, colours and walls of all cells fit.
+pub(crate) const MAX_PENDING_BYTES: usize = 64 << 10;
 
 /// Collects what a client does between two states, as an [`Update`].
 ///
@@ -34,7 +34,7 @@ pub struct UpdateTracker {
     read: [u64; POSES / u64::BITS as usize],
     /// The poses that the client has read since the previous state, for the first time.
     poses: Vec<Pose>,
-    /// The annotations since the previous state.
+    /// The entries of the annotations since the previous state.
     annotations: Vec<u8>,
     /// True if `poses` and `annotations` belong to the newest state.
     is_reported: bool,
@@ -90,10 +90,11 @@ impl UpdateTracker {
     /// Returns an error if there are too many annotations since the previous state.
     pub fn annotate(&mut self, annotations: Annotations<'_>) -> Result<(), TooManyAnnotations> {
         self.forget_reported();
-        if self.annotations.len() + annotations.as_bytes().len() > MAX_PENDING_BYTES {
+        let entries = annotations.entries();
+        if self.annotations.len() + entries.len() > MAX_PENDING_BYTES {
             return Err(TooManyAnnotations);
         }
-        put_request(&mut self.annotations, annotations);
+        self.annotations.extend_from_slice(entries);
         Ok(())
     }
 
@@ -102,7 +103,7 @@ impl UpdateTracker {
         self.forget_reported();
         let Self { poses, annotations, has_read, .. } = self;
         let readings = if *has_read { Readings::Poses(poses) } else { Readings::Untracked };
-        Update { readings, annotations: AnnotationList::from_requests(annotations) }
+        Update { readings, annotations: AnnotationList::from_entries(annotations) }
     }
 
     /// Marks the readings and annotations as part of a state. Later ones belong to the next state.
@@ -126,6 +127,65 @@ impl UpdateTracker {
             self.poses.clear();
             self.annotations.clear();
             self.is_reported = false;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::WallState;
+    use mmsim_protocol::{
+        Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES, MAX_TEXT_CHARS,
+    };
+
+    use super::*;
+
+    fn annotations(request: &[u8]) -> Annotations<'_> {
+        Annotations::decode(request, MazeSize::HALF_SIZE).unwrap()
+    }
+
+    #[test]
+    fn the_annotations_of_all_requests_precede_the_state() {
+        let requests = [&b"AcdL\x01\0x"[..], b"AT\x1f\x1f\x011", b"At"].map(annotations);
+        let mut updates = UpdateTracker::default();
+        assert!(updates.update().annotations.is_empty());
+        for request in requests {
+            updates.annotate(request).unwrap();
+        }
+        let list = updates.update().annotations;
+        assert!(list.iter().eq(requests.iter().flat_map(Annotations::iter)));
+        assert_eq!(list.iter().count(), 5);
+    }
+
+    #[test]
+    fn annotations_are_accepted_up_to_the_limit() {
+        let mut updates = UpdateTracker::default();
+        // The letter of a request does not count.
+        let request = [&b"A"[..], &[b't'; 4095]].concat();
+        let requests = MAX_PENDING_BYTES / 4095;
+        for _ in 0..requests {
+            updates.annotate(annotations(&request)).unwrap();
+        }
+        let rest = &request[..=MAX_PENDING_BYTES - requests * 4095];
+        updates.annotate(annotations(rest)).unwrap();
+        let error = updates.annotate(annotations(b"At")).unwrap_err();
+        insta::assert_snapshot!(error, @"cannot store more annotations before the next state: limit of 64 KiB reached (send S or reset)");
+        assert_eq!(updates.update().annotations.iter().count(), MAX_PENDING_BYTES);
+    }
+
+    #[test]
+    fn a_repaint_of_the_largest_maze_fits() {
+        let (mut updates, text) = (UpdateTracker::default(), "\u{10ffff}".repeat(MAX_TEXT_CHARS));
+        for cell in MazeSize::HALF_SIZE.cells() {
+            let mut buffer = [0; MAX_ANNOTATIONS_BYTES];
+            let mut writer = AnnotationWriter::new(&mut buffer);
+            writer.push(Annotation::Text { cell, text: &text }).unwrap();
+            writer.push(Annotation::Colour { cell, colour: Some(Colour::Red) }).unwrap();
+            for heading in [Heading::North, Heading::East] {
+                let state = Some(WallState::Unknown);
+                writer.push(Annotation::Wall { cell, heading, state }).unwrap();
+            }
+            updates.annotate(annotations(writer.finish().unwrap())).unwrap();
         }
     }
 }

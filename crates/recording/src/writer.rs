@@ -120,3 +120,50 @@ impl Drop for RecordingWriter {
         let _ = self.finish();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mcap::records::Record;
+
+    use super::*;
+    use crate::reader::Integrity;
+    use crate::recording::Recording;
+
+    const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+    fn state(number: u8) -> Vec<u8> {
+        [b"S\x00\x00NC\x01".to_vec(), vec![number], b"C\x0d\x00".to_vec()].concat()
+    }
+
+    #[test]
+    fn the_names_in_the_first_update_are_metadata() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse::<Maze>().unwrap());
+        let info = Info::new("small", maze.size(), maze.start(), maze.goals(), 0);
+        let mut writer = RecordingWriter::create(&path, &info, Some(&maze)).unwrap();
+        writer.write_with_update(b"NM\x07TheseusS\x05swing", &state(0)).unwrap();
+        for number in 1..10 {
+            writer.write_with_update(b"M\x05Other", &state(number)).unwrap();
+        }
+        writer.close().unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let records = mcap::read::LinearReader::new(&bytes).unwrap().map(Result::unwrap);
+        let names: Vec<_> = records
+            .filter_map(|record| match record {
+                Record::Metadata(metadata) if metadata.name == "mmsim-mouse" => {
+                    Some(["mouse", "strategy"].map(|key| metadata.metadata[key].clone()))
+                }
+                _ => None,
+            })
+            .collect();
+        assert_eq!(names, [["Theseus".to_string(), "swing".to_string()]]);
+        let recording = Recording::read(&bytes[..]).unwrap();
+        let names = [0, 9].map(|index| {
+            let context = recording.history().context(index).unwrap();
+            [context.notes().mouse(), context.notes().strategy()].map(|name| name.map(String::from))
+        });
+        let swing = || Some("swing".to_string());
+        assert_eq!(names, [[Some("Theseus".into()), swing()], [Some("Other".into()), swing()]]);
+        assert_eq!(*recording.integrity(), Integrity::Closed);
+    }
+}

@@ -1,12 +1,13 @@
 //! Gives other threads access to a simulation while it is served.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Sender};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
-use mmsim_recording::{Block, LogBlock, LogLine, Times, read_log};
+use mmsim_recording::{Block, LogBlock, LogEnd, LogLine, Times, read_log};
 use mmsim_zmtp::ClientId;
 
 use crate::control::{Control, Status};
@@ -101,16 +102,22 @@ impl Monitor {
         max: usize,
         filter: impl Fn(&str) -> bool,
     ) -> Result<Vec<LogLine>, MonitorError> {
-        read_log(last, max, filter, |block| self.log_block(run, block))
+        let read = |blocks, end| self.log_block(run, blocks, end);
+        read_log(&(0..=last), LogEnd::Last, max, filter, read)
     }
 
-    /// Returns the log lines of the newest block with log lines whose index is at most `index`. See
-    /// [`read_log`].
+    /// Returns the log lines of the first or last block with log lines whose index is in `blocks`.
+    /// See [`read_log`].
     ///
     /// # Errors
     /// Returns an error if the run or the server has stopped.
-    pub fn log_block(&self, run: u32, index: usize) -> Result<Option<LogBlock>, MonitorError> {
-        self.query_run(run, move |service| service.simulation.history().log_block(index))
+    pub fn log_block(
+        &self,
+        run: u32,
+        blocks: RangeInclusive<usize>,
+        end: LogEnd,
+    ) -> Result<Option<LogBlock>, MonitorError> {
+        self.query_run(run, move |service| service.simulation.history().log_block(blocks, end))
     }
 
     /// Returns the times at which the states of a run arrived.

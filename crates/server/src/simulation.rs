@@ -254,9 +254,9 @@ mod tests {
         let mut simulation = simulation(MazeSize::CLASSIC);
         let line = [&b"AL\xe8\x03"[..], &[b'x'; 1000]].concat();
         let count = (0..1000).take_while(|_| reply(&mut simulation, &line) == b"ok").count();
-        assert!((200..300).contains(&count), "{count} lines");
+        assert_eq!(count, (64 << 10) / 1003);
         let error = String::from_utf8(reply(&mut simulation, &line)).unwrap();
-        insta::assert_snapshot!(error, @"error: cannot store more annotations before the next state: limit of 256 KiB reached (send S or reset)");
+        insta::assert_snapshot!(error, @"error: cannot store more annotations before the next state: limit of 64 KiB reached (send S or reset)");
         let pose = Pose::new(Cell::new(0, 0), Heading::North);
         assert_eq!(reply(&mut simulation, &state(MazeSize::CLASSIC, pose, 1)), b"ok");
         assert_eq!(simulation.history().log(0, 1000, |_| true).len(), count);

@@ -4,19 +4,16 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::{Path, Query, State};
-use mmsim_recording::Block;
+use mmsim_recording::LogEnd;
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::run_blocking;
+use crate::jobs::CancelToken;
 use crate::source::Source;
 
 /// The maximum number of log lines up to a state, and of later log lines, in a response.
 const MAX_LINES: usize = 500;
-
-/// The number of states that are searched for later log lines at once.
-const SEARCHED_STATES: usize = 16 * Block::STATES;
 
 #[derive(Deserialize)]
 pub(crate) struct LogQuery {
@@ -49,28 +46,26 @@ pub(crate) async fn handle(
     Path(id): Path<String>,
     Query(query): Query<LogQuery>,
 ) -> Result<Json<LogView>, ApiError> {
-    run_blocking(move || Ok(Json(LogView::new(&*state.source(&id)?, &query)?))).await
+    let source = state.source(&id)?;
+    state.run_jobs.run(move |cancel| Ok(Json(LogView::new(&source, &query, cancel)?))).await
 }
 
 impl LogView {
-    fn new(source: &Source, query: &LogQuery) -> Result<Self, ApiError> {
+    fn new(source: &Source, query: &LogQuery, cancel: &CancelToken) -> Result<Self, ApiError> {
         let LogQuery { run, from, .. } = *query;
         let max = query.max.unwrap_or(MAX_LINES).min(MAX_LINES);
         let filter = query.filter.to_lowercase();
-        let matches = |text: &str| text.to_lowercase().contains(&filter);
+        let matches = |text: &str| filter.is_empty() || text.to_lowercase().contains(&filter);
         let states = source.states(run)?;
         let at = query.at.min(states.saturating_sub(1));
-        let mut lines = source.log(run, from..=at, max, matches)?;
+        let mut lines = source.log(run, &(from..=at), LogEnd::Last, max, cancel, matches)?;
         // Earlier lines of the first state may be missing.
         let oldest = lines.first().filter(|_| lines.len() == max);
         let first = oldest.map_or(from, |line| (line.state + 1).min(at));
-        let (mut later, mut next) = (Vec::new(), at + 1);
-        while next < states && later.len() <= max {
-            let end = ((next / SEARCHED_STATES + 1) * SEARCHED_STATES).min(states);
-            later.extend(source.log(run, next..=end - 1, usize::MAX, matches)?);
-            next = end;
-        }
-        let has_later = later.len() > max || next < states;
+        // One more line shows whether there are more than `max`.
+        let rest = at + 1..=states.saturating_sub(1);
+        let mut later = source.log(run, &rest, LogEnd::First, max + 1, cancel, matches)?;
+        let has_later = later.len() > max;
         later.truncate(max);
         let last = match later.last() {
             _ if !has_later => states.saturating_sub(1),

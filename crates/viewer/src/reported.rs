@@ -50,7 +50,7 @@ mod tests {
             [0, 1].map(|x| map.wall(Cell::new(x, 0), Heading::East))
         };
         let [absent, unknown] = [WallState::Absent, WallState::Unknown];
-        assert_eq!(east(Readings::Usual, b""), [absent, unknown], "the walls around the mouse");
+        assert_eq!(east(Readings::AtPose, b""), [absent, unknown], "the walls around the mouse");
         assert_eq!(east(Readings::Poses(&[]), b""), [unknown; 2]);
         assert_eq!(east(Readings::Untracked, b""), [absent; 2]);
         assert_eq!(east(Readings::Poses(&[]), b"AD\x01\x00E0"), [unknown, absent]);

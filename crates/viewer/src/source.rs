@@ -8,7 +8,9 @@ use axum::http::StatusCode;
 use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
-use mmsim_recording::{Block, Context, Integrity, LogLine, Recording, States, Times, read_log};
+use mmsim_recording::{
+    Block, Context, Integrity, LogEnd, LogLine, Recording, States, Times, read_log,
+};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
@@ -21,6 +23,10 @@ use crate::trial::trial_status;
 /// The maximum number of decompressed blocks that a source caches. Each page shows
 /// a state of one block.
 const CACHED_BLOCKS: usize = 8;
+
+/// The maximum memory of the cached blocks, in bytes. Blocks are this large only if they contain
+/// many log lines. The newest block is cached whatever its size.
+const MAX_CACHED_BYTES: usize = 16 << 20;
 
 /// The maximum number of attempts to describe the current run. An attempt fails if the run ends
 /// before the attempt is complete.
@@ -78,6 +84,14 @@ pub(crate) struct DecodedState<'a> {
     pub(crate) context: Context,
     /// True if the state belongs to a two-run trial.
     pub(crate) is_trial: bool,
+}
+
+/// Removes the oldest blocks until the others are within the limits of the cache.
+fn evict(blocks: &mut VecDeque<Arc<States>>) {
+    let mut bytes: usize = blocks.iter().map(|states| states.memory()).sum();
+    while blocks.len() > 1 && (blocks.len() > CACHED_BLOCKS || bytes > MAX_CACHED_BYTES) {
+        bytes -= blocks.pop_front().map_or(0, |states| states.memory());
+    }
 }
 
 impl RunDescription {
@@ -212,9 +226,7 @@ impl Source {
             // Remove an older copy of the block, which may have grown since.
             cache.blocks.retain(|cached| cached.get(first).is_none());
             cache.blocks.push_back(Arc::clone(&states));
-            if cache.blocks.len() > CACHED_BLOCKS {
-                cache.blocks.pop_front();
-            }
+            evict(&mut cache.blocks);
         });
         Ok(states)
     }
@@ -282,24 +294,28 @@ impl Source {
         })
     }
 
-    /// Returns the last `max` log lines that match a filter and belong to a range of states, in order.
+    /// Returns the first or last `max` log lines that match a filter and belong to a range of
+    /// states, in order.
     pub(crate) fn log(
         &self,
         run: u32,
-        states: RangeInclusive<usize>,
+        states: &RangeInclusive<usize>,
+        end: LogEnd,
         max: usize,
+        cancel: &CancelToken,
         filter: impl Fn(&str) -> bool,
     ) -> Result<Vec<LogLine>, ApiError> {
         self.states(run)?;
-        let first_block = states.start() / Block::STATES;
-        let read = |block| match &self.kind {
-            _ if block < first_block => Ok(None),
-            SourceKind::Live(monitor) => monitor.log_block(run, block),
-            SourceKind::Recording { recording, .. } => Ok(recording.history().log_block(block)),
+        let read = |blocks, end| {
+            cancel.check()?;
+            match &self.kind {
+                SourceKind::Live(monitor) => Ok(monitor.log_block(run, blocks, end)?),
+                SourceKind::Recording { recording, .. } => {
+                    Ok(recording.history().log_block(blocks, end))
+                }
+            }
         };
-        let mut lines = read_log(*states.end(), max, filter, read)?;
-        lines.retain(|line| states.contains(&line.state));
-        Ok(lines)
+        read_log(states, end, max, filter, read)
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the
@@ -310,5 +326,43 @@ impl Source {
             *cache = RunCache { run, ..RunCache::default() };
         }
         access(&mut cache)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::MazeSize;
+    use mmsim_protocol::Annotations;
+    use mmsim_recording::{History, UpdateTracker};
+
+    use super::*;
+
+    #[test]
+    fn the_cache_is_limited_in_blocks_and_bytes() {
+        let size = MazeSize::new(1, 1).unwrap();
+        let block = |requests: usize| {
+            let (mut history, mut updates) = (History::new(size), UpdateTracker::default());
+            let request = [&b"A"[..], &b"L\0\0".repeat(1365)].concat();
+            for _ in 0..Block::STATES {
+                for _ in 0..requests {
+                    updates.annotate(Annotations::decode(&request, size).unwrap()).unwrap();
+                }
+                history.push_with_update(updates.update(), b"S\0\0NC\0C\0").unwrap();
+                updates.report();
+            }
+            Arc::new(history.block(0).unwrap().unpack().unwrap())
+        };
+        let (small, medium, large) = (block(0), block(4), block(15));
+        for (each, count) in [(&small, CACHED_BLOCKS), (&medium, 4), (&large, 2)] {
+            let mut blocks = VecDeque::from(vec![Arc::clone(each); CACHED_BLOCKS]);
+            blocks.push_back(Arc::clone(&small));
+            evict(&mut blocks);
+            let bytes: usize = blocks.iter().map(|states| states.memory()).sum();
+            assert_eq!(blocks.len(), count);
+            assert!(bytes <= MAX_CACHED_BYTES && Arc::ptr_eq(blocks.back().unwrap(), &small));
+        }
+        let mut blocks = VecDeque::from(vec![Arc::clone(&large); 3]);
+        evict(&mut blocks);
+        assert_eq!(blocks.len(), 1);
     }
 }

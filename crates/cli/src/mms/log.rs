@@ -21,7 +21,7 @@ const PIPE_BYTES: usize = 1 << 16;
 const MAX_RAW_BYTES: usize = 4 * MAX_LOG_BYTES;
 
 /// The maximum size of the lines that wait for the next state, in bytes. Further lines are counted.
-const MAX_WAITING_BYTES: usize = 1 << 16;
+const MAX_WAITING_BYTES: usize = 1 << 15;
 
 /// The maximum time to wait for lines that the mouse has already written. They can be late only if
 /// the stderr of this process is blocked.
@@ -285,7 +285,7 @@ mod tests {
         let mut lines = Lines::default();
         lines.push(&b"\n".repeat(5000));
         let taken = lines.take();
-        assert_eq!((taken.len(), taken[4096].as_str()), (4097, "(904 lines omitted)"));
+        assert_eq!((taken.len(), taken[2048].as_str()), (2049, "(2952 lines omitted)"));
         lines.push(b"again\n");
         assert_eq!(lines.take(), ["again"]);
     }

@@ -65,11 +65,13 @@ static const char *read_text(void) {
     return text;
 }
 
-/* Appends as many annotations as the next byte says. */
+/* Appends as many annotations as the next byte says. Writes for each of them whether it was
+   appended ('+'), did not fit ('f'), was invalid ('-'), or could not begin a request ('0'). */
 static size_t make_annotations(size_t capacity) {
     size_t length = 0;
     for (int count = byte(); count > 0; count--) {
         const char kind = (char)byte();
+        const size_t before = length;
         if (kind == 'T') {
             const uint8_t x = byte(), y = byte();
             length = mmsim_annotate_text(buffer, capacity, length, x, y, read_text());
@@ -88,6 +90,8 @@ static size_t make_annotations(size_t capacity) {
         } else {
             length = mmsim_annotate_clear(buffer, capacity, length, kind);
         }
+        putchar(length > before ? '+' : before == 0 ? '0' : length == 0 ? 'f' : '-');
+        if (length == 0) length = before;
     }
     return length;
 }

@@ -229,8 +229,17 @@ fn annotations_of_every_kind() {
         let mut buffer = vec![0; capacity];
         let mut writer = AnnotationWriter::new(&mut buffer);
         let mut task = vec![u8::try_from(annotations.len()).unwrap()];
+        let mut is_begun = false;
         for &annotation in annotations {
-            let _ = writer.push(annotation);
+            let is_valid = AnnotationWriter::new(&mut [0; 5000]).push(annotation).is_ok();
+            let is_pushed = writer.push(annotation).is_ok();
+            is_begun |= is_pushed;
+            tasks.expected.push(match (is_pushed, is_begun, is_valid) {
+                (true, ..) => b'+',
+                (_, false, _) => b'0',
+                (.., true) => b'f',
+                (.., false) => b'-',
+            });
             task.extend(arguments(annotation));
         }
         tasks.request(b'a', capacity, &task, writer.finish().unwrap_or_default());
@@ -255,6 +264,7 @@ fn invalid_utf_8_is_refused() {
         b"\xf8\x88\x80\x80\x80",
     ] {
         assert!(str::from_utf8(text).is_err());
+        tasks.expected.push(b'0');
         tasks.request(b'a', 99, &[b"\x01M", text, b"\0"].concat(), &[]);
     }
     tasks.check();

@@ -219,6 +219,7 @@ with Simulator(sys.argv[-1], annotations={"auto": None, "on": True}[sys.argv[1]]
     simulator.state(Pose(0, 1, Heading.NORTH), weights, walls)
     simulator.clear_texts()
     simulator.clear_colours()
+    simulator.clear_walls()
     for x in range(16):
         for y in range(16):
             simulator.text(x, y, "\u221e" * 10)
@@ -264,7 +265,58 @@ fn the_python_class_sends_annotations() {
     assert!(first.iter().eq(expected), "{first:?}");
     let (last, texts) = run.requests[5..].split_last().unwrap();
     assert_eq!(last[0], b'S');
-    assert_eq!(texts.iter().map(|request| annotations(request)).sum::<usize>(), 2 + 256);
+    assert_eq!(texts.iter().map(|request| annotations(request)).sum::<usize>(), 3 + 256);
+    let first = Annotations::decode(&texts[0], MazeSize::CLASSIC).unwrap();
+    let cleared = [Annotation::ClearTexts, Annotation::ClearColours, Annotation::ClearWalls];
+    assert!(first.iter().take(3).eq(cleared), "{first:?}");
+}
+
+/// A Python script whose first annotations are refused, and whose next ones have no reply in time.
+const REFUSED: &str = r#"
+import sys
+from mmsim import Heading, NoReply, Pose, Refused, Simulator
+
+pose, grid = Pose(0, 0, Heading.NORTH), [[0] * 16] * 16
+with Simulator(sys.argv[1], annotations=True) as simulator:
+    simulator.log("x" * 1000)
+    simulator.text(16, 0, "outside")
+    for _ in range(5):
+        simulator.log("x" * 1000)
+    try:
+        simulator.state(pose, grid, grid)
+    except Refused as error:
+        print(error)
+    simulator.state(pose, grid, grid)
+    simulator.log("again")
+    simulator._timeout = 0.3
+    for _ in range(100):
+        try:
+            simulator.state(pose, grid, grid)
+            break
+        except NoReply:
+            print("no reply")
+"#;
+
+#[test]
+fn the_python_class_sends_annotations_after_errors() {
+    let Some(mut python) = client::python() else { return };
+    // The requests: info, refused annotations, a state, annotations without a reply in time.
+    let slow_reply = |number| Some(Duration::from_secs(u64::from(number == 3)));
+    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow_reply);
+    let run = ClientRun::new(python.args(["-c", REFUSED]), simulator);
+    let (code, stdout, stderr) = run.exit();
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    let (refused, missed) = stdout.split_once('\n').unwrap();
+    assert_eq!(
+        refused,
+        "the simulator refused the request: expected a cell in a maze of 16x16 cells, found (16, 0)"
+    );
+    assert!(missed.lines().all(|line| line == "no reply") && !missed.is_empty(), "{missed}");
+    let letters: String = run.requests.iter().map(|request| char::from(request[0])).collect();
+    assert!(letters.starts_with("iASA") && letters.ends_with("AS"), "{letters}");
+    assert!(
+        run.requests[3..].iter().all(|request| request[0] == b'S' || request == b"AL\x05\0again")
+    );
 }
 
 /// The reference simulator replies neither to `info` nor to annotations.

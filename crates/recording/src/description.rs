@@ -1,0 +1,135 @@
+//! The description of the simulation in a recording.
+
+use mcap::records::op;
+use mmsim_formats::parse_maze;
+use mmsim_maze::{Escaped, Maze, MazeSize};
+use mmsim_protocol::Info;
+
+use crate::error::ReadError;
+
+/// A recording's description of its simulation.
+#[derive(Clone, Debug)]
+pub(crate) struct Description {
+    /// `states` is 0.
+    pub(crate) info: Info,
+    pub(crate) size: MazeSize,
+    pub(crate) maze: Option<Maze>,
+}
+
+/// Parses the description of the simulation.
+pub(crate) fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
+    let invalid = ReadError::InvalidDescription;
+    let info = info.ok_or_else(|| invalid("info is missing".into()))?;
+    let mut info: Info = serde_json::from_str(info)
+        .map_err(|error| invalid(format!("info is not valid JSON: {error}")))?;
+    let Info { width, height, .. } = info;
+    let size = info.size().ok_or_else(|| {
+        invalid(format!("the maze has {width}x{height} cells, but only 1x1 to 32x32 are supported"))
+    })?;
+    if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
+        return Err(invalid(format!("the start is outside the maze of {size} cells")));
+    }
+    let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
+    info.name = Escaped(&info.name).to_string();
+    Ok(Description { info, size, maze })
+}
+
+/// Parses the text of a maze. Fails if the maze does not have this size.
+pub(crate) fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> {
+    let invalid = ReadError::InvalidDescription;
+    let maze =
+        parse_maze(text).map_err(|error| invalid(format!("the maze is invalid: {error}")))?;
+    match maze.size() {
+        found if found == size => Ok(maze),
+        found => {
+            Err(invalid(format!("the maze has {found} cells, but the states are for {size} cells")))
+        }
+    }
+}
+
+/// Returns `None` if a string in a metadata or channel record extends past the end of the record.
+/// Without this check, mcap would reserve up to 4 GiB of memory for such a string before reporting
+/// an error.
+pub(crate) fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
+    let rest = match opcode {
+        op::METADATA => after_string(body)?,
+        // The strings follow two numbers of two bytes each.
+        op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
+        _ => return Some(()),
+    };
+    let (length, map) = rest.split_first_chunk()?;
+    let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+    while !map.is_empty() {
+        map = after_string(after_string(map)?)?;
+    }
+    Some(())
+}
+
+/// Skips a length field of four bytes and the string that follows.
+fn after_string(bytes: &[u8]) -> Option<&[u8]> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::layout::METADATA;
+    use crate::reader::Integrity;
+    use crate::recording::Recording;
+    use crate::writer::RecordingWriter;
+
+    const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+    #[test]
+    fn invalid_descriptions_are_errors() {
+        let other = |description: &[(&str, &str)]| {
+            let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+            let metadata = description.iter().map(|&(key, text)| (key.into(), text.into()));
+            let name = METADATA.into();
+            let metadata = mcap::records::Metadata { name, metadata: metadata.collect() };
+            mcap.write_metadata(&metadata).unwrap();
+            mcap.finish().unwrap();
+            Recording::read(&mcap.into_inner().into_inner()[..]).unwrap_err().to_string()
+        };
+        let info = |width: u8, start: u8| {
+            format!(
+                r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
+            )
+        };
+        insta::assert_snapshot!(other(&[]), @"the description of the maze is invalid: info is missing");
+        insta::assert_snapshot!(other(&[("info", "{}")]), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
+        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
+        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
+    }
+
+    /// Fuzzing found that the reader reserved as much memory as a length field claimed.
+    #[test]
+    fn a_length_that_exceeds_its_record_reserves_no_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse::<Maze>().unwrap());
+        let info = Info::new("small", maze.size(), maze.start(), maze.goals(), 0);
+        RecordingWriter::create(&path, &info, Some(&maze)).unwrap().close().unwrap();
+        let recorded = fs::read(&path).unwrap();
+        for (string, described) in [(&b"\x05\0\0\0mmsim"[..], false), (b"\x06\0\0\0/state", true)] {
+            let mut bytes = recorded.clone();
+            let at = bytes.windows(string.len()).position(|bytes| bytes == string).unwrap();
+            bytes[at + 3] = 0xff;
+            let wrong = "a field that extends past the end of its record";
+            match Recording::read(&bytes[..]) {
+                Ok(recording) => {
+                    assert!(described);
+                    assert!(recording.history().is_empty());
+                    assert!(
+                        matches!(recording.integrity(), Integrity::Damaged { reason, .. } if reason == wrong)
+                    );
+                }
+                Err(error) => assert!(!described && error.to_string().contains(wrong), "{error}"),
+            }
+        }
+    }
+}
