@@ -11,7 +11,6 @@ use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::{Colour, State};
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States, Transition};
 use mmsim_solvers::Distances;
-use mmsim_viewer::reported_maze;
 
 use crate::output::{note, replace};
 use crate::playback::{is_undamaged, no_state};
@@ -166,7 +165,7 @@ impl<'a> RecordedSearch<'a> {
         let message = states.get(index).ok_or_else(unreadable)?;
         let state = State::decode(message, size).map_err(|_| unreadable())?;
         let context = states.context(index).ok_or_else(unreadable)?;
-        let (map, notes) = (reported_maze(&context, &state, &self.initial), context.notes());
+        let (map, notes) = (context.claimed_maze(&state, &self.initial), context.notes());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)
             .with_mouse(state.pose())

@@ -189,6 +189,11 @@ impl KnownMaze {
     /// ```
     pub fn forget_unobserved(&mut self, observed: &Walls) {
         self.certain = self.certain.combine(observed, |certain, observed| certain & observed);
+        self.forget_unobserved_openings(observed);
+    }
+
+    /// Makes each absent wall unknown whose position is not marked by a wall in `observed`.
+    pub fn forget_unobserved_openings(&mut self, observed: &Walls) {
         self.possible = self.possible.combine(observed, |possible, observed| possible | !observed);
     }
 
@@ -349,7 +354,12 @@ mod tests {
                     map.visit(cell);
                     map.set_wall(cell, heading, claim);
                     let mut kept = map.clone();
+                    let mut without_openings = map.clone();
                     walls.set(cell, heading, observed);
+                    without_openings.forget_unobserved_openings(&walls);
+                    let is_kept = observed || claim == Present;
+                    let expected = if is_kept { claim } else { Unknown };
+                    assert_eq!(without_openings.wall(cell, heading), expected);
                     kept.forget_unobserved(&walls);
                     assert_eq!(kept.wall(cell, heading), if observed { claim } else { Unknown });
                     walls.set(cell, heading, truth);

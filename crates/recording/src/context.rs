@@ -66,10 +66,14 @@ impl Context {
     }
 
     /// Returns the map that the client claims to know: the walls in the flags of the state, except
-    /// that declared walls override the flags. `unexplored` is the map before the first state, which
-    /// provides the start and the goal.
+    /// that declared walls override the flags. A client that marks a cell as visited before it reads
+    /// the walls does not claim that they are absent. `unexplored` is the map before the first
+    /// state, which provides the start and the goal.
     pub fn claimed_maze(&self, state: &State<'_>, unexplored: &KnownMaze) -> KnownMaze {
         let mut map = state.map(unexplored.start().cell, *unexplored.goals());
+        if let Some(walls_read) = &self.walls_read {
+            map.forget_unobserved_openings(walls_read);
+        }
         self.notes.declare(&mut map);
         map
     }
@@ -303,9 +307,12 @@ fn encode_poses(before: Walls, pose: Option<Pose>, poses: &[Pose], to: &mut Vec<
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, Heading};
+    use mmsim_maze::{Cell, Heading, WallState};
+    use mmsim_protocol::Annotations;
 
     use super::*;
+    use crate::history::History;
+    use crate::update_tracker::UpdateTracker;
 
     fn pose(x: u8, y: u8, heading: Heading) -> Pose {
         Pose::new(Cell::new(x, y), heading)
@@ -316,6 +323,31 @@ mod tests {
         let update = Update { readings, ..Update::default() };
         context.encode_update(own, update, &mut bytes);
         bytes
+    }
+
+    #[test]
+    fn claimed_openings_are_read_or_declared() {
+        let size = MazeSize::new(3, 1).unwrap();
+        let unexplored = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+        // The cells (0, 0) and (2, 0) are visited and have no walls.
+        let message = b"S\0\0NC\0\0\0C\x01\0\x01";
+        let east = |readings, annotations: &[u8]| {
+            let mut tracker = UpdateTracker::default();
+            if !annotations.is_empty() {
+                tracker.annotate(Annotations::decode(annotations, size).unwrap()).unwrap();
+            }
+            let mut history = History::new(size);
+            let update = Update { readings, ..tracker.update() };
+            history.push_with_update(update, message).unwrap();
+            let state = State::decode(message, size).unwrap();
+            let map = history.context(0).unwrap().claimed_maze(&state, &unexplored);
+            [0, 1].map(|x| map.wall(Cell::new(x, 0), Heading::East))
+        };
+        let [absent, unknown] = [WallState::Absent, WallState::Unknown];
+        assert_eq!(east(Readings::AtPose, b""), [absent, unknown], "the walls around the mouse");
+        assert_eq!(east(Readings::Poses(&[]), b""), [unknown; 2]);
+        assert_eq!(east(Readings::Untracked, b""), [absent; 2]);
+        assert_eq!(east(Readings::Poses(&[]), b"AD\x01\x00E0"), [unknown, absent]);
     }
 
     #[test]

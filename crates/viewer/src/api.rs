@@ -17,9 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::control::OwnMouse;
 use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
+use crate::mouse_status::OwnMouse;
 use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
 use crate::state_view::StateView;

@@ -15,9 +15,9 @@ use tokio::time::sleep;
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::control::MouseStatus;
 use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
+use crate::mouse_status::MouseStatus;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice a
 /// delay of 33 ms. More frequent events would leave the browser less time to draw.

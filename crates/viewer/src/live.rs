@@ -9,8 +9,9 @@ use mmsim_server::{Monitor, MonitorError};
 use mmsim_solvers::BundledStrategy;
 
 use crate::api_error::ApiError;
-use crate::control::{MouseControl, MouseStatus, StartReason};
+use crate::control::MouseControl;
 use crate::mouse;
+use crate::mouse_status::{MouseStatus, StartReason};
 use crate::source::Source;
 
 /// A running server, and the control of the mice that the page starts.

@@ -11,7 +11,8 @@ use mmsim_server::Monitor;
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::api_error::ApiError;
-use crate::control::{Ending, EndingKind, MouseControl};
+use crate::control::MouseControl;
+use crate::mouse_status::{Ending, EndingKind};
 
 /// Starts a bundled mouse, or returns an error if another mouse is running. The mouse
 /// stops when a client begins to search the maze.

@@ -16,7 +16,6 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory, Sample};
 use crate::jobs::CancelToken;
-use crate::reported::reported_maze;
 use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
 
@@ -76,7 +75,7 @@ pub(crate) struct RunDescription {
 pub(crate) struct DecodedState<'a> {
     pub(crate) message: &'a [u8],
     pub(crate) state: State<'a>,
-    /// The map that the client reports.
+    /// The map that the client claims to know.
     pub(crate) map: KnownMaze,
     /// The walls that the client knows. See `Context::known_maze` in `mmsim-recording`.
     pub(crate) known: KnownMaze,
@@ -111,7 +110,7 @@ impl RunDescription {
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
         let context = states.context(index).ok_or_else(failed)?;
-        let map = reported_maze(&context, &state, &self.unexplored);
+        let map = context.claimed_maze(&state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
         let is_trial = trial_status(context.notes()).is_some();
         Ok(DecodedState { message, state, map, known, context, is_trial })

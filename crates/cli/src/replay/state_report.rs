@@ -71,8 +71,7 @@ impl StateReport {
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
         let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
-        let read = context.known_maze(&state, &unexplored, None);
-        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, &read, maze));
+        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
@@ -161,18 +160,12 @@ fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
     (0..size.width()).map(column).collect()
 }
 
-/// Counts the walls that the client reports incorrectly. `map` contains all walls that the client
-/// reports, and `read` those that it has also read: a client that marks a cell as visited before it
-/// reads the walls does not report that they are absent.
-fn wrong_walls(map: &KnownMaze, read: &KnownMaze, maze: &Maze) -> usize {
+/// Counts the walls that the client claims incorrectly.
+fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
     let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
     let is_wrong = |&(cell, heading): &(Cell, Heading)| {
         let is_present = maze.walls().has(cell, heading);
-        match map.wall(cell, heading) {
-            WallState::Present => !is_present,
-            WallState::Absent => is_present && read.wall(cell, heading) == WallState::Absent,
-            WallState::Unknown => false,
-        }
+        map.wall(cell, heading) == if is_present { WallState::Absent } else { WallState::Present }
     };
     map.size().cells().flat_map(sides).filter(is_wrong).count()
 }
