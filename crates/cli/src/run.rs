@@ -98,10 +98,15 @@ fn run_once(
 }
 
 /// Describes the progress of the mouse, such as `goal reached, 412 states`.
-fn describe(Progress { states, is_goal_reached }: Progress) -> String {
-    if states == 0 {
+fn describe(Progress { requests, refused, states, is_goal_reached }: Progress) -> String {
+    if requests == 0 {
         return format!("no states reported (does it connect to {ENDPOINT_VARIABLE}?)");
     }
-    let goal = if is_goal_reached { "goal reached" } else { "goal not reached" };
-    format!("{goal}, {}", counted(states, "state"))
+    let progress = match (states, is_goal_reached) {
+        (0, _) => "no states reported".into(),
+        (_, true) => format!("goal reached, {}", counted(states, "state")),
+        (_, false) => format!("goal not reached, {}", counted(states, "state")),
+    };
+    let refused = (refused > 0).then(|| format!(", {} refused", counted(refused, "request")));
+    format!("{progress}{}", refused.unwrap_or_default())
 }

@@ -36,8 +36,14 @@ export function showFigures(panel, source, view) {
   show("optimistic", view?.open, none);
   show("pessimistic", view?.closed, none);
   show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
-  setText(panel, ".proven", view?.solved ? "proven" : "not proven");
+  setText(panel, ".proven", proof(view));
   setAttributes(panel, { "data-proven": view?.solved ?? false });
+}
+
+/** Describes what the known walls prove. @param {StateView | undefined} view */
+function proof(view) {
+  if (view && view.open == null) return "goal unreachable";
+  return view?.solved ? "proven" : "not proven";
 }
 
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
@@ -97,7 +103,7 @@ export function announce(panel, shown) {
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
     if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
     if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back to the start");
-    parts.push(`${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${view.solved ? "" : "not "}proven`);
+    parts.push(`${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
   }
   setText(panel, ".announcement", parts.join(", "));
 }

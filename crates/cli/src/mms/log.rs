@@ -48,6 +48,11 @@ impl MouseLog {
         thread::spawn(move || log.copy(&pipe, &mut io::stderr()));
     }
 
+    /// Adds a line of this process.
+    pub(crate) fn add(&self, line: &str) {
+        self.lock().add(clean(line.as_bytes()));
+    }
+
     /// Takes all lines that the mouse has written so far.
     pub(crate) fn take(&self) -> Vec<String> {
         let lines = self.lock();
@@ -151,6 +156,10 @@ impl Lines {
 
     fn end_line(&mut self) {
         let line = clean(&mem::take(&mut self.partial));
+        self.add(line);
+    }
+
+    fn add(&mut self, line: String) {
         // An empty line needs memory too.
         let bytes = line.len() + 16;
         if self.complete_bytes + bytes > MAX_WAITING_BYTES {

@@ -109,10 +109,16 @@ impl<'a, T: Transport> Session<'a, T> {
     fn explain_silence(&mut self, incomplete: &[u8]) {
         if !incomplete.is_empty() {
             let (line, start) = (self.lines + 1, excerpt(incomplete));
-            warn(format_args!("mms: line {line}: waiting for a newline after {start}"));
+            self.report(&format!("mms: line {line}: waiting for a newline after {start}"));
         } else if let Some(report) = self.invalid_lines.take_withheld() {
-            warn(report);
+            self.report(&report);
         }
+    }
+
+    /// Prints a message about the mouse, which also appears in its log on the page.
+    fn report(&self, message: &str) {
+        warn(message);
+        self.simulator.add_to_log(message);
     }
 
     fn answer(&mut self, line: &Line, child: &Child) -> Result<(), ExitCause> {
@@ -131,7 +137,7 @@ impl<'a, T: Transport> Session<'a, T> {
             }
             Err(invalid_line) => {
                 if let Some(message) = self.invalid_lines.add(self.lines, &invalid_line) {
-                    warn(message);
+                    self.report(&message);
                 }
                 Ok(())
             }

@@ -96,6 +96,13 @@ impl<'a, T: Transport> Simulator<'a, T> {
         self.last.as_ref().is_some_and(|last| is_same_state(last, mouse))
     }
 
+    /// Adds a message of this process to the log of the mouse.
+    pub(crate) fn add_to_log(&self, message: &str) {
+        if let Some(annotator) = &self.annotator {
+            annotator.log.add(message);
+        }
+    }
+
     /// Takes the lines that the mouse has written to its log.
     fn take_lines(&self) -> Vec<String> {
         self.annotator.as_ref().map(|annotator| annotator.log.take()).unwrap_or_default()

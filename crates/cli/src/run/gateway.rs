@@ -19,9 +19,11 @@ use tracing::error;
 /// The maximum time to wait until a mouse that must stop has been killed.
 const MAX_KILL_TIME: Duration = Duration::from_secs(10);
 
-/// What the mouse has reported since the last reset.
+/// What the mouse has sent since the last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
+    pub(crate) requests: u64,
+    pub(crate) refused: u64,
     pub(crate) states: u64,
     pub(crate) is_goal_reached: bool,
 }
@@ -107,11 +109,15 @@ impl Simulator {
 }
 
 impl Tracker {
-    /// Updates the progress after an accepted request.
-    fn observe(&mut self, request: &[u8]) {
+    /// Updates the progress after a request and its reply.
+    fn observe(&mut self, request: &[u8], reply: &[u8]) {
         let Some((size, goals)) = &self.maze else { return };
-        if request == b"reset" {
-            self.progress = Progress::default();
+        self.progress.requests += 1;
+        if reply.starts_with(ERROR_PREFIX.as_bytes()) {
+            self.progress.refused += 1;
+        } else if request == b"reset" {
+            let Progress { requests, refused, .. } = self.progress;
+            self.progress = Progress { requests, refused, ..Progress::default() };
         } else if let Ok(pose) = StateMessage::new(request, *size).and_then(|state| state.pose()) {
             self.progress.states += 1;
             self.progress.is_goal_reached |= goals.contains(pose.cell);
@@ -151,8 +157,10 @@ impl Forwarder {
         let client = (!is_own).then_some(client);
         let (reply, is_activity) =
             monitor.answer(client, request, frames).map_err(|error| error.to_string())?;
+        if is_own {
+            lock(&self.tracker).observe(request, &reply);
+        }
         if is_own && reply == b"ok" {
-            lock(&self.tracker).observe(request);
             if request == b"reset" {
                 self.simulator.name_mouse().map_err(|error| error.to_string())?;
             } else if request.first() == Some(&b'S') && control.throttle().wait() {
@@ -256,12 +264,15 @@ mod tests {
             assert_eq!(ask(&other, request), b"ok");
         }
         run.begin();
-        assert_eq!(ask(&run.connect(), STATE), b"ok", "the mouse");
+        let mouse = run.connect();
+        assert_eq!(ask(&mouse, STATE), b"ok");
+        assert!(ask(&mouse, &STATE[1..]).starts_with(b"error: "));
         for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
             assert!(ask(&other, request).starts_with(b"error: the simulator is running its own "));
         }
         assert_eq!(ask(&other, b"ping"), b"pong");
-        assert_eq!(run.gateway.progress(), Progress { states: 1, is_goal_reached: false });
+        let expected = Progress { requests: 2, refused: 1, states: 1, is_goal_reached: false };
+        assert_eq!(run.gateway.progress(), expected);
         assert_eq!(run.monitor.status().states, 1);
         run.end();
         assert_eq!(ask(&other, STATE), b"ok");

@@ -215,3 +215,13 @@ fn what_a_mouse_displays_is_sent_while_it_stands_still() {
     assert_eq!(status.code(), Some(130), "{messages}");
     assert_eq!(listener.events.try_iter().collect::<Vec<_>>(), [""; 0]);
 }
+
+#[test]
+fn reports_of_invalid_lines_are_in_the_log() {
+    let listener = Listener::start(true);
+    let mouse = "say('moveForwrad')\nask('turnLeft')\n";
+    let Some((ended, events)) = listener.run(&Home::new(), mouse) else { return };
+    let report = r#"mms: line 1: unknown command "moveForwrad""#;
+    assert!(ended.stderr.contains(report), "{ended:?}");
+    assert!(events.contains(&report.escape_debug().to_string()), "{events}");
+}
