@@ -269,7 +269,7 @@ static inline size_t mmsim_annotate_clear(uint8_t *request, size_t capacity, siz
     return mmsim_annotate(request, capacity, length, &what, 1, "", 0);
 }
 
-/* Says that the mouse was put back to its start. Without this annotation, the simulator compares
+/* Says that the mouse was put back at its start. Without this annotation, the simulator compares
    the poses in two states to find out whether the mouse drove to the start. */
 static inline size_t mmsim_annotate_restart(uint8_t *request, size_t capacity, size_t length) {
     return mmsim_annotate(request, capacity, length, "R", 1, "", 0);

@@ -204,7 +204,7 @@ class Simulator:
             self._annotate(kind + _with_length(_printable(name)))
 
     def restart(self) -> None:
-        """Says that the mouse was put back to its start, and did not drive there."""
+        """Says that the mouse was put back at its start, and did not drive there."""
         self._annotate(b"R")
 
     def close(self) -> None:

@@ -122,7 +122,8 @@ fn search(
     let annotator = log.clone().map(|log| Annotator { name: program.name.clone(), log });
     let simulator = Simulator::new(transport, map.size(), control, annotator)?;
     let child = Child::start(program, log.as_ref());
-    let exit = Session::new(mouse, simulator, control, args.limit).run(child);
+    let is_remote = args.remote.connect.is_some();
+    let exit = Session::new(mouse, simulator, is_remote, control, args.limit).run(child);
     match &exit.cause {
         ExitCause::LostSimulator(error) => warn(format_args!("mmsim: {}", explain(error))),
         ExitCause::NotStarted(error) | ExitCause::Failed(error) => {

@@ -102,8 +102,9 @@ impl Runs<'_> {
             reserve(true);
             let end = run_once()?;
             code = end.code;
-            let stop = control.end(end.ending);
+            // A client that reacts to the end of the run must not be refused.
             reserve(false);
+            let stop = control.end(end.ending);
             let has_failed = reason == StartReason::First && !end.was_started && watched.is_none();
             if has_failed || stop == Some(StopReason::Exit) {
                 return Ok(code);
@@ -129,6 +130,10 @@ fn watch(file: PathBuf, control: Arc<MouseControl>, monitor: Monitor) {
         let (mut has_changed, mut is_announced) = (false, false);
         loop {
             thread::sleep(WATCH_INTERVAL);
+            if is_announced && control.is_own_running() {
+                // The user has not waited, so the mouse already runs with the change.
+                (has_changed, is_announced) = (false, false);
+            }
             has_changed |= watcher.check(version(&file));
             if !has_changed {
                 continue;
@@ -136,7 +141,7 @@ fn watch(file: PathBuf, control: Arc<MouseControl>, monitor: Monitor) {
             if monitor.has_client() && !control.is_own_running() {
                 if !mem::replace(&mut is_announced, true) {
                     note(format_args!(
-                        "{name} has changed; waiting for another client to end its search"
+                        "{name} has changed; waiting for another client to disconnect"
                     ));
                 }
                 continue;

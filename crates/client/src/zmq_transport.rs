@@ -19,8 +19,8 @@ pub enum Timeout {
     Default,
     /// This limit for each reply.
     After(Duration),
-    /// No limit. A mouse of `mmsim run` needs it, because the simulator holds its replies while the
-    /// mouse is paused.
+    /// No limit. Use this for a mouse that `mmsim run` starts, because the simulator holds its
+    /// replies while the mouse is paused.
     Never,
 }
 

@@ -142,10 +142,10 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds a text of up to 10 characters to each cell for which `text` does not return an empty
-    /// text. The text replaces the number of the cell. If a cell has a text, the number 0 of other
-    /// cells is not shown: a mouse for the simulator mms has no weights except its texts. A text of
-    /// more than 5 characters is split into two lines, as in mms.
+    /// Adds a text of up to 10 characters to each cell for which `text` returns a non-empty string.
+    /// The text replaces the number of the cell. If any cell has a text, the number 0 is not shown
+    /// in other cells, because a mouse for the simulator mms has no weights except its texts. A text
+    /// of more than 5 characters is split into two lines, as in mms.
     pub fn with_texts<'b>(mut self, text: impl Fn(Cell) -> &'b str) -> Self {
         let texts = self.size.cells().map(|cell| (cell, text(cell)));
         let texts = texts.filter(|(_, text)| !text.is_empty());

@@ -32,7 +32,7 @@ pub trait Environment {
         Ok(())
     }
 
-    /// Called when the mouse is put back to the start.
+    /// Called when the mouse is put back at the start.
     ///
     /// # Errors
     /// If the implementation returns an error, the mouse stops and the error is passed on.
@@ -114,12 +114,12 @@ impl SimulatedMouse {
         &self.display
     }
 
-    /// Returns the scores by the rules that the mouse was created with.
+    /// Returns the scores according to the rules for the replies to `getStat`.
     pub const fn scores(&self) -> &Scores {
         self.scores_by(self.rules)
     }
 
-    /// Returns the scores by other rules.
+    /// Returns the scores according to `rules`.
     pub const fn scores_by(&self, rules: ScoreRules) -> &Scores {
         &self.scores[rules as usize]
     }

@@ -8,12 +8,12 @@
 //!   L n n text        log line: n bytes (at most 1000, 16-bit little-endian)
 //!   M n text          name of the mouse: n bytes (at most 100)
 //!   S n text          name of its strategy: n bytes (at most 100)
-//!   R                 the mouse was put back to its start
+//!   R                 the mouse was put back at its start
 //!   t, c, d           clears all texts, colours, declared walls
 //! ```
 //!
-//! A character is a Unicode code point. Printable are all except control characters, line and
-//! paragraph separators, and marks that change the direction of text (see
+//! A character is a Unicode code point. All characters are printable except control characters,
+//! line and paragraph separators, and marks that change the direction of text (see
 //! [`needs_escape`](mmsim_maze::needs_escape)).
 
 use mmsim_maze::{Cell, Excerpt, Heading, MazeSize, WallState, needs_escape};
@@ -72,7 +72,7 @@ pub enum Annotation<'a> {
     Mouse(&'a str),
     /// Names the strategy, in at most [`MAX_NAME_BYTES`] bytes of printable characters.
     Strategy(&'a str),
-    /// The mouse was put back to its start, and did not drive there.
+    /// The mouse was put back at its start, and did not drive there.
     Restart,
     /// Clears all texts.
     ClearTexts,

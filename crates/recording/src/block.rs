@@ -120,7 +120,7 @@ impl States {
         Some(phases)
     }
 
-    /// Returns how the mouse got from the pose `from` into the state with this index.
+    /// Returns the transition from the pose `from` to the state with this index.
     pub fn transition(&self, from: Pose, index: usize) -> Option<Transition> {
         self.transitions().to(index, from)
     }
@@ -149,7 +149,7 @@ pub struct Transitions<'a> {
 }
 
 impl Transitions<'_> {
-    /// Returns how the mouse got from the pose `from` into the state with this index, which must be
+    /// Returns the transition from the pose `from` to the state with this index, which must be
     /// greater than the previous index.
     pub fn to(&mut self, index: usize, from: Pose) -> Option<Transition> {
         let States { course, size, first, .. } = self.states;

@@ -11,7 +11,7 @@
 //! C n …    n changed colours, each as skip and letter; - clears the colour
 //! d        as in annotations
 //! D n …    n changed declared walls, each as skip and 1, 0, ? or -
-//! r        the mouse was put back to its start
+//! r        the mouse was put back at its start
 //! L        as in annotations
 //! ```
 //!

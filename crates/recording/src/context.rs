@@ -55,7 +55,7 @@ impl Context {
 
     /// Returns the walls that the client has read: a wall in the result means that the client has
     /// read whether the maze has a wall in this position. Returns `None` if the client has not read
-    /// any walls since the reset, so its walls are from another source.
+    /// any walls since the reset, so it knows the walls from another source.
     pub const fn walls_read(&self) -> Option<&Walls> {
         self.walls_read.as_ref()
     }

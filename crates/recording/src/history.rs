@@ -160,7 +160,7 @@ impl History {
         self.limit
     }
 
-    /// Appends a state whose client has read the walls around its pose.
+    /// Appends a state with an empty update: the client has read the walls around the pose.
     ///
     /// # Errors
     /// See [`push_with_update`](Self::push_with_update).

@@ -21,7 +21,7 @@ pub struct PhaseReport {
     pub total: RunReport,
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
-    /// The number of times that the mouse was put back to the start.
+    /// The number of times that the mouse was put back at the start.
     pub restarts: u32,
     /// The number of jumps to other cells.
     pub jumps: u32,

@@ -7,11 +7,11 @@ use crate::transition::{Course, Transition};
 /// The phases of the states from the first state of a history to another state.
 ///
 /// - The *search run* leads from the first state to the first goal cell. It continues if the mouse
-///   is put back to the start before it has reached a goal cell.
+///   is put back at the start before it has reached a goal cell.
 /// - A *return run* leads from the goal to the start cell, whether or not the mouse still explores.
 /// - A *fast run* leads from the start cell to the goal. Its time begins with the last state before
 ///   the mouse leaves the start cell, and earlier turns in this cell count as its turns. It ends
-///   early if the mouse is put back to the start.
+///   early if the mouse is put back at the start.
 ///
 /// Only the latest return run, the latest fast run and the best complete fast run are kept;
 /// [`total`](Self::total) counts all runs. See [`Transition`] for what counts as a movement.
@@ -31,7 +31,7 @@ use crate::transition::{Course, Transition};
 pub struct Phases {
     /// The phase in which the mouse is.
     pub phase: RunPhase,
-    /// How the mouse got into this state, or `None` in the first state.
+    /// The transition to this state, or `None` in the first state.
     pub transition: Option<Transition>,
     /// The search run.
     pub search_run: RunFigures,
@@ -43,7 +43,7 @@ pub struct Phases {
     pub best_run: Option<RunFigures>,
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
-    /// The number of times that the mouse was put back to the start.
+    /// The number of times that the mouse was put back at the start.
     pub restarts: u32,
     /// The number of jumps to other cells.
     pub jumps: u32,

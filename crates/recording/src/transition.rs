@@ -36,7 +36,7 @@ pub struct Course {
 ///
 /// Only the first two of these movements can end in the start pose, and a straight line of more than
 /// one cell only in the direction of the start heading. In other cases, a mouse in its start pose was
-/// put back to the start, for example by the reset button of mms: a *restart*. A client can also say
+/// put back at the start, for example by the reset button of mms: a *restart*. A client can also say
 /// that a state is a restart ([`Annotation::Restart`](mmsim_protocol::Annotation::Restart)). A change
 /// to any other pose is a *jump*.
 ///
@@ -63,7 +63,7 @@ pub enum Transition {
         /// The number of quarter turns. A U-turn counts as two.
         turns: u8,
     },
-    /// The mouse was put back to its start pose.
+    /// The mouse was put back at its start pose.
     Restart,
     /// The mouse was placed in another cell, or the client corrected its position.
     Jump,

@@ -16,7 +16,7 @@ use mmsim_protocol::{Annotation, Annotations, Request};
 use crate::changes::Changes;
 use crate::update_tracker::MAX_PENDING_BYTES;
 
-/// What happened between the previous state and a state.
+/// What happened between the previous state and this state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Update<'a> {
     /// The walls that the client has read.
@@ -25,7 +25,7 @@ pub struct Update<'a> {
     pub annotations: AnnotationList<'a>,
 }
 
-/// The walls that a client has read between the previous state and a state.
+/// The walls that a client has read between the previous state and this state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Readings<'a> {
     /// Unless the run is [`Untracked`](Self::Untracked), the client has read the walls around the
@@ -47,7 +47,7 @@ pub struct AnnotationList<'a>(&'a [u8]);
 /// The parts of an update that do not change the context.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Events {
-    /// True if the mouse was put back to its start.
+    /// True if the mouse was put back at its start.
     pub(crate) has_restart: bool,
     /// The number of log lines.
     pub(crate) lines: usize,

@@ -1,12 +1,12 @@
 // @ts-check
 // Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state and marks at the
-// states in which the mouse was put back to the start.
+// states in which the mouse was put back at the start.
 
 import { query, setAttributes, setText } from "./dom.js";
 
 /** The dimensions in units of the view box. The space above y = TOP contains the label of the maximum. */
 const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
-/** The length of the mark where the mouse was put back to the start. */
+/** The length of the mark where the mouse was put back at the start. */
 const MARK = 14;
 
 export class Chart {

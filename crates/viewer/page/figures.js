@@ -88,8 +88,8 @@ function describeEvents({ event, phases: { restarts, jumps } }) {
   /** @param {number} count */
   const times = (count) => (count === 1 ? "once" : `${formatNumber(count)} times`);
   const texts = [];
-  if (event === "restart") texts.push(`Put back to the start in this state${restarts > 1 ? ` (${times(restarts)} so far)` : ""}`);
-  else if (restarts) texts.push(`Put back to the start ${times(restarts)}`);
+  if (event === "restart") texts.push(`Put back at the start in this state${restarts > 1 ? ` (${times(restarts)} so far)` : ""}`);
+  else if (restarts) texts.push(`Put back at the start ${times(restarts)}`);
   if (event === "jump") texts.push("Jumped to this cell");
   else if (jumps) texts.push(`Jumped to another cell ${times(jumps)}`);
   return texts.join(". ");
@@ -102,7 +102,7 @@ export function announce(panel, shown) {
     const { state, view } = shown;
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
     if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
-    if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back to the start");
+    if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back at the start");
     parts.push(`${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
   }
   setText(panel, ".announcement", parts.join(", "));

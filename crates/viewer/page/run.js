@@ -60,7 +60,8 @@ export class RunForm {
 
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
-    if (this.#client && !(await confirmReset("Run", this.#own?.name ?? "", this.#liveStates(), { warning }))) return;
+    const isSearching = this.#client && !(this.#isRunning && this.#mouse?.own);
+    if (isSearching && !(await confirmReset("Run", this.#own?.name ?? "", this.#liveStates(), { warning }))) return;
     await api.act("run-again");
   }
 

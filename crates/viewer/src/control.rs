@@ -281,7 +281,7 @@ impl MouseControl {
             self.changed.notify_all();
             state.stop = state.stop.map(|_| StopReason::Stop);
             let name = state.status.as_ref().map_or("the mouse", |status| &status.name);
-            return Err(format!("{name} has not stopped within {} s", timeout.as_secs()));
+            return Err(format!("{name} did not stop within {} s", timeout.as_secs()));
         }
         if !is_running {
             // The outcome belongs to the previous maze.

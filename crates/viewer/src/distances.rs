@@ -54,7 +54,7 @@ pub(crate) struct DistanceHistory {
     optimistic: Vec<Option<u16>>,
     #[serde(rename = "closed")]
     pessimistic: Vec<Option<u16>>,
-    /// The number of times that the mouse had been put back to the start.
+    /// The number of times that the mouse had been put back at the start.
     restarts: Vec<u32>,
 }
 

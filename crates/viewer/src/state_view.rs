@@ -24,7 +24,7 @@ pub(crate) struct StateView {
     phases: PhaseReport,
     /// The figures of a two-run trial.
     trial: Option<TrialReport>,
-    /// Whether the mouse was put back to the start or jumped to another cell in this state.
+    /// Whether the mouse was put back at the start or jumped to another cell in this state.
     event: Option<ViewEvent>,
     visited: usize,
     /// The visited cells whose walls the client does not all know, as y × width + x, each with the

@@ -67,6 +67,8 @@ struct State {
     started: Instant,
     /// The total duration of the previous pauses.
     paused: Duration,
+    /// The number of restarts so far.
+    run: u64,
 }
 
 impl State {
@@ -81,6 +83,7 @@ impl State {
             time_limit,
             started: now,
             paused: Duration::ZERO,
+            run: 0,
         }
     }
 
@@ -139,10 +142,15 @@ impl Throttle {
         Self { state: Mutex::new(State::new(pace, None)), changed: Condvar::new() }
     }
 
-    /// Blocks until the next step is allowed. Returns true if the mouse must stop instead.
+    /// Blocks until the next step is allowed. Returns true if the mouse must stop instead, or if
+    /// another run has begun.
     pub fn wait(&self) -> bool {
         let mut state = self.lock();
+        let run = state.run;
         loop {
+            if state.run != run {
+                return true;
+            }
             state = match state.next(Instant::now()) {
                 Next::Stop => return true,
                 Next::Step => return false,
@@ -205,7 +213,9 @@ impl Throttle {
 
     /// Opens the gate for another run with this time limit. Keeps the pace.
     pub fn restart(&self, time_limit: Option<Duration>) {
-        self.change(|state| *state = State::new(state.pace, time_limit));
+        self.change(|state| {
+            *state = State { run: state.run + 1, ..State::new(state.pace, time_limit) }
+        });
     }
 
     fn change(&self, change: impl FnOnce(&mut State)) {
@@ -250,6 +260,17 @@ mod tests {
 
     fn step(steps: &Receiver<()>) {
         steps.recv_timeout(TIMEOUT).expect("a step");
+    }
+
+    #[test]
+    fn another_run_ends_the_wait_of_a_mouse() {
+        let throttle = Arc::new(Throttle::new(HOURLY));
+        let steps = mouse(&throttle);
+        wait_for("the end of the mouse", || {
+            throttle.restart(None);
+            matches!(steps.try_recv(), Err(mpsc::TryRecvError::Disconnected)).then_some(())
+        });
+        assert!(matches!(throttle.next(), Next::Wait(_)));
     }
 
     #[test]

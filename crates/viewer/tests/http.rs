@@ -117,7 +117,7 @@ fn a_view_contains_the_figures_of_a_state() {
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
-    // From (2, 1), the mouse is put back to the start.
+    // From (2, 1), the mouse is put back at the start.
     let ms = &view["phases"]["total"]["ms"];
     assert!(ms.as_f64().unwrap() >= 0., "{ms}");
     let run = json!({"steps": 3 + 2, "turns": 0, "ms": ms});

@@ -84,7 +84,9 @@ pub(crate) struct RemoteArgs {
 fn score_rules() -> impl TypedValueParser<Value = ScoreRules> {
     one_of(ScoreRules::ALL, |rules| {
         PossibleValue::new(rules.name()).help(match rules {
-            ScoreRules::Mms12 => "Count half steps as mms 1.2 does, and count crashes in full",
+            ScoreRules::Mms12 => {
+                "Count half steps, and the full distance of movements that crash, as mms 1.2 does"
+            }
             ScoreRules::Cells => "Count the cells that the mouse has travelled",
         })
     })

@@ -24,6 +24,8 @@ const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 /// A running mouse.
 pub(crate) struct Session<'a, T> {
     simulator: Simulator<'a, T>,
+    /// True if the simulator is another process, which may not reply.
+    is_remote: bool,
     control: &'a MouseControl,
     mouse: SimulatedMouse,
     limit: Option<u32>,
@@ -36,11 +38,12 @@ impl<'a, T: Transport> Session<'a, T> {
     pub(crate) fn new(
         mouse: SimulatedMouse,
         simulator: Simulator<'a, T>,
+        is_remote: bool,
         control: &'a MouseControl,
         limit: Option<u32>,
     ) -> Self {
         let invalid_lines = InvalidLines::default();
-        Self { simulator, control, mouse, limit, lines: 0, crashes: 0, invalid_lines }
+        Self { simulator, is_remote, control, mouse, limit, lines: 0, crashes: 0, invalid_lines }
     }
 
     /// Runs the mouse until it exits or is stopped.
@@ -56,10 +59,9 @@ impl<'a, T: Transport> Session<'a, T> {
     fn serve(&mut self, mut child: Child) -> ExitCause {
         let cause = match self.serve_until_exit(&mut child) {
             Ok(status) => ExitCause::Exited(status),
+            Err(cause @ ExitCause::LostSimulator(_)) => return cause,
             // After Ctrl-C, do not wait for a simulator that may not reply.
-            Err(cause @ (ExitCause::LostSimulator(_) | ExitCause::Stopped(StopReason::Exit))) => {
-                return cause;
-            }
+            Err(cause @ ExitCause::Stopped(StopReason::Exit)) if self.is_remote => return cause,
             Err(cause) => cause,
         };
         // Killing the mouse and its child processes ends the log.

@@ -26,7 +26,7 @@ pub(crate) struct Simulator<'a, T> {
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
     annotator: Option<Annotator>,
-    /// True if the mouse was put back to the start after its state was last sent.
+    /// True if the mouse was put back at the start after its state was last sent.
     is_restart: bool,
     /// The time of the latest check for changes.
     checked: Instant,

@@ -24,7 +24,7 @@ pub(super) struct StateReport {
     /// The figures of a two-run trial. The distances of a trial are in time steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     trial: Option<TrialReport>,
-    /// `restart` if the mouse was put back to the start in this state, `jump` if it appeared in
+    /// `restart` if the mouse was put back at the start in this state, `jump` if it appeared in
     /// another cell, or `None` if it moved.
     event: Option<&'static str>,
     /// The distance from the start to the goal if all unknown walls are open, or `None` if there is
@@ -55,7 +55,7 @@ impl StateReport {
         let phases = states.phases(index)?;
         let event = event(phases.transition);
         let here = match phases.transition {
-            Some(Transition::Restart) => ", put back to the start",
+            Some(Transition::Restart) => ", put back at the start",
             Some(Transition::Jump) => ", jumped to this cell",
             Some(Transition::Move { .. }) | None => "",
         };
@@ -106,7 +106,7 @@ impl StateReport {
 /// Formats the figures of the phases up to a state and the number of events.
 fn phases_text(report: &PhaseReport) -> String {
     let times = |count: u32| counted(count, "time");
-    let restart = format!("put back to the start {}", times(report.restarts));
+    let restart = format!("put back at the start {}", times(report.restarts));
     let jumped = format!("jumped to another cell {}", times(report.jumps));
     let events = [(report.restarts, restart), (report.jumps, jumped)].into_iter();
     let events = events.filter(|&(count, _)| count > 0);

@@ -95,14 +95,14 @@ fn a_mouse_that_is_restart_makes_no_steps() {
             assert_eq!(live.text(".happened"), events);
         };
         shown(2, "3", "");
-        shown(3, "3", "Put back to the start in this state");
+        shown(3, "3", "Put back at the start in this state");
         wait_for("the announcement", || {
-            live.text(".announcement").contains("put back to the start").then_some(())
+            live.text(".announcement").contains("put back at the start").then_some(())
         });
-        shown(4, "4", "Put back to the start once");
-        shown(5, "4", "Put back to the start once. Jumped to this cell");
+        shown(4, "4", "Put back at the start once");
+        shown(5, "4", "Put back at the start once. Jumped to this cell");
         let events =
-            "Put back to the start in this state (2 times so far). Jumped to another cell once";
+            "Put back at the start in this state (2 times so far). Jumped to another cell once";
         shown(6, "4", events);
         let marks = wait_for("the marks in the chart", || {
             let marks = live.attribute(".plot .restarts", "d");
