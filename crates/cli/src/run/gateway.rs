@@ -19,7 +19,7 @@ use tracing::error;
 /// The maximum time to wait until a mouse that must stop has been killed.
 const MAX_KILL_TIME: Duration = Duration::from_secs(10);
 
-/// What the mouse has sent since the last reset.
+/// What the mouse has sent. Requests count since the start of the run, states since the last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
     pub(crate) requests: u64,

@@ -50,7 +50,9 @@ fn name(cell: Cell) -> String {
 
 /// Returns the texts and colours on the page. Asserts that they are drawn as in a picture, and that
 /// no number is drawn below a text.
-fn displayed(browser: &Browser, maze: &Maze) -> (Notes, Notes) {
+fn displayed(live: Panel<'_>, maze: &Maze) -> (Notes, Notes) {
+    live.wait_for_numbers();
+    let browser = live.browser;
     let script = "
         const read = (selector, name) => Object.fromEntries([...document.querySelectorAll(selector)]
             .filter((element) => element.checkVisibility())
@@ -148,8 +150,8 @@ fn every_text_and_colour_returns_when_scrubbing() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let size = maze.size();
-        let displayed = || displayed(browser, &maze);
         let live = Panel::live(browser);
+        let displayed = || displayed(live, &maze);
         live.wait_until_empty();
         let is_offered = |name: &str| -> bool {
             let script = "return document.querySelector(arguments[0]).checkVisibility()";
@@ -160,7 +162,6 @@ fn every_text_and_colour_returns_when_scrubbing() {
         live.wait_for_state(history.len() - 1);
         let assert_at = |index: usize| {
             let expected = &history[index];
-            wait_for("the notes", || (live.data("fast") == "false").then_some(()));
             let (texts, colours) = displayed();
             assert_eq!((&texts, &colours), (&expected.0, &expected.1), "state {index}");
         };
@@ -227,12 +228,12 @@ fn cells_without_texts_have_no_number() {
                 .filter((number) => number.getAttribute('d')).length";
             browser.run(script, &[])
         };
-        assert_eq!((displayed(browser, &maze).0.len(), numbers()), (2, 0));
+        assert_eq!((displayed(live, &maze).0.len(), numbers()), (2, 0));
         live.click("[name=heat]");
         let hot = "return document.querySelectorAll('.map .heat:not([fill=none])').length";
         assert_eq!(browser.run::<usize>(hot, &[]), 2);
         live.click("[name=texts]");
-        assert_eq!((displayed(browser, &maze).0.len(), numbers()), (0, maze.size().area()));
+        assert_eq!((displayed(live, &maze).0.len(), numbers()), (0, maze.size().area()));
     });
 }
 
@@ -492,7 +493,7 @@ fn a_mouse_of_mms_is_displayed() {
         live.wait_for_state(states - 1);
         for (&index, (texts, colours)) in moved.iter().zip(&expected).rev() {
             slide(browser, live, index);
-            let displayed = displayed(browser, &maze);
+            let displayed = displayed(live, &maze);
             assert_eq!(displayed, (texts.clone(), colours.clone()), "state {index}");
         }
         browser.leave();

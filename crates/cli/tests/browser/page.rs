@@ -74,6 +74,11 @@ impl<'a> Panel<'a> {
         });
     }
 
+    /// Waits until the panel shows weights and texts, which are hidden while states arrive fast.
+    pub(crate) fn wait_for_numbers(&self) {
+        wait_for("weights and texts", || (self.data("fast") == "false").then_some(()));
+    }
+
     /// Waits until the panel has loaded this run.
     pub(crate) fn wait_for_run(&self, run: u64) {
         let expected = run.to_string();
@@ -130,7 +135,7 @@ impl<'a> Panel<'a> {
     /// Waits until weights are shown, then asserts that the map and the number of visited cells
     /// match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
-        wait_for("weights", || (self.data("fast") == "false").then_some(()));
+        self.wait_for_numbers();
         let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
         for state in states {
             let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());
