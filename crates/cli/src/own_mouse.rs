@@ -4,7 +4,7 @@ use std::error::Error;
 use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
@@ -87,13 +87,13 @@ impl Runs<'_> {
             interrupt.wait();
             closing.close();
         });
-        let starts = Arc::new(AtomicU64::new(0));
+        let has_started = Arc::new(AtomicBool::new(false));
         if let (Some(file), Some(monitor)) = (watched, monitor) {
-            watch(file.into(), Arc::clone(control), monitor.clone(), Arc::clone(&starts));
+            watch(file.into(), Arc::clone(control), monitor.clone(), Arc::clone(&has_started));
         }
         let (mut code, mut is_announced) = (0, false);
         while let Some(reason) = control.next_run(stays) {
-            starts.fetch_add(1, Ordering::Relaxed);
+            has_started.store(true, Ordering::Relaxed);
             let name = control.own().map_or("", |own| &own.name);
             match &reason {
                 StartReason::First => {}
@@ -125,16 +125,21 @@ impl Runs<'_> {
 }
 
 /// Requests a run each time the file has changed, from another thread. A run would delete the states
-/// of a client that is searching the maze, so it waits until that client has disconnected. `starts`
-/// is the number of runs started so far for any reason.
-fn watch(file: PathBuf, control: Arc<MouseControl>, monitor: Monitor, starts: Arc<AtomicU64>) {
+/// of a client that is searching the maze, so it waits until that client has disconnected. The
+/// start of a run, for any reason, sets `has_started`.
+fn watch(
+    file: PathBuf,
+    control: Arc<MouseControl>,
+    monitor: Monitor,
+    has_started: Arc<AtomicBool>,
+) {
     thread::spawn(move || {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let mut watcher = Watcher::new(version(&file));
-        let (mut has_changed, mut is_announced, mut known_starts) = (false, false, 0);
+        let (mut has_changed, mut is_announced) = (false, false);
         loop {
             thread::sleep(WATCH_INTERVAL);
-            if mem::replace(&mut known_starts, starts.load(Ordering::Relaxed)) != known_starts {
+            if has_started.swap(false, Ordering::Relaxed) {
                 // The mouse already runs with the change.
                 (has_changed, is_announced) = (false, false);
             }

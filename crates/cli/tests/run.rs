@@ -2,11 +2,6 @@
 
 mod harness;
 
-#[cfg(unix)]
-use std::io::Write;
-#[cfg(unix)]
-use std::net::TcpStream;
-
 use harness::{Home, Output, Serving, read_on, recorded, while_default_port_is_in_use};
 use mmsim_recording::Recording;
 use mmsim_tests::{ask, connect_to, wait_for};
@@ -145,39 +140,6 @@ fn a_changed_file_waits_for_another_client() {
     home.write("mouse.sh", "exit 0 # changed");
     let (stderr, _) = read_on(stderr, "mouse.sh has changed; waiting for another client");
     assert_eq!(ask(&client, b"W\0\0N").len(), 3, "the client can still search");
-    drop(client);
-    read_on(stderr, "running mouse.sh again because mouse.sh has changed");
-}
-
-/// A run that the user requests on the page while a change waits for another client uses the change.
-#[cfg(unix)]
-#[test]
-fn a_run_requested_by_the_user_uses_a_waiting_change() {
-    let home = home();
-    home.write("mouse.sh", "exit 0");
-    let options = ["run", "small.txt", "--port", "0", "--viewer-port", "0", "--watch"];
-    let command = home.command(&[&options[..], &["--", "sh", "mouse.sh"]].concat());
-    let (serving, stderr) = Serving::start_reading(command, "still serving");
-    let client = connect_to(&serving.address, zmq::REQ);
-    assert_eq!(ask(&client, b"reset"), b"ok");
-    home.write("mouse.sh", "exit 0 # changed");
-    let (stderr, _) = read_on(stderr, "waiting for another client");
-    let page = serving.messages.split("watch at http://").nth(1).unwrap().lines().next().unwrap();
-    let body = r#"{"action":"run-again"}"#;
-    let mut stream = TcpStream::connect(page).unwrap();
-    write!(
-        stream,
-        "POST /api/mouse HTTP/1.1\r\nhost: {page}\r\norigin: http://{page}\r\nconnection: close\r\n\
-         content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
-        body.len()
-    )
-    .unwrap();
-    let (stderr, _) = read_on(stderr, "running mouse.sh again");
-    let (stderr, _) = read_on(stderr, "exited with code 0");
-    // Only the next change waits now.
-    assert_eq!(ask(&client, b"reset"), b"ok");
-    home.write("mouse.sh", "exit 1 # changed again");
-    let (stderr, _) = read_on(stderr, "waiting for another client");
     drop(client);
     read_on(stderr, "running mouse.sh again because mouse.sh has changed");
 }

@@ -17,6 +17,7 @@ mod keyboard;
 mod layout;
 mod live;
 mod load;
+mod log;
 mod map;
 mod mazes;
 mod measure;

@@ -1,17 +1,16 @@
-//! The texts, colours, declared walls, names and log lines that a mouse displays.
+//! The texts, colours, declared walls and names that a mouse displays.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::process::{Command, Stdio};
 
-use fantoccini::key::Key;
 use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, WallState};
 use mmsim_protocol::{Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES, StateMessage};
 use mmsim_recording::Recording;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, with_browser, with_page};
+use crate::browser::{wait_for, with_browser, with_page};
 use crate::harness::{Home, recorded};
 use crate::http;
 use crate::page::Panel;
@@ -51,7 +50,7 @@ fn name(cell: Cell) -> String {
 /// Returns the texts and colours on the page. Asserts that they are drawn as in a picture, and that
 /// no number is drawn below a text.
 fn displayed(live: Panel<'_>, maze: &Maze) -> (Notes, Notes) {
-    live.wait_for_numbers();
+    live.wait_for_labels();
     let browser = live.browser;
     let script = "
         const read = (selector, name) => Object.fromEntries([...document.querySelectorAll(selector)]
@@ -81,17 +80,7 @@ fn displayed(live: Panel<'_>, maze: &Maze) -> (Notes, Notes) {
     (texts, colours)
 }
 
-/// Moves the slider to a state, as if the user had dragged it.
-fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
-    let script = "
-        const slider = document.querySelector(arguments[0]);
-        slider.value = arguments[1];
-        slider.dispatchEvent(new Event('input', { bubbles: true }));";
-    browser.run::<()>(script, &[json!(live.part("[name=slider]")), json!(to)]);
-    live.wait_for_state(to);
-}
-
-fn annotations(entries: &[Annotation<'_>]) -> Vec<u8> {
+pub(crate) fn annotations(entries: &[Annotation<'_>]) -> Vec<u8> {
     let mut buffer = [0; MAX_ANNOTATIONS_BYTES];
     let mut writer = AnnotationWriter::new(&mut buffer);
     for entry in entries {
@@ -100,9 +89,9 @@ fn annotations(entries: &[Annotation<'_>]) -> Vec<u8> {
     writer.finish().unwrap().to_vec()
 }
 
-/// Sends states with texts of all lengths, all colours and log lines. Returns what is displayed at
+/// Sends 30 states with texts of all lengths, all colours and log lines. Returns what is displayed at
 /// each state.
-fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, Notes)> {
+pub(crate) fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, Notes)> {
     let texts = ["0", "42", "2000", "start", "0123456789", "<&\"'>", "é ü", "ABCDEF", ""];
     let (mut shown, mut history) = ((Notes::new(), Notes::new()), Vec::new());
     for number in 0..30 {
@@ -167,7 +156,7 @@ fn every_text_and_colour_returns_when_scrubbing() {
         };
         assert_at(history.len() - 1);
         for index in (0..history.len()).rev().chain([0, 29, 11, 12, 13, 19, 20, 5]) {
-            slide(browser, live, index);
+            live.slide_to(index);
             assert_at(index);
         }
         assert_eq!(live.text(".about-mouse"), "Theseus · thread");
@@ -272,160 +261,8 @@ fn declared_walls_override_the_flags_of_the_state() {
         live.wait_for_state(2);
         let missed = format!(r#"[data-wall="{},N"]"#, name(declared));
         assert_eq!(live.attribute(&missed, "class"), "wall true missed");
-        slide(browser, live, 0);
+        live.slide_to(0);
         assert!(!known(declared, 'N') && known(withdrawn, 'N'));
-    });
-}
-
-#[test]
-fn the_log_follows_the_slider_and_can_be_searched() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
-        // A run without log lines has no log.
-        simulator.send(&TestState::new(0, size).message('C', 'C'));
-        live.wait_for_state(0);
-        let lines = || -> Vec<(String, bool)> {
-            let script = "return [...document.querySelectorAll('.log li button')]
-                .filter((line) => line.checkVisibility())
-                .map((line) => [line.textContent, line.ariaCurrent === 'true'])";
-            browser.run(script, &[])
-        };
-        let log = |number: usize| format!("{}line {number} of the mouse", number + 1);
-        let wait_for_lines = |expected: &[usize], current: Option<usize>| {
-            let expected: Vec<_> =
-                expected.iter().map(|&number| (log(number), Some(number) == current)).collect();
-            wait_for(&format!("{expected:?}"), || (lines() == expected).then_some(()));
-        };
-        wait_for_lines(&[], None);
-        simulator.send(b"reset");
-        live.wait_for_run(simulator.run_number());
-        send_notes(simulator, size);
-        live.wait_for_state(29);
-        let all: Vec<usize> = (0..30).collect();
-        wait_for_lines(&all, Some(29));
-        slide(browser, live, 12);
-        wait_for_lines(&all[..=12], Some(12));
-
-        // A click shows the state of a line.
-        live.click(".log li:nth-child(4) button");
-        live.wait_for_state(3);
-        wait_for_lines(&all[..=3], Some(3));
-
-        // A search covers the whole run. Enter goes to the previous match, then starts again.
-        browser.type_into(".log input", "LINE 2");
-        let matches: Vec<usize> = [2].into_iter().chain(20..30).collect();
-        wait_for_lines(&matches, Some(2));
-        let enter = |expected: usize| {
-            browser.press(['\u{e007}']);
-            live.wait_for_state(expected);
-            wait_for_lines(&matches, Some(expected));
-        };
-        enter(2);
-        enter(29);
-        enter(28);
-        browser.type_into(".log input", "x");
-        wait_for("no match", || (live.text(".log .empty") == "No line matches.").then_some(()));
-        browser.clear(".log input");
-        wait_for_lines(&all[..=28], Some(28));
-        let overflow = "return document.documentElement.scrollWidth <= innerWidth";
-        assert!(browser.run::<bool>(overflow, &[]));
-    });
-}
-
-/// The log of a long run. Each state has one line.
-#[test]
-fn the_search_reaches_all_lines_of_a_long_log() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
-        let send = |number: usize| {
-            let odd = if number % 2 == 1 { "odd" } else { "even" };
-            let log = format!("{odd} {number}{}", if number == 7 { " seven" } else { "" });
-            simulator.send(&annotations(&[Annotation::Log(&log)]));
-            simulator.send(&TestState::new(number, size).message('C', 'F'));
-        };
-        (0..900).for_each(send);
-        live.wait_for_state(899);
-        let enter = '\u{e007}';
-        // Enter directly after the text already uses the matches.
-        wait_for("the log", || browser.exists(".log li").then_some(()));
-        browser.type_into(".log input", &format!("seven{enter}"));
-        live.wait_for_state(7);
-        browser.clear(".log input");
-        slide(browser, live, 899);
-        browser.type_into(".log input", &format!("odd{enter}"));
-        live.wait_for_state(897);
-        let partial = "Only lines near the shown state are listed.";
-        wait_for("the note", || (live.text(".log .partial") == partial).then_some(()));
-        // The matches go on at both ends of the loaded lines, and after the last match.
-        let next = || browser.press_with(Key::Shift, enter);
-        for (from, expected) in [(500, 499), (1, 899), (101, 99), (700, 699)] {
-            slide(browser, live, from);
-            browser.press([enter]);
-            live.wait_for_state(expected);
-        }
-        for (from, expected) in [(0, 1), (899, 1), (400, 401), (100, 101)] {
-            slide(browser, live, from);
-            next();
-            live.wait_for_state(expected);
-        }
-        // Only the lines of new states are searched.
-        live.click("[name=follow]");
-        live.wait_for_state(899);
-        let shown = |number: usize| {
-            wait_for("the newest line", || {
-                let script = "return document.querySelector('.log li:last-child')?.textContent";
-                let newest: String = browser.run(script, &[]);
-                newest.ends_with(&number.to_string()).then_some(())
-            });
-        };
-        shown(899);
-        browser.run::<()>("performance.clearResourceTimings()", &[]);
-        send(900);
-        send(901);
-        shown(901);
-        let script = "return performance.getEntriesByType('resource').map(({ name }) => name)
-            .filter((name) => name.includes('/log?'))
-            .map((name) => new URL(name).searchParams.get('from'))";
-        let from: Vec<String> = browser.run(script, &[]);
-        assert!(!from.is_empty() && from.iter().all(|from| from != "0"), "{from:?}");
-    });
-}
-
-#[test]
-fn a_long_log_scrolls_to_the_shown_state_after_a_click() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
-        for number in 0..120 {
-            simulator.send(&annotations(&[Annotation::Log(&format!("line {number}"))]));
-            simulator.send(&TestState::new(number, size).message('C', 'F'));
-        }
-        live.wait_for_state(119);
-        let wait_for_line = |number: usize| {
-            wait_for(&format!("line {number} in view"), || {
-                let script = "
-                    const line = document.querySelector('.log [aria-current]');
-                    if (!line?.textContent.endsWith(` ${arguments[0]}`)) return false;
-                    const [inner, outer] = [line, line.closest('ol')].map((it) => it.getBoundingClientRect());
-                    return inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;";
-                browser.run::<bool>(script, &[json!(number)]).then_some(())
-            });
-        };
-        wait_for_line(119);
-        live.click(".log li:nth-child(118) button");
-        live.wait_for_state(117);
-        wait_for_line(117);
-        for number in [119, 60, 3, 80] {
-            slide(browser, live, number);
-            wait_for_line(number);
-        }
-        let focused = "return document.activeElement.closest('.log li') !== null";
-        assert!(browser.run::<bool>(focused, &[]), "the log keeps the focus");
     });
 }
 
@@ -492,7 +329,7 @@ fn a_mouse_of_mms_is_displayed() {
         assert!(numbers.clone().any(|text| text == "2000") && states > 200, "{states}");
         live.wait_for_state(states - 1);
         for (&index, (texts, colours)) in moved.iter().zip(&expected).rev() {
-            slide(browser, live, index);
+            live.slide_to(index);
             let displayed = displayed(live, &maze);
             assert_eq!(displayed, (texts.clone(), colours.clone()), "state {index}");
         }

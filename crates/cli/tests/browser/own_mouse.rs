@@ -57,10 +57,9 @@ fn is_shown(browser: &Browser, live: Panel<'_>, selector: &str) -> bool {
 }
 
 /// Requests an action of the mouse without the page's script. Returns the status.
-fn act(simulator: &Simulator, body: &str) -> u16 {
-    let origin = simulator.page.as_str();
-    let headers = [("content-type", "application/json"), ("origin", origin)];
-    http::request("POST", &simulator.url("/api/mouse"), &headers, body.as_bytes()).status
+fn act(page: &str, body: &str) -> u16 {
+    let headers = [("content-type", "application/json"), ("origin", page)];
+    http::request("POST", &format!("{page}/api/mouse"), &headers, body.as_bytes()).status
 }
 
 #[test]
@@ -133,7 +132,7 @@ fn pause_step_and_pace_hold_the_mouse() {
         wait_for_phase(live, "running");
 
         // A new pace applies at once.
-        assert_eq!(act(simulator, r#"{"action":"set-pace","pace":0.01}"#), 204);
+        assert_eq!(act(&simulator.page, r#"{"action":"set-pace","pace":0.01}"#), 204);
         wait_for("the pace", || (live.text(".pace output") == "0.01/s").then_some(()));
         send(5);
         assert!(is_held(), "the next step is due in 100 s");
@@ -203,7 +202,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         let run = r#"{"action":"run","strategy":"flood-fill"}"#;
         wait_for_phase(live, "running");
         assert!(!is_shown(browser, live, ".run [name=run]"));
-        assert_eq!(act(simulator, run), 409);
+        assert_eq!(act(&simulator.page, run), 409);
         click(live, "stop");
         wait_for_result(live, "stopped; no states reported");
         assert!(is_shown(browser, live, ".run [name=run]"));
@@ -377,4 +376,33 @@ fn a_changed_file_runs_the_mouse_again() {
         assert_eq!(live.text(".run .reason"), reason);
         browser.leave();
     });
+}
+
+/// A run that the user requests while a change waits for another client uses the change.
+#[cfg(unix)]
+#[test]
+fn a_run_requested_by_the_user_uses_a_waiting_change() {
+    use mmsim_tests::ask;
+
+    use crate::harness::{Serving, read_on};
+    use crate::simulator::page_address;
+
+    let home = Home::new();
+    home.write("mouse.sh", "exit 0");
+    let options = ["run", "--port", "0", "--viewer-port", "0", "--watch"];
+    let command = home.command(&[&options[..], &["--", "sh", "mouse.sh"]].concat());
+    let (serving, stderr) = Serving::start_reading(command, "still serving");
+    let client = connect(&serving.address);
+    assert_eq!(ask(&client, b"reset"), b"ok");
+    home.write("mouse.sh", "exit 0 # changed");
+    let (stderr, _) = read_on(stderr, "waiting for another client");
+    assert_eq!(act(&page_address(&serving), r#"{"action":"run-again"}"#), 204);
+    let (stderr, _) = read_on(stderr, "running mouse.sh again");
+    let (stderr, _) = read_on(stderr, "exited with code 0");
+    // Only the next change waits now.
+    assert_eq!(ask(&client, b"reset"), b"ok");
+    home.write("mouse.sh", "exit 1 # changed again");
+    let (stderr, _) = read_on(stderr, "waiting for another client");
+    drop(client);
+    read_on(stderr, "running mouse.sh again because mouse.sh has changed");
 }

@@ -74,8 +74,19 @@ impl<'a> Panel<'a> {
         });
     }
 
+    /// Moves the slider to the state with this index, as if the user had dragged it. Waits until the
+    /// panel shows the state.
+    pub(crate) fn slide_to(&self, at: usize) {
+        let script = "
+            const slider = document.querySelector(arguments[0]);
+            slider.value = arguments[1];
+            slider.dispatchEvent(new Event('input', { bubbles: true }));";
+        self.browser.run::<()>(script, &[json!(self.part("[name=slider]")), json!(at)]);
+        self.wait_for_state(at);
+    }
+
     /// Waits until the panel shows weights and texts, which are hidden while states arrive fast.
-    pub(crate) fn wait_for_numbers(&self) {
+    pub(crate) fn wait_for_labels(&self) {
         wait_for("weights and texts", || (self.data("fast") == "false").then_some(()));
     }
 
@@ -135,7 +146,7 @@ impl<'a> Panel<'a> {
     /// Waits until weights are shown, then asserts that the map and the number of visited cells
     /// match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
-        self.wait_for_numbers();
+        self.wait_for_labels();
         let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
         for state in states {
             let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());

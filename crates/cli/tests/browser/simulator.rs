@@ -109,7 +109,7 @@ impl Simulator {
 /// Returns the URL of the page from a server's output, without a trailing slash.
 pub(crate) fn page_address(serving: &Serving) -> String {
     let rest = serving.messages.split("watch at ").nth(1).unwrap();
-    rest.trim().trim_end_matches('/').to_string()
+    rest.lines().next().unwrap().trim_end_matches('/').to_string()
 }
 
 /// Connects a REQ socket with timeouts.

@@ -24,15 +24,6 @@ fn history(simulator: &Simulator) -> Vec<TestState> {
     states
 }
 
-/// Moves the slider to a state, as if the user had dragged it.
-fn slide(browser: &Browser, live: Panel<'_>, to: usize) {
-    let script = "
-        const slider = document.querySelector(arguments[0]);
-        slider.value = arguments[1];
-        slider.dispatchEvent(new Event('input', { bubbles: true }));";
-    browser.run::<()>(script, &[json!(live.part("[name=slider]")), json!(to)]);
-}
-
 #[test]
 fn each_state_is_shown_as_it_was_sent() {
     with_page(&["--maze", "meadow"], |browser, simulator| {
@@ -46,7 +37,7 @@ fn each_state_is_shown_as_it_was_sent() {
         };
         assert_at(STATES - 1);
         for at in [0, 1, 38, 2, 17, 3, 16, 39] {
-            slide(browser, live, at);
+            live.slide_to(at);
             assert_at(at);
             assert_eq!(live.data("following"), "false");
         }
