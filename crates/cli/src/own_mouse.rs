@@ -125,8 +125,8 @@ impl Runs<'_> {
 }
 
 /// Requests a run each time the file has changed, from another thread. A run would delete the states
-/// of a client that is searching the maze, so it waits until that client has disconnected. The
-/// start of a run, for any reason, sets `has_started`.
+/// of a client that is searching the maze, so it waits until that client has disconnected. Each run
+/// sets `has_started` when it starts, whatever started it.
 fn watch(
     file: PathBuf,
     control: Arc<MouseControl>,

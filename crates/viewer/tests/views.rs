@@ -5,6 +5,7 @@ mod harness;
 use harness::WatchedServer;
 use mmsim_tests::{ask, connect};
 use serde_json::json;
+
 /// The first trail of a long run is computed from many blocks.
 #[test]
 fn the_trail_of_a_long_run_is_complete() {

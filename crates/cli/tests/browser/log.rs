@@ -1,21 +1,35 @@
 //! The log of a mouse.
 
 use fantoccini::key::Key;
+use mmsim_maze::MazeSize;
 use mmsim_protocol::Annotation;
 use serde_json::json;
 
 use crate::browser::{wait_for, with_page};
 use crate::notes::{annotations, send_notes};
 use crate::page::Panel;
-use crate::simulator::bundled;
+use crate::simulator::{Simulator, bundled};
 use crate::test_state::TestState;
+
+/// Opens the page of a simulator without states, and runs a test. The maze has the given size.
+fn with_empty_run(test: impl FnOnce(Panel<'_>, &Simulator, MazeSize)) {
+    with_page(&["--maze", "meadow"], |browser, simulator| {
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        test(live, simulator, bundled("oblong-long-meadow.txt").size());
+    });
+}
+
+/// Sends a state with one line of the log.
+fn send_line(simulator: &Simulator, number: usize, size: MazeSize, line: &str) {
+    simulator.send(&annotations(&[Annotation::Log(line)]));
+    simulator.send(&TestState::new(number, size).message('C', 'F'));
+}
 
 #[test]
 fn the_log_follows_the_slider_and_can_be_searched() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
+    with_empty_run(|live, simulator, size| {
+        let browser = live.browser;
         // A run without log lines has no log.
         simulator.send(&TestState::new(0, size).message('C', 'C'));
         live.wait_for_state(0);
@@ -62,23 +76,20 @@ fn the_log_follows_the_slider_and_can_be_searched() {
         wait_for("no match", || (live.text(".log .empty") == "No line matches.").then_some(()));
         browser.clear(".log input");
         wait_for_lines(&all[..=28], Some(28));
-        let overflow = "return document.documentElement.scrollWidth <= innerWidth";
-        assert!(browser.run::<bool>(overflow, &[]));
+        let fits = "return document.documentElement.scrollWidth <= innerWidth";
+        assert!(browser.run::<bool>(fits, &[]), "the page does not scroll sideways");
     });
 }
 
 /// The log of a long run. Each state has one line.
 #[test]
 fn the_search_reaches_all_lines_of_a_long_log() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
+    with_empty_run(|live, simulator, size| {
+        let browser = live.browser;
         let send = |number: usize| {
             let odd = if number % 2 == 1 { "odd" } else { "even" };
-            let log = format!("{odd} {number}{}", if number == 7 { " seven" } else { "" });
-            simulator.send(&annotations(&[Annotation::Log(&log)]));
-            simulator.send(&TestState::new(number, size).message('C', 'F'));
+            let line = format!("{odd} {number}{}", if number == 7 { " seven" } else { "" });
+            send_line(simulator, number, size, &line);
         };
         (0..900).for_each(send);
         live.wait_for_state(899);
@@ -130,13 +141,10 @@ fn the_search_reaches_all_lines_of_a_long_log() {
 
 #[test]
 fn a_long_log_scrolls_to_the_shown_state_after_a_click() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
-        let size = bundled("oblong-long-meadow.txt").size();
-        let live = Panel::live(browser);
-        live.wait_until_empty();
+    with_empty_run(|live, simulator, size| {
+        let browser = live.browser;
         for number in 0..120 {
-            simulator.send(&annotations(&[Annotation::Log(&format!("line {number}"))]));
-            simulator.send(&TestState::new(number, size).message('C', 'F'));
+            send_line(simulator, number, size, &format!("line {number}"));
         }
         live.wait_for_state(119);
         let wait_for_line = |number: usize| {

@@ -65,7 +65,7 @@ fn each_phase_has_its_steps_and_turns_at_every_state() {
 }
 
 #[test]
-fn a_mouse_that_is_restart_makes_no_steps() {
+fn a_restart_makes_no_steps() {
     with_page(&["--maze", "hedgerow"], |browser, simulator| {
         let size = bundled("05-hedgerow.txt").size();
         let live = Panel::live(browser);
