@@ -73,6 +73,7 @@ fn links_are_valid() {
         "crates/mms/README.md",
         "crates/protocol/README.md",
         "crates/recording/README.md",
+        "crates/report/README.md",
         "crates/server/README.md",
         "crates/solvers/README.md",
         "crates/trial/README.md",

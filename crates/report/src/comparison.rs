@@ -1,0 +1,173 @@
+//! The data of a comparison.
+
+use serde::Serialize;
+
+use crate::summary::MeasureStatistics;
+use crate::values::Values;
+
+/// A comparison of candidates, such as mice or robots, in the same mazes.
+///
+/// The first candidate is the one that the others are compared with. Candidates and mazes are
+/// identified by their indices, starting at 0.
+///
+/// ```
+/// use mmsim_report::{Comparison, Measure};
+/// let comparison = Comparison::new("Mice", vec!["a".into(), "b".into()], vec!["maze".into()])
+///     .with_measure(Measure::new("steps", "steps to the goal", "steps"), |candidate, _| {
+///         (candidate == 0).then_some(31.0)
+///     })
+///     .with_failures(|candidate, _| (candidate == 1).then(|| "crashed".into()));
+/// assert_eq!(comparison.failures()[0].candidate, 1);
+/// assert_eq!(comparison.statistics()[0].candidates[1].statistics.mazes, 0);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    title: String,
+    notes: Vec<String>,
+    candidates: Vec<Candidate>,
+    mazes: Vec<String>,
+    measures: Vec<(Measure, Values)>,
+    failures: Vec<Failure>,
+}
+
+/// A candidate of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Candidate {
+    /// The name, which is unique among the candidates.
+    pub name: String,
+    /// A description, such as the command that starts the mouse. It may be empty.
+    pub description: String,
+}
+
+impl<T: Into<String>> From<T> for Candidate {
+    /// Creates a candidate without a description.
+    fn from(name: T) -> Self {
+        Self { name: name.into(), description: String::new() }
+    }
+}
+
+/// A measure for which lower values are better. The fields are JSON keys.
+///
+/// ```
+/// use mmsim_report::Measure;
+/// let steps = Measure::new("steps_to_goal", "steps to the goal", "steps");
+/// assert_eq!(steps.heading(), "steps to the goal");
+/// assert_eq!(Measure::new("time", "processor time", "µs").heading(), "processor time (µs)");
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Measure {
+    /// The name for programs.
+    pub key: String,
+    /// The name for people.
+    pub name: String,
+    /// The unit in the plural, or an empty string.
+    pub unit: String,
+    /// What a candidate has done with a maze in which it has a value, in the past tense: `solved`
+    /// in "the mazes that both solved".
+    #[serde(skip)]
+    pub verb: String,
+}
+
+impl Measure {
+    /// Creates a measure that has a value in each maze that a candidate `solved`.
+    pub fn new(key: impl Into<String>, name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { key: key.into(), name: name.into(), unit: unit.into(), verb: "solved".into() }
+    }
+
+    /// Sets what a candidate has done with a maze in which it has a value.
+    pub fn with_verb(mut self, verb: impl Into<String>) -> Self {
+        self.verb = verb.into();
+        self
+    }
+
+    /// Returns the name, followed by the unit unless the name contains it.
+    pub fn heading(&self) -> String {
+        let Self { name, unit, .. } = self;
+        if name.contains(unit.as_str()) { name.clone() } else { format!("{name} ({unit})") }
+    }
+}
+
+/// A maze in which a candidate failed. The field names are JSON keys.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Failure {
+    /// The index of the candidate.
+    pub candidate: usize,
+    /// The index of the maze.
+    pub maze: usize,
+    /// Why the candidate failed.
+    pub reason: String,
+}
+
+impl Comparison {
+    /// Creates a comparison of these candidates in the mazes with these names, without measures.
+    pub fn new(title: impl Into<String>, candidates: Vec<Candidate>, mazes: Vec<String>) -> Self {
+        let (notes, measures, failures) = (Vec::new(), Vec::new(), Vec::new());
+        Self { title: title.into(), notes, candidates, mazes, measures, failures }
+    }
+
+    /// Adds a measure. `value` returns the value of a candidate in a maze, or `None` if there is no
+    /// value, for example because the candidate did not solve the maze. A number that is not finite
+    /// counts as no value (see [`Values::new`]).
+    pub fn with_measure(
+        mut self,
+        measure: Measure,
+        value: impl FnMut(usize, usize) -> Option<f64>,
+    ) -> Self {
+        let values = Values::new(self.candidates.len(), self.mazes.len(), value);
+        self.measures.push((measure, values));
+        self
+    }
+
+    /// Sets the failures. `reason` returns the reason why a candidate failed in a maze, or `None` if
+    /// it did not fail.
+    pub fn with_failures(mut self, mut reason: impl FnMut(usize, usize) -> Option<String>) -> Self {
+        let (candidates, mazes) = (self.candidates.len(), self.mazes.len());
+        let runs = (0..candidates).flat_map(|one| (0..mazes).map(move |maze| (one, maze)));
+        let failure =
+            |(candidate, maze)| Some(Failure { candidate, maze, reason: reason(candidate, maze)? });
+        self.failures = runs.filter_map(failure).collect();
+        self
+    }
+
+    /// Adds a paragraph for the reader of a report, for example where the mazes come from.
+    pub fn with_note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Returns the title.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Returns the paragraphs for the reader of a report.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Returns the candidates.
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    /// Returns the names of the mazes.
+    pub fn mazes(&self) -> &[String] {
+        &self.mazes
+    }
+
+    /// Returns the measures and their values.
+    pub fn measures(&self) -> &[(Measure, Values)] {
+        &self.measures
+    }
+
+    /// Returns the failures, ordered by candidate and maze.
+    pub fn failures(&self) -> &[Failure] {
+        &self.failures
+    }
+
+    /// Returns the statistics of each measure.
+    pub fn statistics(&self) -> Vec<MeasureStatistics> {
+        let measures = self.measures.iter();
+        measures.map(|(measure, values)| MeasureStatistics::new(self, measure, values)).collect()
+    }
+}

@@ -1,0 +1,54 @@
+//! Comparisons of mice over many mazes: statistics and text tables.
+//!
+//! ```text
+//!                     maze 1  maze 2  maze 3
+//!   mine                  40      52      61     Each measure has one value per candidate and maze.
+//!   flood-fill            46      52       -     A value is missing if the candidate failed.
+//!                      └─────┬─────┘
+//!                       common mazes             Means, medians and quartiles use these mazes.
+//! ```
+//!
+//! A [`Comparison`] contains the values of one or more [`Measure`]s, for which lower values are
+//! better. [`Comparison::statistics`] computes the [`Statistics`] of each candidate.
+//!
+//! ```
+//! use mmsim_report::{Comparison, Measure};
+//!
+//! let steps = [[Some(40.0), Some(52.0), Some(61.0)], [Some(46.0), Some(52.0), None]];
+//! let comparison = Comparison::new(
+//!     "Two mice",
+//!     ["mine", "flood-fill"].map(Into::into).into(),
+//!     ["first", "second", "third"].map(Into::into).into(),
+//! )
+//! .with_measure(Measure::new("steps_to_goal", "steps to the goal", "steps"), |candidate, maze| {
+//!     steps[candidate][maze]
+//! });
+//! let statistics = &comparison.statistics()[0];
+//! assert_eq!(
+//!     statistics.sentences()[0],
+//!     "In the 2 mazes that both solved, mine needs 3.00 steps fewer than flood-fill \
+//!      (95 % interval from 41.12 fewer to 35.12 more), which may be due to chance."
+//! );
+//! for row in statistics.table() {
+//!     println!("{}", row.join("  "));
+//! }
+//! ```
+//!
+//! The crate runs no mice and performs no I/O.
+#![forbid(unsafe_code)]
+
+mod comparison;
+mod number;
+mod statistics;
+mod summary;
+mod values;
+
+pub use comparison::{Candidate, Comparison, Failure, Measure};
+pub use statistics::{Difference, Distribution, Interval, Statistics};
+pub use summary::{CandidateStatistics, MeasureStatistics};
+pub use values::Values;
+
+/// Runs the code in the README of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,58 @@
+//! Numbers as text.
+
+/// The format of the numbers of one measure: all have the same number of decimals, so that they can
+/// be compared at a glance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NumberFormat {
+    decimals: usize,
+}
+
+impl NumberFormat {
+    /// Chooses the decimals such that a number of the size of `largest` has about four digits: one
+    /// to four decimals.
+    pub(crate) fn for_size(largest: f64) -> Self {
+        let decimals = match largest.abs() {
+            size if size >= 100.0 => 1,
+            size if size >= 10.0 => 2,
+            size if size >= 1.0 || size == 0.0 => 3,
+            _ => 4,
+        };
+        Self { decimals }
+    }
+
+    /// Formats a number, for example `12.4`.
+    pub(crate) fn plain(self, number: f64) -> String {
+        let text = format!("{number:.*}", self.decimals);
+        // A number that is rounded to 0 has no sign.
+        match text.strip_prefix('-') {
+            Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.into(),
+            _ => text,
+        }
+    }
+
+    /// Formats a difference with its sign, for example `+12.4`.
+    pub(crate) fn signed(self, number: f64) -> String {
+        let text = self.plain(number);
+        let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
+        if is_zero || text.starts_with('-') { text } else { format!("+{text}") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_about_four_digits() {
+        let shown = [0.0, 0.123_456, 1.0, 12.345, 999.96, -123.456, 12_345.67]
+            .map(|number| NumberFormat::for_size(number).plain(number));
+        assert_eq!(shown, ["0.000", "0.1235", "1.000", "12.35", "1000.0", "-123.5", "12345.7"]);
+    }
+
+    #[test]
+    fn only_numbers_other_than_zero_have_a_sign() {
+        let format = NumberFormat::for_size(100.0);
+        let shown = [0.0, -0.0, 0.04, -0.04, 0.06, -0.06].map(|number| format.signed(number));
+        assert_eq!(shown, ["0.0", "0.0", "0.0", "0.0", "+0.1", "-0.1"]);
+    }
+}
