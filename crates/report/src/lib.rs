@@ -1,4 +1,4 @@
-//! Comparisons of mice over many mazes: statistics and text tables.
+//! Comparisons of mice over many mazes: statistics, tables and charts.
 //!
 //! ```text
 //!                     maze 1  maze 2  maze 3
@@ -9,7 +9,8 @@
 //! ```
 //!
 //! A [`Comparison`] contains the values of one or more [`Measure`]s, for which lower values are
-//! better. [`Comparison::statistics`] computes the [`Statistics`] of each candidate.
+//! better. [`Comparison::statistics`] computes the [`Statistics`] of each candidate, and
+//! [`Comparison::charts`] draws the values.
 //!
 //! ```
 //! use mmsim_report::{Comparison, Measure};
@@ -37,12 +38,15 @@
 //! The crate runs no mice and performs no I/O.
 #![forbid(unsafe_code)]
 
+mod charts;
 mod comparison;
 mod number;
 mod statistics;
 mod summary;
+mod text;
 mod values;
 
+pub use charts::Chart;
 pub use comparison::{Candidate, Comparison, Failure, Measure};
 pub use statistics::{Difference, Distribution, Interval, Statistics};
 pub use summary::{CandidateStatistics, MeasureStatistics};

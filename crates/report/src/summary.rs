@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::comparison::{Comparison, Measure};
 use crate::number::NumberFormat;
 use crate::statistics::{Difference, Distribution, Interval, Statistics};
+use crate::text::shortened;
 use crate::values::Values;
 
 /// The statistics of all candidates for one measure. The field names are JSON keys.
@@ -214,15 +215,6 @@ fn mazes(count: usize) -> String {
     if count == 1 { "one maze".into() } else { format!("{count} mazes") }
 }
 
-/// Shortens a text to at most `max` characters.
-pub(crate) fn shortened(text: &str, max: usize) -> String {
-    let text = Escaped(text).to_string();
-    match text.char_indices().nth(max) {
-        None => text,
-        Some(_) => text.chars().take(max - 1).chain(['…']).collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -331,9 +323,6 @@ mod tests {
         assert_eq!(candidates[1].candidate, "b\n", "the original name in JSON");
         let texts = [statistics[0].caption(), statistics[0].sentences().join(" ")];
         assert!(texts.iter().all(|text| !text.contains(char::is_control)), "{texts:?}");
-        assert_eq!(shortened("b\n", 24), r"b\n");
-        assert_eq!(shortened("four", 4), "four");
-        assert_eq!(shortened("fünfzehn", 4), "fün…");
     }
 
     #[test]

@@ -1,0 +1,291 @@
+//! Charts as SVG.
+
+mod axis;
+mod differences;
+mod distribution;
+mod scatter;
+
+use std::fmt::Display;
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::comparison::{Comparison, Measure};
+use crate::text::{clean, shortened};
+use crate::values::Values;
+
+/// The width of a chart in viewBox units. A unit is a pixel on a phone's screen.
+const WIDTH: f64 = 480.0;
+const MARGIN: f64 = 12.0;
+/// The height of a line of text.
+const LINE: f64 = 18.0;
+/// A generous estimate of the mean width of a character. The actual width depends on the reader's
+/// font.
+const LETTER: f64 = 7.0;
+
+/// The style rules of the charts. All selectors begin with the class of the charts, so that they
+/// can be added to the rules of a page.
+pub(crate) const STYLE: &str = include_str!("charts/style.css");
+
+/// A chart, which adapts to the reader's preference for light or dark colours.
+///
+/// ```
+/// use mmsim_report::{Comparison, Measure};
+/// let comparison = Comparison::new("Mice", vec!["a".into(), "b".into()], vec!["maze".into()])
+///     .with_measure(Measure::new("turns", "turns", "turns"), |_, _| Some(7.0));
+/// let charts = comparison.charts();
+/// let names: Vec<&str> = charts.iter().map(|chart| chart.name()).collect();
+/// assert_eq!(names, ["turns-distribution", "turns-scatter-2-b", "turns-differences-2-b"]);
+/// assert!(charts[0].svg().starts_with("<svg "));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Chart {
+    name: String,
+    title: String,
+    height: f64,
+    content: Markup,
+}
+
+impl Chart {
+    /// Returns a name without an extension that is unique among the charts of a comparison and valid
+    /// as a file name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the chart as an SVG file.
+    pub fn svg(&self) -> String {
+        let style = html! { style { (PreEscaped(STYLE)) } };
+        let size = [WIDTH, self.height].map(|length| 1.5 * length);
+        self.draw(Some(size), &style).into_string() + "\n"
+    }
+
+    fn draw(&self, size: Option<[f64; 2]>, style: &Markup) -> Markup {
+        let [width, height] = [0, 1].map(|index| Some(decimals(size?[index])));
+        html! {
+            svg xmlns="http://www.w3.org/2000/svg" class="chart"
+                viewBox={ "0 0 " (WIDTH) " " (decimals(self.height)) }
+                width=[width] height=[height] role="img" aria-label=(clean(&self.title)) {
+                (style)
+                rect class="floor" width=(WIDTH) height=(decimals(self.height)) {}
+                text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(&self.title, 56)) }
+                (self.content)
+            }
+        }
+    }
+}
+
+impl Comparison {
+    /// Returns the charts of each measure. The first chart shows the distribution of the values in
+    /// the common mazes. A scatter plot and a bar chart of the sorted differences compare each other
+    /// candidate with the [reference](Values::reference), if there is a maze in which both have a
+    /// value.
+    pub fn charts(&self) -> Vec<Chart> {
+        (0..self.measures().len()).flat_map(|measure| self.measure_charts(measure)).collect()
+    }
+
+    /// Returns the charts of one measure.
+    pub(crate) fn measure_charts(&self, measure: usize) -> Vec<Chart> {
+        let Some((info, values)) = self.measures().get(measure) else { return Vec::new() };
+        let pairs = (0..self.candidates().len()).filter_map(|candidate| {
+            let reference = values.reference().filter(|&reference| reference != candidate)?;
+            let pair = Pair { comparison: self, measure: info, values, reference, candidate };
+            (!pair.points().is_empty()).then_some(pair)
+        });
+        let pairs = pairs.flat_map(|pair| [scatter::chart(&pair), differences::chart(&pair)]);
+        std::iter::once(distribution::chart(self, info, values)).chain(pairs).collect()
+    }
+}
+
+/// Two candidates to be compared maze by maze.
+struct Pair<'a> {
+    comparison: &'a Comparison,
+    measure: &'a Measure,
+    values: &'a Values,
+    reference: usize,
+    candidate: usize,
+}
+
+impl Pair<'_> {
+    /// Returns the shortened name of the reference and of the candidate.
+    fn names(&self) -> [String; 2] {
+        [self.reference, self.candidate].map(|index| self.candidate_name(index, 22))
+    }
+
+    fn candidate_name(&self, index: usize, max: usize) -> String {
+        self.comparison
+            .candidates()
+            .get(index)
+            .map_or(String::new(), |one| shortened(&one.name, max))
+    }
+
+    /// Returns the mazes in which both have a value, the value of the reference, and the value of
+    /// the candidate.
+    fn points(&self) -> Vec<(&str, f64, f64)> {
+        let [reference, candidate] =
+            [self.reference, self.candidate].map(|index| self.values.row(index));
+        let mazes = self.comparison.mazes().iter().zip(reference).zip(candidate);
+        mazes.filter_map(|((maze, one), other)| Some((maze.as_str(), (*one)?, (*other)?))).collect()
+    }
+
+    /// Returns a legend of three lines, each with the number of mazes and the mark for them.
+    fn legend(&self, top: f64, mark: impl Fn(f64, f64, f64) -> Markup) -> Markup {
+        let [reference, candidate] = self.names();
+        let differences = self.values.differences(self.candidate, self.reference);
+        let count = |is: fn(f64) -> bool| differences.iter().filter(|(_, one)| is(*one)).count();
+        let lines = [
+            (1.0, format!("{reference} better: {}", mazes(count(|one| one > 0.0)))),
+            (-1.0, format!("{candidate} better: {}", mazes(count(|one| one < 0.0)))),
+            (0.0, format!("equal: {}", mazes(count(|one| one == 0.0)))),
+        ];
+        html! {
+            @for ((difference, line), row) in lines.into_iter().zip([0.0, LINE, 2.0 * LINE]) {
+                (mark(difference, MARGIN + 5.0, top + row + 8.0))
+                text x=(MARGIN + 16.0) y=(top + row + 12.0) { (line) }
+            }
+        }
+    }
+
+    fn chart(&self, kind: &str, title: String, height: f64, content: Markup) -> Chart {
+        let number = self.candidate + 1;
+        let name = self.candidate_name(self.candidate, 22);
+        let name = file_name(&format!("{}-{kind}-{number}-{name}", self.measure.key));
+        Chart { name, title, height, content }
+    }
+}
+
+/// Returns the class of a difference, given as the candidate's value minus that of the reference.
+fn class(difference: f64) -> &'static str {
+    match difference {
+        difference if difference > 0.0 => "one",
+        difference if difference < 0.0 => "two",
+        _ => "same",
+    }
+}
+
+/// Returns the text with only lower-case letters and digits of ASCII, underscores and hyphens.
+fn file_name(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words = text.split(|c| !is_plain(c)).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
+}
+
+fn mazes(count: usize) -> String {
+    if count == 1 { "1 maze".into() } else { format!("{count} mazes") }
+}
+
+/// Formats a coordinate with at most one decimal.
+fn decimals(number: f64) -> impl Display {
+    (number * 10.0).round() / 10.0 + 0.0
+}
+
+/// Formats a value of a measure without the digits that come from rounding errors.
+fn value(number: f64) -> impl Display {
+    (number * 1e6).round() / 1e6 + 0.0
+}
+
+/// Returns the number of items.
+#[expect(clippy::cast_precision_loss, reason = "candidates, mazes or letters")]
+fn count(items: usize) -> f64 {
+    items as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use resvg::usvg::{Options, Tree};
+
+    use super::*;
+
+    /// Returns a comparison of candidates with different and partly missing values.
+    fn comparison(candidates: &[&str], mazes: usize) -> Comparison {
+        let names = candidates.iter().map(|&name| name.into()).collect();
+        let mazes = (0..mazes).map(|maze| format!("maze <{maze}> \"&\u{7}\u{ffff}"));
+        let measure = Measure::new("steps to/goal", "steps & <turns>", "steps");
+        Comparison::new("Mice", names, mazes.collect()).with_measure(measure, |candidate, maze| {
+            let is_solved = candidate < 5 && (candidate + maze) % 5 < 4;
+            is_solved.then(|| count(50 + maze * (3 * candidate + maze) % 71))
+        })
+    }
+
+    const NAMES: [&str; 7] = [
+        "mine",
+        "<script>alert(1)</script>",
+        "]]>\u{0}\u{1b}[2J\u{fffe} and more than forty-five characters",
+        "\"quotes\" & 'apostrophes'",
+        "никто",
+        "solves nothing",
+        "../../etc/passwd",
+    ];
+
+    #[test]
+    fn charts_are_valid_and_finite_for_any_number_of_mazes_and_candidates() {
+        for mazes in [0, 1, 2, 30, 300] {
+            for candidates in [0, 1, 2, 7] {
+                for chart in comparison(&NAMES[..candidates], mazes).charts() {
+                    let svg = chart.svg();
+                    Tree::from_str(&svg, &Options::default()).unwrap();
+                    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn names_of_charts_are_unique_file_names() {
+        let charts = comparison(&NAMES, 10).charts();
+        let names: BTreeSet<&str> = charts.iter().map(Chart::name).collect();
+        assert_eq!(names.len(), charts.len());
+        assert_eq!(charts.len(), 1 + 2 * 4, "charts without points are omitted");
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        assert!(names.iter().all(|name| name.chars().all(is_plain)), "{names:?}");
+        let duplicates = comparison(&["a", "b", "b"], 10).charts();
+        let names: BTreeSet<&str> = duplicates.iter().map(Chart::name).collect();
+        assert_eq!(names.len(), duplicates.len());
+    }
+
+    #[test]
+    fn the_charts_of_two_candidates_are_stable() {
+        let steps = [
+            [Some(40.0), Some(52.0), Some(61.0), None],
+            [Some(46.0), Some(50.0), Some(61.0), Some(9.0)],
+        ];
+        let names = ["mine", "flood-fill"].map(Into::into).into();
+        let mazes = ["one", "two", "three", "four"].map(Into::into).into();
+        let measure = Measure::new("steps_to_goal", "steps to the goal", "steps");
+        let comparison = Comparison::new("Mice", names, mazes)
+            .with_measure(measure, |candidate, maze| steps[candidate][maze]);
+        for (chart, kind) in
+            comparison.charts().iter().zip(["distribution", "scatter", "differences"])
+        {
+            let svg = chart.svg().replace("</path>", "</path>\n").replace("</text>", "</text>\n");
+            insta::assert_snapshot!(kind, svg);
+        }
+    }
+
+    #[test]
+    fn marks_and_bars_show_who_is_better() {
+        let comparison = comparison(&NAMES[..2], 30);
+        let statistics = &comparison.statistics()[0].candidates[1].statistics;
+        let difference = statistics.difference.as_ref().unwrap();
+        assert!(difference.better > 0 && difference.worse > 0, "{difference:?}");
+        for (chart, class) in comparison.charts()[1..].iter().zip(["point ", ""]) {
+            let svg = chart.svg();
+            // The legend contains each mark once.
+            let count = |kind| svg.matches(&format!("class=\"{class}{kind}\"")).count() - 1;
+            let counts = [count("one"), count("two"), count("same")];
+            assert_eq!(counts, [difference.worse, difference.better, difference.equal]);
+        }
+        let dots = comparison.charts()[0].svg().matches("h.01").count();
+        assert_eq!(dots, 2 * statistics.common_mazes);
+    }
+
+    #[test]
+    fn the_style_rules_apply_only_to_charts() {
+        let rules = STYLE.lines().filter(|line| !line.starts_with('@') && *line != "}");
+        for rule in rules {
+            let (selectors, _) = rule.split_once('{').unwrap();
+            assert!(selectors.split(',').all(|selector| selector.starts_with(".chart ")), "{rule}");
+        }
+    }
+}
