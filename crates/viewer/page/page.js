@@ -11,7 +11,7 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close]";
+const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close], #show-live";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
@@ -19,6 +19,8 @@ const panels = new Map();
 let active = "";
 /** @type {RunForm | undefined} */
 let runForm;
+/** @type {api.ServerEvent | undefined} */
+let lastEvent;
 let isConnected = true;
 /** The message when the server does not reply. */
 const unreachable = query(document, "#offline").textContent ?? "";
@@ -29,14 +31,11 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
   showError(error);
   throw error;
 });
-if (info.live) {
-  const live = openPanel(LIVE);
-  const { element } = live;
-  if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
-  runForm = new RunForm(element, info, liveStates);
-}
+const showLiveButton = query(document, "#show-live", HTMLButtonElement);
+showLiveButton.onclick = () => showLive()?.element.focus();
+showLive();
 for (const id of info.opened) openPanel(id);
-const mazes = runForm && !info.trial ? new MazeList((maze) => runForm.confirmMaze(maze)) : undefined;
+const mazes = info.live && !info.trial ? new MazeList(confirmMaze) : undefined;
 if (!mazes) query(document, ".bar a").hidden = true;
 mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
@@ -47,10 +46,9 @@ listen(
   (event) => {
     // The simulator was restarted. Its new runs and recordings reuse the IDs on this page.
     if (event.server !== info.server) return location.reload();
-    if (event.run !== null) panels.get(LIVE)?.follow(event.run, event.states ?? 0);
+    lastEvent = event;
+    updateLive(event);
     mazes?.setCurrent(event.maze);
-    panels.get(LIVE)?.timeline.pace.update(event.pace);
-    runForm?.show(event);
     // Compare with the previous event, not with the panels: a recording may have opened after this event was sent.
     for (const id of openIds) if (!event.opened.includes(id)) remove(id);
     openIds = event.opened;
@@ -86,7 +84,32 @@ function showConnection(connected, reason) {
 }
 
 function liveStates() {
-  return panels.get(LIVE)?.states ?? 0;
+  return panels.get(LIVE)?.states ?? lastEvent?.states ?? 0;
+}
+
+/** Returns the panel of the live simulation, which is opened if the user has closed it. */
+function showLive() {
+  if (!info.live || panels.has(LIVE)) return panels.get(LIVE);
+  const live = openPanel(LIVE);
+  if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
+  runForm = new RunForm(live.element, info, liveStates);
+  if (lastEvent) updateLive(lastEvent);
+  return live;
+}
+
+/** @param {api.ServerEvent} event */
+function updateLive(event) {
+  const live = panels.get(LIVE);
+  if (event.run !== null) live?.follow(event.run, event.states ?? 0);
+  live?.timeline.pace.update(event.pace);
+  runForm?.show(event);
+}
+
+/** Asks whether to load a maze, which the live simulation then shows. @param {string} maze */
+async function confirmMaze(maze) {
+  const choice = (await runForm?.confirmMaze(maze)) ?? "";
+  if (choice) showLive();
+  return choice;
 }
 
 /** @param {string} id */
@@ -94,16 +117,18 @@ function openPanel(id) {
   const panel = new Panel(id, style);
   const { element } = panel;
   panels.set(id, panel);
-  query(document, "#panels").append(element);
+  // The live simulation comes first.
+  const list = query(document, "#panels");
+  list.insertBefore(element, id === LIVE ? list.firstChild : null);
   element.addEventListener("focusin", () => activate(id));
   element.addEventListener("pointerdown", () => activate(id));
   activate(id);
   const close = query(element, "[name=close]", HTMLButtonElement);
-  close.hidden = id === LIVE;
+  close.title = id === LIVE ? "Close this panel (the simulation continues)" : "Close recording";
   close.onclick = () => {
     remove(id);
     // Another page may already have closed the recording.
-    api.closeRecording(id).catch((error) => error.isNotFound || showError(error));
+    if (id !== LIVE) api.closeRecording(id).catch((error) => error.isNotFound || showError(error));
   };
   void panel.load();
   return panel;
@@ -113,6 +138,8 @@ function openPanel(id) {
 function activate(id) {
   active = id;
   query(document, "#panels").classList.toggle("several", panels.size > 1);
+  query(document, "#nothing-open").hidden = panels.size > 0;
+  showLiveButton.hidden = !info.live || panels.has(LIVE);
   for (const [other, { element }] of panels) element.classList.toggle("active", other === id);
 }
 
@@ -120,14 +147,15 @@ function activate(id) {
 function remove(id) {
   const panel = panels.get(id);
   if (!panel) return;
-  const ids = [...panels.keys()];
-  const i = ids.indexOf(id);
-  const neighbour = ids[i + 1] ?? ids[i - 1] ?? "";
+  const { nextElementSibling, previousElementSibling } = panel.element;
+  const beside = nextElementSibling ?? previousElementSibling;
+  const neighbour = (beside instanceof HTMLElement && beside.dataset.source) || "";
   const focused = panel.element.contains(document.activeElement);
   panel.close();
   panels.delete(id);
   activate(active === id ? neighbour : active);
-  if (focused) (panels.get(neighbour)?.element ?? query(document, "[name=file]", HTMLInputElement)).focus();
+  const fallback = showLiveButton.hidden ? query(document, "[name=file]") : showLiveButton;
+  if (focused) (panels.get(neighbour)?.element ?? fallback).focus();
 }
 
 const zmq = query(document, "#zmq", HTMLButtonElement);

@@ -152,6 +152,7 @@ export class Panel {
     setText(element, ".kind", kind);
     setText(element, ".size", this.#size);
     setText(element, ".note", source.note ?? "");
+    query(element, ".note").title = source.note ?? "";
     setText(element, ".about-maze", kind === "recording" ? `maze ${source.maze}` : "");
     setText(element, ".about-mouse", "");
     this.#offer("texts", false);

@@ -163,6 +163,12 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]) !== null", &[json!(selector)])
     }
 
+    /// Returns true if an element exists and is not hidden.
+    pub(crate) fn is_visible(&self, selector: &str) -> bool {
+        let script = "return document.querySelector(arguments[0])?.checkVisibility() ?? false";
+        self.run(script, &[json!(selector)])
+    }
+
     /// Returns true if the frame contains an element that matches `selector`. Both arguments are
     /// CSS selectors.
     pub(crate) fn frame_has(&self, frame: &str, selector: &str) -> bool {

@@ -10,15 +10,15 @@ use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
 use crate::test_state::TestState;
 
-const PHONE: (u32, u32) = (390, 844);
-const SMALL: (u32, u32) = (1024, 768);
-const LAPTOP: (u32, u32) = (1440, 900);
+pub(crate) const PHONE: (u32, u32) = (390, 844);
+pub(crate) const SMALL: (u32, u32) = (1024, 768);
+pub(crate) const LAPTOP: (u32, u32) = (1440, 900);
 
 /// A mouse that neither moves nor exits: a server.
 const WAITS: [&str; 4] = [env!("CARGO_BIN_EXE_mmsim"), "--no-viewer", "--port", "0"];
 
 /// Changes the size of the window.
-fn resize(browser: &Browser, (width, height): (u32, u32)) {
+pub(crate) fn resize(browser: &Browser, (width, height): (u32, u32)) {
     let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
     browser.devtools("Emulation.setDeviceMetricsOverride", &size);
     wait_for("the new size", || {
@@ -28,7 +28,7 @@ fn resize(browser: &Browser, (width, height): (u32, u32)) {
 }
 
 /// Returns true if all of an element is visible without scrolling.
-fn is_in_sight(browser: &Browser, selector: &str) -> bool {
+pub(crate) fn is_in_sight(browser: &Browser, selector: &str) -> bool {
     let script = "
         const element = document.querySelector(arguments[0]);
         const { left, right, top, bottom, width } = element.getBoundingClientRect();
@@ -43,13 +43,13 @@ fn is_in_sight(browser: &Browser, selector: &str) -> bool {
     browser.run(script, &[json!(selector)])
 }
 
-fn assert_in_sight(browser: &Browser, live: Panel<'_>, parts: &[&str]) {
+pub(crate) fn assert_in_sight(browser: &Browser, live: Panel<'_>, parts: &[&str]) {
     for part in parts {
         wait_for(part, || is_in_sight(browser, &live.part(part)).then_some(()));
     }
 }
 
-fn assert_no_sideways_scrolling(browser: &Browser) {
+pub(crate) fn assert_no_sideways_scrolling(browser: &Browser) {
     let script = "return [...document.querySelectorAll('html, body, main, .panel, .details')]
         .filter((box) => box.scrollWidth > box.clientWidth + 1).map((box) => box.className || box.tagName)";
     assert_eq!(browser.run::<Vec<String>>(script, &[]), [""; 0]);

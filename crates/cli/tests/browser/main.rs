@@ -29,6 +29,7 @@ mod phases;
 mod policy;
 mod recordings;
 mod run;
+mod side_by_side;
 mod simulator;
 mod test_state;
 mod timeline;
