@@ -25,7 +25,7 @@ use crate::source::Source;
 use crate::state_view::StateView;
 use crate::transfer::buffer_body;
 use crate::trial::trial_status;
-use crate::{assets, events, log_view, mouse_api, recording_api, recordings, stream};
+use crate::{assets, events, find, log_view, mouse_api, recording_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
@@ -49,6 +49,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/moment", get(state_view))
         .route("/api/sources/{id}/costs", get(distances))
         .route("/api/sources/{id}/log", get(log_view::handle))
+        .route("/api/sources/{id}/find", get(find::handle))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .merge(recording_api::router())
         .merge(mouse_api::router())

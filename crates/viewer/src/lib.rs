@@ -18,6 +18,7 @@ mod config;
 mod control;
 mod distances;
 mod events;
+mod find;
 mod jobs;
 mod limits;
 mod live;

@@ -235,6 +235,15 @@ impl Source {
         self.cache(run, |cache| cache.blocks.iter().find(has_state).cloned())
     }
 
+    /// Returns the block that contains a state, from the cache if possible. Unlike with
+    /// [`block`](Self::block), a block that is not cached does not replace cached blocks.
+    pub(crate) fn peek_block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
+        match self.cached_block(run, index) {
+            Some(states) => Ok(states),
+            None => self.read_block(run, index).map(Arc::new),
+        }
+    }
+
     /// Returns the block that contains a state, bypassing the cache.
     pub(crate) fn read_block(&self, run: u32, index: usize) -> Result<States, ApiError> {
         let number = index / Block::STATES;
@@ -283,13 +292,9 @@ impl Source {
         let size = self.describe(run)?.size;
         let new = || Arc::new(Mutex::new(TrailHistory::new(size)));
         let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
-        // Blocks read for a trail do not replace cached blocks.
         trails::trail(&trails, index, |index| {
             cancel.check()?;
-            match self.cached_block(run, index) {
-                Some(states) => Ok(states),
-                None => self.read_block(run, index).map(Arc::new),
-            }
+            self.peek_block(run, index)
         })
     }
 

@@ -3,7 +3,7 @@
 use mmsim_drawing::Passage;
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
 use mmsim_protocol::Colour;
-use mmsim_recording::{Notes, PhaseReport, Transition};
+use mmsim_recording::{LegProgress, Notes, PhaseReport, Transition};
 use serde::Serialize;
 
 use crate::api_error::ApiError;
@@ -22,6 +22,8 @@ pub(crate) struct StateView {
     /// The state message `S`, exactly as the client sent it.
     state: Vec<u8>,
     phases: PhaseReport,
+    /// The number of the current leg, and the steps since it began. See [`LegProgress`].
+    leg: (u32, u32),
     /// The figures of a two-run trial.
     trial: Option<TrialReport>,
     /// Whether the mouse was put back at the start or jumped to another cell in this state.
@@ -83,6 +85,7 @@ impl StateView {
         let times = source.times_to(run, index)?;
         let trail = source.trail(run, index, &CancelToken::default())?.passages();
         let notes = decoded.context.notes();
+        let LegProgress { leg, steps } = phases.leg();
         let trial = decoded
             .is_trial
             .then(|| TrialReport::new(index, &times, |index| source.block(run, index).ok()));
@@ -91,6 +94,7 @@ impl StateView {
             states: source.states(run)?,
             state: decoded.message.to_vec(),
             phases: PhaseReport::new(&phases, index, &times),
+            leg: (leg, steps),
             trial: trial.flatten(),
             event: ViewEvent::from_transition(phases.transition),
             visited: decoded.map.visited().len(),

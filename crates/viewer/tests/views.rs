@@ -43,6 +43,7 @@ fn a_view_contains_the_figures_of_a_state() {
         json!({"at": 6, "states": 700, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
+            "leg": [0, 5],
             "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
@@ -62,6 +63,32 @@ fn a_view_contains_the_figures_of_a_state() {
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
+    watched.stop();
+}
+
+#[test]
+fn the_state_that_corresponds_to_a_state_of_another_run_is_found() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let find = |query: &str| {
+        let reply = watched.get(&format!("/api/sources/live/find?{query}"));
+        if reply.status == 200 { reply.json() } else { json!(reply.status) }
+    };
+    assert_eq!(find("run=1&steps=0"), 404);
+    // Every fourth state, the mouse is put back at the start: three steps in four states.
+    watched.send_states(1000);
+    for (steps, at) in [(0, 0), (1, 1), (3, 3), (4, 5), (300, 399)] {
+        let expected = json!({"at": at, "reached": true});
+        assert_eq!(find(&format!("run=1&steps={steps}")), expected, "{steps}");
+        assert_eq!(find(&format!("run=1&steps={steps}&leg=0")), expected, "{steps}");
+    }
+    let last = json!({"at": 999, "reached": false});
+    for query in ["steps=751", "steps=18446744073709551615", "steps=0&leg=1"] {
+        assert_eq!(find(&format!("run=1&{query}")), last, "{query}");
+    }
+    assert_eq!(
+        (find("run=2&steps=0"), find("run=1"), find("run=1&steps=-1")),
+        (json!(410), json!(400), json!(400))
+    );
     watched.stop();
 }
 

@@ -1,0 +1,187 @@
+//! Finding the state of a run in which the mouse has come as far as in a state of another run.
+
+use std::borrow::Borrow;
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, Query, State};
+use mmsim_recording::{LegProgress, Phases, States};
+use serde::{Deserialize, Serialize};
+
+use crate::api_error::ApiError;
+use crate::app_state::AppState;
+use crate::jobs::run_blocking;
+
+#[derive(Deserialize)]
+pub(crate) struct FindQuery {
+    run: u32,
+    /// The number of steps since the leg began or, without a leg, since the first state.
+    steps: u64,
+    /// The number of a leg. See [`LegProgress`].
+    leg: Option<u32>,
+}
+
+#[derive(Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct FoundState {
+    /// The index of the state.
+    at: usize,
+    /// False if the mouse has not come that far yet, so that `at` is the last state.
+    #[serde(rename = "reached")]
+    is_reached: bool,
+}
+
+/// How far the mouse must have come.
+#[derive(Clone, Copy, Debug)]
+enum Target {
+    /// The total number of steps.
+    Steps(u64),
+    Leg(LegProgress),
+}
+
+pub(crate) async fn handle(
+    State(state): State<Arc<AppState>>,
+    Path(id): Path<String>,
+    Query(FindQuery { run, steps, leg }): Query<FindQuery>,
+) -> Result<Json<FoundState>, ApiError> {
+    let target = match leg {
+        Some(leg) => {
+            Target::Leg(LegProgress { leg, steps: u32::try_from(steps).unwrap_or(u32::MAX) })
+        }
+        None => Target::Steps(steps),
+    };
+    run_blocking(move || {
+        let source = state.source(&id)?;
+        let found = find(target, source.states(run)?, |index| source.peek_block(run, index))?;
+        found.map(Json).ok_or_else(|| ApiError::not_found("the run has no states"))
+    })
+    .await
+}
+
+impl Target {
+    fn is_reached(self, phases: &Phases) -> bool {
+        match self {
+            Self::Steps(steps) => phases.total.steps >= steps,
+            Self::Leg(progress) => phases.leg() >= progress,
+        }
+    }
+
+    /// Returns true if the mouse has passed the end of the leg.
+    fn is_passed(self, phases: &Phases) -> bool {
+        matches!(self, Self::Leg(progress) if phases.leg().leg > progress.leg)
+    }
+}
+
+/// Finds the first state in which the target is reached. If the run has no such leg or a shorter
+/// one, finds the last state before a later leg. Returns `None` if there are no states. `block`
+/// returns the block that contains a state.
+fn find<B: Borrow<States>, E>(
+    target: Target,
+    states: usize,
+    mut block: impl FnMut(usize) -> Result<B, E>,
+) -> Result<Option<FoundState>, E> {
+    let Some(last) = states.checked_sub(1) else { return Ok(None) };
+    let mut recent: Option<B> = None;
+    let mut phases = |index: usize| {
+        let is_recent = |block: &B| block.borrow().get(index).is_some();
+        let states = match recent.take().filter(is_recent) {
+            Some(states) => states,
+            None => block(index)?,
+        };
+        let phases = states.borrow().phases(index).unwrap_or_default();
+        recent = Some(states);
+        Ok::<_, E>(phases)
+    };
+    if !target.is_reached(&phases(last)?) {
+        return Ok(Some(FoundState { at: last, is_reached: false }));
+    }
+    // The target is reached in the state `end` but not before the state `start`.
+    let (mut start, mut end) = (0, last);
+    while start < end {
+        let middle = usize::midpoint(start, end);
+        if target.is_reached(&phases(middle)?) {
+            end = middle;
+        } else {
+            start = middle + 1;
+        }
+    }
+    let at = if target.is_passed(&phases(end)?) { end.saturating_sub(1) } else { end };
+    Ok(Some(FoundState { at, is_reached: true }))
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::MazeSize;
+    use mmsim_protocol::state_bytes;
+    use mmsim_recording::{Block, History};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Finds a state by looking at each state.
+    fn find_naively(target: Target, all: &[Phases]) -> Option<FoundState> {
+        let last = all.len().checked_sub(1)?;
+        let Some(first) = all.iter().position(|phases| target.is_reached(phases)) else {
+            return Some(FoundState { at: last, is_reached: false });
+        };
+        let at = match target {
+            Target::Leg(LegProgress { leg, .. }) if all[first].leg().leg != leg => {
+                all.iter().rposition(|phases| phases.leg().leg < all[first].leg().leg)?
+            }
+            _ => first,
+        };
+        Some(FoundState { at, is_reached: true })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(30))]
+        #[test]
+        fn the_found_state_is_the_first(
+            moves in prop::collection::vec((0u8..3, 0u8..2, 0usize..4, 1usize..40), 0..60),
+            targets in prop::collection::vec((0u32..40, 0u32..60), 20),
+        ) {
+            // The start is cell (0, 0), and the whole rest of a 3x2 maze is open. The mouse rests in
+            // a pose for some states, so a run has several blocks.
+            let size = MazeSize::new(3, 2).unwrap();
+            let mut history = History::new(size);
+            for &(x, y, heading, count) in &moves {
+                let mut state = vec![b'S', x, y, b"NESW"[heading]];
+                state.resize(state_bytes(size), b'C');
+                for _ in 0..count {
+                    history.push(&state).unwrap();
+                }
+            }
+            let block = |index: usize| {
+                let states = history.block(index / Block::STATES).and_then(Block::unpack);
+                states.filter(|states| states.get(index).is_some()).ok_or(index)
+            };
+            let count = history.len();
+            let all: Vec<_> =
+                (0..count).map(|index| block(index).unwrap().phases(index).unwrap()).collect();
+            for (leg, steps) in targets {
+                let targets =
+                    [Target::Leg(LegProgress { leg, steps }), Target::Steps((leg * steps).into())];
+                for target in targets {
+                    let found = find(target, count, block).unwrap();
+                    prop_assert_eq!(found, find_naively(target, &all), "{:?}", target);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn few_blocks_of_a_long_run_are_read() {
+        let size = MazeSize::new(2, 1).unwrap();
+        let mut history = History::new(size);
+        for number in 0..1000 * Block::STATES {
+            let x = u8::from(number % 2 == 1);
+            history.push(&[b'S', x, 0, b'E', b'C', 0, 0, b'C', 0, 0]).unwrap();
+        }
+        let mut reads = 0;
+        let found = find(Target::Steps(0), history.len(), |index| {
+            reads += 1;
+            history.block(index / Block::STATES).and_then(Block::unpack).ok_or(index)
+        });
+        assert_eq!(found, Ok(Some(FoundState { at: 0, is_reached: true })));
+        assert!(reads <= 12, "{reads}");
+    }
+}
