@@ -1,27 +1,53 @@
-//! `mmsim compare`: compare strategies on collections of mazes.
+//! `mmsim compare`: compare mice on collections of mazes.
 
 pub(crate) mod args;
+mod candidate;
+mod commands;
 mod cpu_time;
+mod figures;
+mod own_search;
 mod report;
+mod requests;
 mod search;
+mod track;
+mod workers;
+
+use std::error::Error;
+use std::num::NonZero;
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use args::CompareArgs;
+use candidate::{Candidate, NamedMouse};
+use figures::{Ending, Figures};
 use indicatif::ProgressBar;
+use mmsim_maze::Maze;
 use mmsim_solvers::BundledStrategy;
+use own_search::SearchLimits;
 use rayon::ThreadPoolBuilder;
-use report::{SearchReport, StrategyReport};
+use report::{CandidateReport, SearchReport};
 use search::search;
+use track::Track;
+use workers::map_waiting;
 
 use crate::grid::aligned;
 use crate::inputs::Inputs;
+use crate::interrupt::Interrupt;
 use crate::output::{print, print_pretty_json, progress};
 use crate::parallel::map_each;
 use crate::selection::Selected;
+use crate::stderr;
 use crate::usage::CommandResult;
 
+/// If a mouse reaches the time limit in each of its first mazes, its further searches are skipped.
+const FIRST_MAZES: usize = 3;
+
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
+    let candidates = args.candidates()?;
     let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
-    let reports = compare(&args.strategies(), &mazes, args.jobs)?;
+    let reports = compare(&candidates, &mazes, args)?;
     if args.json {
         print_pretty_json(&reports)?;
     } else if args.csv {
@@ -29,38 +55,134 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         reports.iter().try_for_each(|report| report.write_csv(&mut csv))?;
         print(&String::from_utf8(csv.into_inner()?)?)?;
     } else if !mazes.is_empty() {
-        let rows = reports.iter().map(StrategyReport::row);
-        print(&aligned(&[StrategyReport::head()].into_iter().chain(rows).collect::<Vec<_>>()))?;
+        let rows = reports.iter().map(CandidateReport::row);
+        print(&aligned(&[CandidateReport::head()].into_iter().chain(rows).collect::<Vec<_>>()))?;
     }
     Ok(all_readable)
 }
 
-/// Runs each strategy in each maze. Uses `threads` threads, or one thread per processor if
-/// `threads` is `None`. Shows a progress bar on a terminal.
+/// Runs each candidate in each maze and shows a progress bar on a terminal.
 fn compare(
+    candidates: &[Candidate],
+    mazes: &[Selected],
+    args: &CompareArgs,
+) -> Result<Vec<CandidateReport>, Box<dyn Error>> {
+    let bar = ProgressBar::new((candidates.len() * mazes.len()) as u64);
+    let bar = progress(bar, "{wide_bar} {pos} of {len} searches, {eta} left");
+    let (mut bundled, mut own) = (Vec::new(), Vec::new());
+    for candidate in candidates {
+        match candidate {
+            Candidate::Bundled(strategy) => bundled.push(*strategy),
+            Candidate::Own(mouse) => own.push(mouse),
+        }
+    }
+    let mut own = search_own(&own, mazes, args.limits(), args.jobs, &bar)?.into_iter();
+    let mut bundled = search_bundled(&bundled, mazes, args.jobs, &bar)?.into_iter();
+    bar.finish_and_clear();
+    let reports = candidates.iter().map(|candidate| {
+        let figures = match candidate {
+            Candidate::Bundled(_) => bundled.by_ref().take(mazes.len()),
+            Candidate::Own(_) => own.by_ref().take(mazes.len()),
+        };
+        let searches = mazes.iter().zip(figures);
+        let searches = searches.map(|(maze, figures)| SearchReport::new(maze, figures));
+        CandidateReport::new(candidate, searches.collect())
+    });
+    Ok(reports.collect())
+}
+
+/// Runs each strategy in each maze. Uses `threads` threads, or one thread per processor if
+/// `threads` is `None`. Returns the figures in the order of the strategies.
+fn search_bundled(
     strategies: &[BundledStrategy],
     mazes: &[Selected],
     threads: Option<u16>,
-) -> Result<Vec<StrategyReport>, rayon::ThreadPoolBuildError> {
+    bar: &ProgressBar,
+) -> Result<Vec<Figures>, rayon::ThreadPoolBuildError> {
     let jobs: Vec<(BundledStrategy, &Selected)> = (strategies.iter())
         .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
         .collect();
     // More threads than jobs would be idle. For rayon, 0 means one thread per processor.
     let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let bar = progress(ProgressBar::new(jobs.len() as u64), "{wide_bar} {pos} of {len} searches");
     // The measured processor time includes creating the mouse and the search run, but not the
     // figures.
-    let searches = pool.install(|| {
+    Ok(pool.install(|| {
         map_each(&jobs, |&(strategy, selected)| {
-            let max_states = strategy.max_states();
-            let figures = search(&selected.maze, || strategy.strategy(), max_states);
+            let figures =
+                search(&selected.maze, || strategy.strategy(), strategy.max_states());
             bar.inc(1);
-            SearchReport::new(selected, figures)
+            figures
         })
+    }))
+}
+
+/// Runs each of the user's mice in each maze. Returns the figures in the order of the mice. After
+/// Ctrl-C, stops the mice and exits.
+fn search_own(
+    mice: &[&NamedMouse],
+    mazes: &[Selected],
+    limits: SearchLimits,
+    jobs: Option<u16>,
+    bar: &ProgressBar,
+) -> Result<Vec<Figures>, Box<dyn Error>> {
+    if mice.is_empty() || mazes.is_empty() {
+        return Ok(Vec::new());
+    }
+    let is_interrupted = Arc::new(AtomicBool::new(false));
+    let (interrupt, interrupted) = (Interrupt::catch()?, Arc::clone(&is_interrupted));
+    thread::spawn(move || {
+        interrupt.wait();
+        interrupted.store(true, Ordering::Relaxed);
     });
-    bar.finish_and_clear();
-    let mut searches = searches.into_iter();
-    let mut next = || searches.by_ref().take(mazes.len()).collect();
-    Ok(strategies.iter().map(|&strategy| StrategyReport::new(strategy, next())).collect())
+    let slots = match jobs {
+        Some(jobs) => jobs.into(),
+        None => thread::available_parallelism().map_or(1, NonZero::get),
+    };
+    let run = |mice: &[&NamedMouse], mazes: &[Selected]| {
+        let jobs: Vec<_> =
+            mice.iter().flat_map(|&mouse| mazes.iter().map(move |maze| (mouse, maze))).collect();
+        map_waiting(&jobs, slots, |&(mouse, Selected { maze, .. }), slot| {
+            if is_interrupted.load(Ordering::Relaxed) {
+                return skip(maze);
+            }
+            let figures =
+                own_search::search(&mouse.program, maze, limits, slot, &is_interrupted);
+            bar.inc(1);
+            figures
+        })
+    };
+    let (first, rest) = mazes.split_at(mazes.len().min(FIRST_MAZES));
+    let searched = run(mice, first);
+    let is_stuck = |figures: &[Figures]| {
+        figures.iter().all(|search| search.ending == Ending::TimeLimit && !search.goal_reached)
+    };
+    let searched: Vec<(&NamedMouse, &[Figures])> =
+        mice.iter().copied().zip(searched.chunks(first.len())).collect();
+    let others: Vec<_> = (searched.iter())
+        .filter_map(|&(mouse, figures)| (!is_stuck(figures)).then_some(mouse))
+        .collect();
+    let mut more = run(&others, rest).into_iter();
+    let figures = searched.into_iter().flat_map(|(_, figures)| {
+        let rest: Vec<Figures> = if is_stuck(figures) {
+            bar.inc(rest.len() as u64);
+            rest.iter().map(|selected| skip(&selected.maze)).collect()
+        } else {
+            more.by_ref().take(rest.len()).collect()
+        };
+        figures.iter().cloned().chain(rest).collect::<Vec<_>>()
+    });
+    let figures = figures.collect();
+    if is_interrupted.load(Ordering::Relaxed) {
+        bar.finish_and_clear();
+        stderr::flush();
+        process::exit(Interrupt::CODE);
+    }
+    Ok(figures)
+}
+
+/// Returns the figures of a search that was not run.
+fn skip(maze: &Maze) -> Figures {
+    let reason = format!("skipped: stopped by the time limit in each of the first {FIRST_MAZES} mazes");
+    Figures { ending: Ending::Skipped, error: Some(reason), ..Track::new(maze).figures() }
 }

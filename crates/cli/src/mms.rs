@@ -3,9 +3,9 @@
 mod annotations;
 pub(crate) mod args;
 mod button;
-mod child;
+pub(crate) mod child;
 mod exit;
-mod invalid_lines;
+pub(crate) mod invalid_lines;
 mod log;
 mod session;
 mod simulator;

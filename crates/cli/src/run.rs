@@ -21,7 +21,7 @@ use args::RunArgs;
 use gateway::{Gateway, Progress};
 
 /// The placeholder for the address in the arguments of the mouse.
-const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
+pub(crate) const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {

@@ -1,13 +1,17 @@
 //! Arguments of `mmsim compare`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_solvers::BundledStrategy;
 
-use crate::args::{each_once, one_of};
+use super::candidate::{Candidate, NamedMouse};
+use super::own_search::SearchLimits;
+use crate::args::{one_of, parse_seconds};
 use crate::solve::args::strategy_value;
+use crate::usage::UsageError;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -40,6 +44,10 @@ pub(crate) struct CompareArgs {
     /// Maze files, folders to search recursively, and words from the path of a maze [default: all
     /// mazes in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
+    /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
+    /// COMMAND may be quoted; may be repeated
+    #[arg(long, value_name = "NAME=COMMAND")]
+    mouse: Vec<NamedMouse>,
     /// Comma-separated list of strategies; may be repeated
     #[arg(
         long,
@@ -48,7 +56,14 @@ pub(crate) struct CompareArgs {
         default_value = "all",
         value_parser = strategies()
     )]
-    strategies: Vec<Option<BundledStrategy>>,
+    strategies: Vec<Choice>,
+    /// Stop a mouse of your own after S seconds in a maze
+    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    time_limit: Duration,
+    /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
+    /// each turn
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
+    max_steps: u32,
     /// Use N threads; the results do not depend on N [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
@@ -60,15 +75,58 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
+/// A value of `--strategies`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Choice {
+    All,
+    None,
+    One(BundledStrategy),
+}
+
 impl CompareArgs {
-    /// Returns the selected strategies without duplicates.
-    pub(crate) fn strategies(&self) -> Vec<BundledStrategy> {
-        each_once(&self.strategies, BundledStrategy::ALL)
+    /// Returns the user's mice and then the selected strategies, each once.
+    pub(crate) fn candidates(&self) -> Result<Vec<Candidate>, UsageError> {
+        let mut strategies: Vec<BundledStrategy> = Vec::new();
+        for choice in &self.strategies {
+            let chosen = match choice {
+                Choice::All => BundledStrategy::ALL,
+                Choice::None => &[],
+                Choice::One(strategy) => std::slice::from_ref(strategy),
+            };
+            for strategy in chosen {
+                if !strategies.contains(strategy) {
+                    strategies.push(*strategy);
+                }
+            }
+        }
+        let own = self.mouse.iter().cloned().map(Candidate::Own);
+        let bundled = strategies.into_iter().map(Candidate::Bundled);
+        let candidates: Vec<Candidate> = own.chain(bundled).collect();
+        for (index, candidate) in candidates.iter().enumerate() {
+            let name = candidate.name();
+            if candidates[..index].iter().any(|other| other.name() == name) {
+                let message = format!("two mice are called {name:?}; give --mouse another name");
+                return Err(UsageError::new("compare", message));
+            }
+        }
+        if candidates.is_empty() {
+            let message = "nothing to compare: --strategies none requires --mouse";
+            return Err(UsageError::new("compare", message));
+        }
+        Ok(candidates)
+    }
+
+    /// Returns the limits of the user's mice.
+    pub(crate) const fn limits(&self) -> SearchLimits {
+        SearchLimits { time: self.time_limit, states: self.max_steps }
     }
 }
 
-fn strategies() -> impl TypedValueParser<Value = Option<BundledStrategy>> {
-    one_of(BundledStrategy::ALL.iter().copied().map(Some).chain([None]), |strategy| {
-        strategy.map_or(PossibleValue::new("all").help("all strategies"), strategy_value)
+fn strategies() -> impl TypedValueParser<Value = Choice> {
+    let each = BundledStrategy::ALL.iter().copied().map(Choice::One);
+    one_of(each.chain([Choice::All, Choice::None]), |choice| match choice {
+        Choice::One(strategy) => strategy_value(strategy),
+        Choice::All => PossibleValue::new("all").help("all strategies"),
+        Choice::None => PossibleValue::new("none").help("only your own mice"),
     })
 }

@@ -1,10 +1,10 @@
 //! Reports on one search and on all of a strategy's searches.
 
 use mmsim_maze::Escaped;
-use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
 
-use super::search::Figures;
+use super::candidate::Candidate;
+use super::figures::Figures;
 use crate::selection::Selected;
 
 /// The report on one search. The field names are JSON keys and CSV column names.
@@ -33,11 +33,14 @@ impl SearchReport {
     }
 }
 
-/// The report on all of a strategy's searches. The means include only mazes in which the goal was
+/// The report on all of a candidate's searches. The means include only mazes in which the goal was
 /// reached. The field names are JSON keys.
 #[derive(Debug, Serialize)]
-pub(crate) struct StrategyReport {
-    strategy: &'static str,
+pub(crate) struct CandidateReport {
+    /// The name of the candidate.
+    strategy: String,
+    /// The command of a mouse of the user.
+    command: Option<String>,
     /// The number of mazes with a reachable goal.
     reachable: usize,
     goal_reached: usize,
@@ -60,14 +63,15 @@ pub(crate) struct StrategyReport {
     mazes: Vec<SearchReport>,
 }
 
-impl StrategyReport {
-    pub(crate) fn new(strategy: BundledStrategy, mazes: Vec<SearchReport>) -> Self {
+impl CandidateReport {
+    pub(crate) fn new(candidate: &Candidate, mazes: Vec<SearchReport>) -> Self {
         let searches = || mazes.iter().map(|search| &search.figures);
         let reached = || searches().filter(|search| search.goal_reached);
         let count = |is_so: fn(&Figures) -> bool| reached().filter(|search| is_so(search)).count();
         let mean = |number: fn(&Figures) -> Option<f64>| mean(reached().filter_map(number));
         Self {
-            strategy: strategy.name(),
+            strategy: candidate.name().into(),
+            command: candidate.command().map(String::from),
             reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
             rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
@@ -79,7 +83,7 @@ impl StrategyReport {
             turns: mean(|search| Some(search.turns.into())),
             path_found: mean(|search| search.path_found.map(f64::from)),
             shortest_path: mean(|search| search.shortest_path.map(f64::from)),
-            time_us: mean(|search| Some(search.time_us)),
+            time_us: mean(|search| search.time_us),
             mazes,
         }
     }
@@ -99,7 +103,7 @@ impl StrategyReport {
         let Self { reachable, goal_reached, rightly_given_up, .. } = self;
         let mazes = self.mazes.len();
         vec![
-            self.strategy.into(),
+            self.strategy.clone(),
             mazes.to_string(),
             format!("{goal_reached}/{reachable}"),
             format!("{rightly_given_up}/{}", mazes - reachable),
@@ -119,10 +123,10 @@ impl StrategyReport {
     /// yet. Escapes control characters, so that each search stays on one line.
     pub(crate) fn write_csv<W: std::io::Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
         #[derive(Serialize)]
-        struct StrategyColumn {
-            strategy: &'static str,
+        struct StrategyColumn<'a> {
+            strategy: &'a str,
         }
-        let strategy = StrategyColumn { strategy: self.strategy };
+        let strategy = StrategyColumn { strategy: &self.strategy };
         let escaped = |text: &String| Escaped(text).to_string();
         self.mazes.iter().cloned().try_for_each(|SearchReport { mut maze, mut figures }| {
             (maze.path, maze.name) = (escaped(&maze.path), escaped(&maze.name));

@@ -2,40 +2,12 @@
 
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_solvers::{
-    DriveError, Mouse, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
+    DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
     steps_until_proven,
 };
-use serde::Serialize;
 
 use super::cpu_time::measure;
-
-/// The statistics of a search, excluding the fast run unless stated otherwise. The field names
-/// are JSON keys and CSV column names.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Figures {
-    pub(crate) goal_reached: bool,
-    /// The number of steps until the mouse first reached a goal cell, possibly on the fast run.
-    pub(crate) steps_to_goal: Option<u32>,
-    /// The number of steps until the shortest path was proven.
-    pub(crate) steps_until_proven: Option<u32>,
-    /// The number of steps until the strategy stopped or began its fast run.
-    pub(crate) steps_in_all: u32,
-    /// The number of quarter turns until the strategy stopped or began its fast run. A U-turn
-    /// counts as two quarter turns.
-    pub(crate) turns: u32,
-    /// The length in steps of the shortest path known to be open at the end of the search.
-    pub(crate) path_found: Option<u16>,
-    /// The distance in steps from the start to the goal in the true maze, or `None` if the goal is
-    /// unreachable.
-    pub(crate) shortest_path: Option<u16>,
-    /// The processor time in microseconds, rounded to three decimal places.
-    pub(crate) time_us: f64,
-    /// The error that ended the search run or the fast run early.
-    pub(crate) error: Option<String>,
-    /// True if the strategy correctly reported that the goal is unreachable.
-    #[serde(skip)]
-    pub(crate) is_rightly_given_up: bool,
-}
+use super::figures::{Ending, Figures};
 
 /// Searches the maze until the strategy stops or has made `max_states` decisions.
 pub(crate) fn search<S: Strategy>(
@@ -65,6 +37,16 @@ pub(crate) fn search<S: Strategy>(
         error,
         Some(DriveError::Search(SearchError::GoalUnreachable { .. } | SearchError::BoxedIn { .. }))
     );
+    let is_in_goal = maze.goals().contains(driver.mouse().pose().cell);
+    let has_fast_run = driver.phase() == Phase::FastRun && is_in_goal;
+    let ending = match &error {
+        Some(DriveError::Search(_)) => Ending::GaveUp,
+        Some(_) => Ending::Failed,
+        None if driver.decision() == Some(Ok(Move::Stop)) => {
+            if is_in_goal { Ending::Finished } else { Ending::GaveUp }
+        }
+        None => Ending::StepLimit,
+    };
     Figures {
         goal_reached: stats.steps_to_goal.is_some(),
         steps_to_goal: stats.steps_to_goal,
@@ -73,9 +55,13 @@ pub(crate) fn search<S: Strategy>(
         turns: stats.exploration().turns,
         path_found,
         shortest_path,
-        time_us: (time.as_secs_f64() * 1e9).round() / 1e3,
+        time_us: Some((time.as_secs_f64() * 1e9).round() / 1e3),
         error: error.as_ref().map(ToString::to_string),
+        ending,
+        fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
+        crashes: Some(0),
         is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
+        path: poses.iter().map(|pose| pose.cell).collect(),
     }
 }
 

@@ -150,7 +150,7 @@ fn read_lines(mut stdout: impl BufRead, lines: &SyncSender<Line>) {
 }
 
 /// Reads the next line, or returns `None` at the end of output. Truncates overlong lines.
-fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
+pub(crate) fn read_line(stdout: &mut impl BufRead) -> io::Result<Option<Line>> {
     let mut line = Vec::new();
     stdout.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line)?;
     if line.ends_with(b"\n") {

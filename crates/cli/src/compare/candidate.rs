@@ -1,0 +1,91 @@
+//! The mice to compare.
+
+use std::ffi::OsString;
+use std::str::FromStr;
+
+use mmsim_maze::needs_escape;
+use mmsim_protocol::MAX_NAME_BYTES;
+use mmsim_solvers::BundledStrategy;
+
+use crate::mouse_process::Program;
+
+/// A bundled strategy or a mouse of the user.
+#[derive(Clone, Debug)]
+pub(crate) enum Candidate {
+    Bundled(BundledStrategy),
+    Own(NamedMouse),
+}
+
+/// A mouse that runs in another process.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedMouse {
+    pub(crate) name: String,
+    /// The command line as the user has written it.
+    pub(crate) command: String,
+    pub(crate) program: Program,
+}
+
+impl Candidate {
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Bundled(strategy) => strategy.name(),
+            Self::Own(mouse) => &mouse.name,
+        }
+    }
+
+    /// Returns the command line of a mouse of the user.
+    pub(crate) fn command(&self) -> Option<&str> {
+        match self {
+            Self::Bundled(_) => None,
+            Self::Own(mouse) => Some(&mouse.command),
+        }
+    }
+}
+
+impl FromStr for NamedMouse {
+    type Err = String;
+
+    /// Parses `NAME=COMMAND`. The words of the command may be quoted as in a shell.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = "expected NAME=COMMAND such as mine='python3 mouse.py'";
+        let (name, command) = text.split_once('=').ok_or(expected)?;
+        let name = name.trim();
+        if name.is_empty() || name.len() > MAX_NAME_BYTES || name.chars().any(needs_escape) {
+            return Err(format!("{expected}; a name has 1 to {MAX_NAME_BYTES} bytes"));
+        }
+        // On Windows, a backslash separates folders.
+        let posix = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };
+        let words = shlex::split(&posix).ok_or("expected a closing quotation mark")?;
+        if words.is_empty() {
+            return Err(format!("{expected}; the command is empty"));
+        }
+        let words: Vec<_> = words.into_iter().map(OsString::from).collect();
+        Ok(Self { name: name.into(), command: command.into(), program: Program::new(&words) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_words_of_a_command_may_be_quoted() {
+        let mouse: NamedMouse = "my mouse=python3 'a b.py' --x=1 \"c d\"".parse().unwrap();
+        assert_eq!(mouse.name, "my mouse");
+        assert_eq!(mouse.command, "python3 'a b.py' --x=1 \"c d\"");
+        let command = mouse.program.command();
+        assert_eq!(command.get_program(), "python3");
+        assert!(command.get_args().eq(["a b.py", "--x=1", "c d"]));
+        for (text, error) in [
+            ("python3", "expected NAME=COMMAND"),
+            ("=python3", "a name has 1 to"),
+            ("a\nb=python3", "a name has 1 to"),
+            ("mine=", "the command is empty"),
+            ("mine= ", "the command is empty"),
+            ("mine='python3", "expected a closing quotation mark"),
+        ] {
+            let found = text.parse::<NamedMouse>().unwrap_err();
+            assert!(found.contains(error), "{text}: {found}");
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Runs a mouse in another process, once in one maze.
+
+use std::io::{BufRead, BufReader, Read};
+use std::mem;
+use std::process::{ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use mmsim_maze::{Escaped, Maze, Pose};
+
+use super::commands;
+use super::figures::{Ending, Figures};
+use super::requests::Endpoint;
+use super::track::Track;
+use super::workers::Slot;
+use crate::connection::ENDPOINT_VARIABLE;
+use crate::mms::child::MAX_LINE_BYTES;
+use crate::mouse_process::{MouseProcess, Program, cut, exit_text};
+use crate::output::counted;
+use crate::run::ENDPOINT_PLACEHOLDER;
+
+/// The interval between checks of a search in which nothing has ended.
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
+/// never exit.
+const IDLE_AT_GOAL: Duration = Duration::from_secs(1);
+
+/// The maximum time to wait for the last line of stderr of a process that has exited.
+const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// The maximum length of the last line of stderr in an error message, in bytes.
+const MAX_REASON_BYTES: usize = 200;
+
+/// The limits of a search.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SearchLimits {
+    pub(crate) time: Duration,
+    /// The maximum number of poses.
+    pub(crate) states: u32,
+}
+
+/// How a mouse communicates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// It writes the commands of mms to its stdout.
+    Mms,
+    /// It sends requests over ZeroMQ.
+    Client,
+}
+
+/// The reason why a search is over.
+#[derive(Debug)]
+pub(crate) enum Over {
+    /// The output of the mouse has ended.
+    OutputEnded,
+    StepLimit,
+    Flood(String),
+}
+
+/// The state of a search, which the threads of the search share.
+pub(crate) struct Progress {
+    /// `None` until the mouse has sent a command or a request.
+    kind: Option<Kind>,
+    pub(crate) track: Track,
+    pub(crate) crashes: u32,
+    max_states: u32,
+    /// The number of commands and requests.
+    messages: u64,
+    moved: Instant,
+    /// True once the search is over. Further commands and requests are ignored.
+    pub(crate) is_over: bool,
+    over: Sender<Over>,
+}
+
+/// The shared state of a search.
+pub(crate) type SharedProgress = Arc<Mutex<Progress>>;
+
+pub(crate) fn lock(progress: &SharedProgress) -> MutexGuard<'_, Progress> {
+    progress.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Progress {
+    /// Notes a command or a request. Returns false if it must be ignored, because the search is over
+    /// or because the mouse communicates in the other way.
+    pub(crate) fn accept(&mut self, kind: Kind) -> bool {
+        self.messages += 1;
+        !self.is_over && *self.kind.get_or_insert(kind) == kind
+    }
+
+    pub(crate) const fn kind(&self) -> Option<Kind> {
+        self.kind
+    }
+
+    /// Ends the search.
+    pub(crate) fn end(&mut self, reason: Over) {
+        if !self.is_over {
+            self.is_over = true;
+            // The receiver exists as long as the search.
+            let _ = self.over.send(reason);
+        }
+    }
+
+    /// Adds a pose. Returns false if the search is over.
+    pub(crate) fn add(&mut self, pose: Pose, is_restart: bool) -> bool {
+        if self.track.states() >= self.max_states {
+            self.end(Over::StepLimit);
+            return false;
+        }
+        self.moved = Instant::now();
+        self.track.add(pose, is_restart);
+        true
+    }
+}
+
+/// Runs the mouse in the maze until it exits or reaches a limit.
+pub(crate) fn search(
+    program: &Program,
+    maze: &Maze,
+    limits: SearchLimits,
+    slot: &mut Slot<'_>,
+    is_interrupted: &AtomicBool,
+) -> Figures {
+    let (sender, over) = mpsc::channel();
+    let progress = Arc::new(Mutex::new(Progress {
+        kind: None,
+        track: Track::new(maze),
+        crashes: 0,
+        max_states: limits.states,
+        messages: 0,
+        moved: Instant::now(),
+        is_over: false,
+        over: sender,
+    }));
+    let ended = Running::start(program, maze, &progress).map(|mut running| {
+        let ended = running.wait(limits, &progress, &over, slot, is_interrupted);
+        let Running { process, last_line, .. } = running;
+        // Killing the process and its child processes ends their output.
+        drop(process);
+        (ended, last_line)
+    });
+    let mut progress = lock(&progress);
+    progress.is_over = true;
+    let (ending, error) = match ended {
+        Ok((ended, last_line)) => conclude(&ended, limits, &progress, &last_line),
+        Err(error) => (Ending::Failed, Some(error)),
+    };
+    let figures = progress.track.figures();
+    Figures {
+        ending,
+        error,
+        crashes: (progress.kind != Some(Kind::Client)).then_some(progress.crashes),
+        is_rightly_given_up: figures.shortest_path.is_none() && ending == Ending::GaveUp,
+        ..figures
+    }
+}
+
+/// Why a search has ended.
+enum Ended {
+    Exited(ExitStatus),
+    /// The mouse stays in the goal or does not move after it has reached the goal.
+    Idle,
+    TimeLimit,
+    Over(Over),
+    Interrupted,
+    Failed(String),
+}
+
+/// A running mouse and what it needs.
+struct Running {
+    process: MouseProcess,
+    /// Receives the last line of stderr when stderr ends.
+    last_line: Receiver<String>,
+    started: Instant,
+    _endpoint: Endpoint,
+}
+
+impl Running {
+    fn start(program: &Program, maze: &Maze, progress: &SharedProgress) -> Result<Self, String> {
+        let endpoint = Endpoint::start(maze, progress)
+            .map_err(|error| format!("cannot listen for the mouse: {error}"))?;
+        let program = program.with_argument(ENDPOINT_PLACEHOLDER, endpoint.address());
+        let mut command = program.command();
+        command.env(ENDPOINT_VARIABLE, endpoint.address());
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let started = Instant::now();
+        let mut process = MouseProcess::start(&mut command)?;
+        let pipes = &mut process.0;
+        let (Some(stdin), Some(stdout), Some(stderr)) =
+            (pipes.stdin.take(), pipes.stdout.take(), pipes.stderr.take())
+        else {
+            return Err("cannot open the pipes of the mouse".into());
+        };
+        let (size, progress) = (maze.size(), Arc::clone(progress));
+        let goals = (maze.start().cell, *maze.goals());
+        thread::spawn(move || {
+            commands::execute_all(BufReader::new(stdout), stdin, size, goals, &progress);
+            let _ = lock(&progress).over.send(Over::OutputEnded);
+        });
+        let (sender, last_line) = mpsc::channel();
+        thread::spawn(move || {
+            // The search may be over.
+            let _ = sender.send(read_last_line(BufReader::new(stderr)));
+        });
+        Ok(Self { process, last_line, started, _endpoint: endpoint })
+    }
+
+    /// Waits until the search is over. If the mouse is silent for a while, releases the slot, so that
+    /// another search can use the processor.
+    fn wait(
+        &mut self,
+        limits: SearchLimits,
+        progress: &SharedProgress,
+        over: &Receiver<Over>,
+        slot: &mut Slot<'_>,
+        is_interrupted: &AtomicBool,
+    ) -> Ended {
+        let (mut messages, mut interval) = (0, CHECK_INTERVAL);
+        loop {
+            match over.recv_timeout(interval) {
+                // The mouse is about to exit, unless it has only closed its output.
+                Ok(Over::OutputEnded) => interval = Duration::from_micros(50),
+                Ok(over) => return Ended::Over(over),
+                Err(_) => interval = CHECK_INTERVAL.min(2 * interval),
+            }
+            match self.process.status() {
+                Ok(Some(status)) => return Ended::Exited(status),
+                Ok(None) => {}
+                Err(error) => return Ended::Failed(format!("cannot get the exit status: {error}")),
+            }
+            if is_interrupted.load(Ordering::Relaxed) {
+                return Ended::Interrupted;
+            }
+            if self.started.elapsed() >= limits.time {
+                return Ended::TimeLimit;
+            }
+            let progress = lock(progress);
+            if progress.track.is_goal_reached() && progress.moved.elapsed() >= IDLE_AT_GOAL {
+                return Ended::Idle;
+            }
+            if interval == CHECK_INTERVAL && mem::replace(&mut messages, progress.messages) == progress.messages {
+                slot.release();
+            }
+        }
+    }
+}
+
+/// Returns how the search ended, and the reason if it ended early.
+fn conclude(
+    ended: &Ended,
+    limits: SearchLimits,
+    progress: &Progress,
+    last_line: &Receiver<String>,
+) -> (Ending, Option<String>) {
+    if let Some([from, to]) = progress.track.jump() {
+        let reason = format!("jumped from {from} to {to}, which no movement can reach");
+        return (Ending::Failed, Some(reason));
+    }
+    let is_reached = progress.track.is_goal_reached();
+    let hint = match progress.kind {
+        None => format!(
+            " (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})"
+        ),
+        Some(_) => String::new(),
+    };
+    match ended {
+        Ended::Exited(status) if !status.success() => {
+            let line = last_line.recv_timeout(LAST_LINE_TIMEOUT).unwrap_or_default();
+            let line = if line.is_empty() { hint } else { format!(": {line}") };
+            (Ending::Failed, Some(format!("{}{line}", exit_text(*status))))
+        }
+        Ended::Exited(_) | Ended::Idle if is_reached => (Ending::Finished, None),
+        Ended::Exited(_) | Ended::Idle => {
+            (Ending::GaveUp, Some(format!("exited without reaching the goal{hint}")))
+        }
+        Ended::TimeLimit => {
+            let seconds = limits.time.as_secs_f64();
+            (Ending::TimeLimit, Some(format!("stopped after {seconds} s{hint}")))
+        }
+        Ended::Over(Over::StepLimit | Over::OutputEnded) => {
+            let limit = counted(limits.states, "state");
+            (Ending::StepLimit, Some(format!("stopped after {limit}")))
+        }
+        Ended::Over(Over::Flood(reason)) | Ended::Failed(reason) => {
+            (Ending::Failed, Some(reason.clone()))
+        }
+        Ended::Interrupted => (Ending::Skipped, Some("interrupted".into())),
+    }
+}
+
+/// Reads to the end and returns the last line that is not blank, without control characters.
+fn read_last_line(mut input: impl BufRead) -> String {
+    let (mut last, mut line) = (Vec::new(), Vec::new());
+    loop {
+        line.clear();
+        let read = input.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line);
+        if !matches!(read, Ok(1..)) {
+            break;
+        }
+        if !line.trim_ascii().is_empty() {
+            mem::swap(&mut last, &mut line);
+        }
+    }
+    let mut text = Escaped(String::from_utf8_lossy(last.trim_ascii())).to_string();
+    cut(&mut text, MAX_REASON_BYTES);
+    text
+}

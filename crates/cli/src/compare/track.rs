@@ -1,0 +1,182 @@
+//! The course of a search by a mouse in another process: its poses and the walls that it knows.
+
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose, WallState};
+use mmsim_recording::{Course, Phases, RunPhase, Transition};
+use mmsim_solvers::{PathBounds, steps_between};
+
+use super::figures::Figures;
+
+/// What a mouse has done and seen in a maze. The figures do not depend on what the mouse reports
+/// about walls, only on the walls that it has read or run into.
+pub(crate) struct Track {
+    maze: Maze,
+    course: Course,
+    /// The walls that the mouse has read or run into.
+    known: KnownMaze,
+    /// True if walls have become known since the shortest path was last examined.
+    has_new_walls: bool,
+    path: Vec<Cell>,
+    pose: Option<Pose>,
+    states: u32,
+    phases: Phases,
+    steps_to_goal: Option<u32>,
+    steps_until_proven: Option<u32>,
+    /// The figures at the beginning of the first fast run.
+    exploration: Option<Exploration>,
+    /// The cells of the first jump.
+    jump: Option<[Cell; 2]>,
+}
+
+/// The figures of the search run and the return run.
+#[derive(Clone, Copy)]
+struct Exploration {
+    steps: u32,
+    turns: u32,
+    path_found: Option<u16>,
+    /// The number of entered cells.
+    cells: usize,
+}
+
+impl Track {
+    pub(crate) fn new(maze: &Maze) -> Self {
+        Self {
+            course: Course::from_maze(maze),
+            known: KnownMaze::unexplored(maze),
+            maze: maze.clone(),
+            has_new_walls: true,
+            path: Vec::new(),
+            pose: None,
+            states: 0,
+            phases: Phases::default(),
+            steps_to_goal: None,
+            steps_until_proven: None,
+            exploration: None,
+            jump: None,
+        }
+    }
+
+    /// Returns the number of reported poses.
+    pub(crate) const fn states(&self) -> u32 {
+        self.states
+    }
+
+    pub(crate) const fn is_goal_reached(&self) -> bool {
+        self.steps_to_goal.is_some()
+    }
+
+    /// Returns the cells before and after the first jump: a change of the pose that no movement
+    /// explains, for example through a wall. A goal that is reached after a jump does not count.
+    pub(crate) const fn jump(&self) -> Option<[Cell; 2]> {
+        self.jump
+    }
+
+    /// Returns true if there is a wall on this side of the cell. The mouse now knows this wall.
+    pub(crate) fn read_wall(&mut self, cell: Cell, heading: Heading) -> bool {
+        let is_present = self.maze.walls().has(cell, heading);
+        if self.known.wall(cell, heading) == WallState::Unknown {
+            let state = if is_present { WallState::Present } else { WallState::Absent };
+            self.known.set_wall(cell, heading, state);
+            self.has_new_walls = true;
+        }
+        is_present
+    }
+
+    /// Notes that the mouse has read the walls to its left, ahead and to its right.
+    pub(crate) fn read_walls(&mut self, pose: Pose) {
+        for heading in [pose.heading.left(), pose.heading, pose.heading.right()] {
+            self.read_wall(pose.cell, heading);
+        }
+    }
+
+    /// Adds the pose of a mouse that has moved or turned, or that was put back at the start.
+    pub(crate) fn add(&mut self, pose: Pose, is_restart: bool) {
+        self.examine_path();
+        let Some(before) = self.pose.replace(pose) else {
+            self.states = 1;
+            self.path.push(pose.cell);
+            self.phases.arrive(&self.course, pose);
+            return self.note_goal();
+        };
+        let transition = match self.course.transition(before, pose) {
+            _ if is_restart => Transition::Restart,
+            transition => transition,
+        };
+        let state = self.states;
+        self.states = state.saturating_add(1);
+        let (fast_runs, total) = (self.phases.fast_runs, self.phases.total);
+        self.phases.add(&self.course, state as usize, transition, pose);
+        match transition {
+            Transition::Move { steps: 1, .. } => self.pass(before.cell, pose.cell),
+            Transition::Jump => _ = self.jump.get_or_insert([before.cell, pose.cell]),
+            Transition::Move { .. } | Transition::Restart => {}
+        }
+        if fast_runs == 0 && self.phases.fast_runs == 1 {
+            // The turns in the start cell belong to the fast run.
+            let before_leaving = self.phases.total.turns - u64::from(self.phases.fast_run.turns);
+            self.exploration = Some(self.exploration_at(total.steps, before_leaving));
+        }
+        if before.cell != pose.cell {
+            self.path.push(pose.cell);
+        }
+        self.note_goal();
+    }
+
+    /// Notes that the mouse has moved between neighbouring cells, so there is no wall between them.
+    fn pass(&mut self, from: Cell, to: Cell) {
+        if let Some(heading) = Heading::ALL.into_iter().find(|&side| from.neighbour(side) == Some(to)) {
+            self.read_wall(from, heading);
+        }
+    }
+
+    fn note_goal(&mut self) {
+        let is_reached = self.phases.phase != RunPhase::Search && self.jump.is_none();
+        if is_reached && self.steps_to_goal.is_none() {
+            self.steps_to_goal = Some(saturate(self.phases.total.steps));
+        }
+    }
+
+    /// Notes whether the known walls prove that the shortest known path is shortest.
+    fn examine_path(&mut self) {
+        if self.has_new_walls && self.steps_until_proven.is_none() {
+            self.has_new_walls = false;
+            let is_proven = PathBounds::new(&self.known).is_proven();
+            self.steps_until_proven = is_proven.then(|| saturate(self.phases.total.steps));
+        }
+    }
+
+    fn exploration_at(&self, steps: u64, turns: u64) -> Exploration {
+        Exploration {
+            steps: saturate(steps),
+            turns: saturate(turns),
+            path_found: PathBounds::new(&self.known).pessimistic,
+            cells: self.path.len(),
+        }
+    }
+
+    /// Returns the figures of the search so far. The fields that describe the end of the search have
+    /// default values.
+    pub(crate) fn figures(&mut self) -> Figures {
+        self.examine_path();
+        let total = self.phases.total;
+        let whole = || self.exploration_at(total.steps, total.turns);
+        let Exploration { steps, turns, path_found, cells } =
+            self.exploration.unwrap_or_else(whole);
+        let (start, goals) = (self.maze.start().cell, self.maze.goals());
+        Figures {
+            goal_reached: self.is_goal_reached(),
+            steps_to_goal: self.steps_to_goal,
+            steps_until_proven: self.steps_until_proven,
+            steps_in_all: steps,
+            turns,
+            path_found,
+            shortest_path: steps_between(self.maze.walls(), start, goals),
+            fast_run_steps: self.phases.best_run.map(|run| run.steps),
+            path: self.path[..cells.min(self.path.len())].to_vec(),
+            ..Figures::default()
+        }
+    }
+}
+
+fn saturate(count: u64) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,75 @@
+//! Runs searches of processes in parallel, so that all processors are busy.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::thread;
+
+/// The number of threads per slot. A search that waits for a silent mouse needs a thread, but no slot.
+const THREADS_PER_SLOT: usize = 8;
+
+/// The number of searches that may use a processor at the same time.
+struct Slots {
+    free: Mutex<usize>,
+    changed: Condvar,
+}
+
+/// The right to use a processor, which ends when it is released or dropped.
+pub(super) struct Slot<'s> {
+    slots: &'s Slots,
+    is_held: bool,
+}
+
+impl Slots {
+    fn acquire(&self) -> Slot<'_> {
+        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let free = self.changed.wait_while(free, |free| *free == 0);
+        *free.unwrap_or_else(PoisonError::into_inner) -= 1;
+        Slot { slots: self, is_held: true }
+    }
+}
+
+impl Slot<'_> {
+    /// Lets another search use the processor. Does nothing if the slot was released before.
+    pub(super) fn release(&mut self) {
+        if std::mem::take(&mut self.is_held) {
+            *self.slots.free.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+            self.slots.changed.notify_one();
+        }
+    }
+}
+
+impl Drop for Slot<'_> {
+    fn drop(&mut self) {
+        self.release();
+    }
+}
+
+/// Calls `work` for each item, with up to `slots` calls that hold their slot at the same time.
+/// Returns the results in the order of the items.
+pub(super) fn map_waiting<T: Sync, R: Send>(
+    items: &[T],
+    slots: usize,
+    work: impl Fn(&T, &mut Slot<'_>) -> R + Sync,
+) -> Vec<R> {
+    let slots = Slots { free: Mutex::new(slots.max(1)), changed: Condvar::new() };
+    let threads = (THREADS_PER_SLOT * *slots.free.lock().unwrap_or_else(PoisonError::into_inner))
+        .min(items.len());
+    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(items.len())));
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let mut slot = slots.acquire();
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { return };
+                    let result = work(item, &mut slot);
+                    let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
+                    results.push((index, result));
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.sort_by_key(|&(index, _)| index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
