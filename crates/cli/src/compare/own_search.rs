@@ -25,6 +25,10 @@ use crate::run::ENDPOINT_PLACEHOLDER;
 /// The interval between checks of a search in which nothing has ended.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
+/// A mouse that has sent nothing for this time waits and does not compute. Starting an interpreter takes
+/// less.
+const SILENCE: Duration = Duration::from_secs(1);
+
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.
 const IDLE_AT_GOAL: Duration = Duration::from_secs(1);
@@ -144,16 +148,18 @@ pub(crate) fn search(
     });
     let mut progress = lock(&progress);
     progress.is_over = true;
+    let figures = progress.track.figures();
+    let has_exited = matches!(&ended, Ok((Ended::Exited(status), _)) if status.code().is_some());
     let (ending, error) = match ended {
         Ok((ended, last_line)) => conclude(&ended, limits, &progress, &last_line),
         Err(error) => (Ending::Failed, Some(error)),
     };
-    let figures = progress.track.figures();
     Figures {
         ending,
         error,
         crashes: (progress.kind != Some(Kind::Client)).then_some(progress.crashes),
-        is_rightly_given_up: figures.shortest_path.is_none() && ending == Ending::GaveUp,
+        // Some mice report an unreachable goal by their exit code.
+        is_rightly_given_up: figures.shortest_path.is_none() && has_exited,
         ..figures
     }
 }
@@ -218,7 +224,7 @@ impl Running {
         slot: &mut Slot<'_>,
         is_interrupted: &AtomicBool,
     ) -> Ended {
-        let (mut messages, mut interval) = (0, CHECK_INTERVAL);
+        let (mut messages, mut heard, mut interval) = (0, Instant::now(), CHECK_INTERVAL);
         loop {
             match over.recv_timeout(interval) {
                 // The mouse is about to exit, unless it has only closed its output.
@@ -241,7 +247,9 @@ impl Running {
             if progress.track.is_goal_reached() && progress.moved.elapsed() >= IDLE_AT_GOAL {
                 return Ended::Idle;
             }
-            if interval == CHECK_INTERVAL && mem::replace(&mut messages, progress.messages) == progress.messages {
+            if mem::replace(&mut messages, progress.messages) != progress.messages {
+                heard = Instant::now();
+            } else if heard.elapsed() >= SILENCE {
                 slot.release();
             }
         }

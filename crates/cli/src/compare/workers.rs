@@ -5,7 +5,7 @@ use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
 
 /// The number of threads per slot. A search that waits for a silent mouse needs a thread, but no slot.
-const THREADS_PER_SLOT: usize = 8;
+const THREADS_PER_SLOT: usize = 4;
 
 /// The number of searches that may use a processor at the same time.
 struct Slots {
