@@ -27,12 +27,11 @@ use mmsim_maze::Maze;
 use mmsim_solvers::BundledStrategy;
 use own_search::SearchLimits;
 use rayon::ThreadPoolBuilder;
-use report::{CandidateReport, SearchReport};
+use report::Report;
 use search::search;
 use track::Track;
 use workers::map_waiting;
 
-use crate::grid::aligned;
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
 use crate::output::{print, print_pretty_json, progress};
@@ -47,16 +46,15 @@ const FIRST_MAZES: usize = 3;
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let candidates = args.candidates()?;
     let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
-    let reports = compare(&candidates, &mazes, args)?;
+    let report = compare(&candidates, &mazes, args)?;
     if args.json {
-        print_pretty_json(&reports)?;
+        print_pretty_json(&report.candidates())?;
     } else if args.csv {
         let mut csv = csv::Writer::from_writer(Vec::new());
-        reports.iter().try_for_each(|report| report.write_csv(&mut csv))?;
+        report.candidates().iter().try_for_each(|candidate| candidate.write_csv(&mut csv))?;
         print(&String::from_utf8(csv.into_inner()?)?)?;
     } else if !mazes.is_empty() {
-        let rows = reports.iter().map(CandidateReport::row);
-        print(&aligned(&[CandidateReport::head()].into_iter().chain(rows).collect::<Vec<_>>()))?;
+        print(&report.text())?;
     }
     Ok(all_readable)
 }
@@ -66,7 +64,7 @@ fn compare(
     candidates: &[Candidate],
     mazes: &[Selected],
     args: &CompareArgs,
-) -> Result<Vec<CandidateReport>, Box<dyn Error>> {
+) -> Result<Report, Box<dyn Error>> {
     let bar = ProgressBar::new((candidates.len() * mazes.len()) as u64);
     let bar = progress(bar, "{wide_bar} {pos} of {len} searches, {eta} left");
     let (mut bundled, mut own) = (Vec::new(), Vec::new());
@@ -79,16 +77,13 @@ fn compare(
     let mut own = search_own(&own, mazes, args.limits(), args.jobs, &bar)?.into_iter();
     let mut bundled = search_bundled(&bundled, mazes, args.jobs, &bar)?.into_iter();
     bar.finish_and_clear();
-    let reports = candidates.iter().map(|candidate| {
-        let figures = match candidate {
-            Candidate::Bundled(_) => bundled.by_ref().take(mazes.len()),
-            Candidate::Own(_) => own.by_ref().take(mazes.len()),
+    Ok(Report::new(candidates, mazes, |candidate| {
+        let figures: &mut dyn Iterator<Item = Figures> = match candidate {
+            Candidate::Bundled(_) => &mut bundled,
+            Candidate::Own(_) => &mut own,
         };
-        let searches = mazes.iter().zip(figures);
-        let searches = searches.map(|(maze, figures)| SearchReport::new(maze, figures));
-        CandidateReport::new(candidate, searches.collect())
-    });
-    Ok(reports.collect())
+        figures.take(mazes.len()).collect()
+    }))
 }
 
 /// Runs each strategy in each maze. Uses `threads` threads, or one thread per processor if

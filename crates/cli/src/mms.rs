@@ -75,8 +75,10 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         has_page: !viewer.no_viewer,
     };
     let code = runs.run(ready.interrupt, || {
-        let map = KnownMaze::unexplored(&monitor.served()?.maze);
-        search(args, &program, local_server::in_process(&monitor), &map, true, &control)
+        let served = monitor.served()?;
+        let map = KnownMaze::unexplored(&served.maze);
+        let maze = NamedMaze { name: Some(served.info.name), map };
+        search(args, &program, local_server::in_process(&monitor), &maze, true, &control)
     })?;
     server.stop()?;
     Ok(code)
@@ -87,10 +89,11 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
     let control = own_mouse::control("mms", &program, &args.repeat, &args.server.viewer, true)?;
     let known = maze_from_args("mms", &args.remote.known)?;
     let mut transport = connect(endpoint, None, known.is_none())?;
-    let KnownSimulator { map, has_annotations, .. } = match known {
+    let KnownSimulator { name, map, has_annotations, .. } = match known {
         Some(known) => known,
         None => ask_maze(&mut transport, args.remote.known.size)?,
     };
+    let maze = NamedMaze { name, map };
     // Until the simulator replies, Ctrl-C terminates the process directly.
     transport.exchange(b"ping", &mut Vec::new())?;
     press_on_input(Arc::clone(&control));
@@ -103,16 +106,23 @@ fn run_remotely(endpoint: &str, args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         has_page: false,
     };
     runs.run(Interrupt::catch()?, || {
-        search(args, &program, &mut transport, &map, has_annotations, &control)
+        search(args, &program, &mut transport, &maze, has_annotations, &control)
     })
 }
 
-/// Runs the mouse once in a maze with the size, start and goal of `map`, and reports the outcome.
+/// A maze of which only the size, start and goal are known.
+struct NamedMaze {
+    /// `None` if a simulator in another process was not asked.
+    name: Option<String>,
+    map: KnownMaze,
+}
+
+/// Runs the mouse once in the maze, and reports the outcome.
 fn search(
     args: &MmsArgs,
     program: &Program,
     transport: impl Transport,
-    map: &KnownMaze,
+    NamedMaze { name, map }: &NamedMaze,
     has_annotations: bool,
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
@@ -136,7 +146,7 @@ fn search(
         note(format_args!("mouse {}", end.ending.text));
     }
     if args.json {
-        print_json(&exit.report())?;
+        print_json(&exit.report(name.as_deref()))?;
     } else if args.score && end.was_started {
         print(&exit.scores())?;
     }

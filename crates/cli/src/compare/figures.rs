@@ -43,7 +43,7 @@ pub(crate) struct Figures {
 }
 
 /// How a search ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Ending {
     /// The mouse stopped in the goal or after it had reached the goal.

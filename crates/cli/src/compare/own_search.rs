@@ -149,7 +149,6 @@ pub(crate) fn search(
     let mut progress = lock(&progress);
     progress.is_over = true;
     let figures = progress.track.figures();
-    let has_exited = matches!(&ended, Ok((Ended::Exited(status), _)) if status.code().is_some());
     let (ending, error) = match ended {
         Ok((ended, last_line)) => conclude(&ended, limits, &progress, &last_line),
         Err(error) => (Ending::Failed, Some(error)),
@@ -158,8 +157,7 @@ pub(crate) fn search(
         ending,
         error,
         crashes: (progress.kind != Some(Kind::Client)).then_some(progress.crashes),
-        // Some mice report an unreachable goal by their exit code.
-        is_rightly_given_up: figures.shortest_path.is_none() && has_exited,
+        is_rightly_given_up: figures.shortest_path.is_none() && ending == Ending::GaveUp,
         ..figures
     }
 }

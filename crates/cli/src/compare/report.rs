@@ -1,11 +1,19 @@
-//! Reports on one search and on all of a strategy's searches.
+//! The report on a comparison: a table, CSV and JSON.
+
+use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
+use mmsim_report::{Comparison, Measure, MeasureStatistics, Statistics};
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::figures::Figures;
+use super::figures::{Ending, Figures};
+use crate::grid::aligned;
+use crate::output::counted;
 use crate::selection::Selected;
+
+/// The number of failed searches of each mouse that are named in the text output.
+const NAMED_FAILURES: usize = 3;
 
 /// The report on one search. The field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, Serialize)]
@@ -25,16 +33,102 @@ struct MazeColumns {
 }
 
 impl SearchReport {
-    pub(crate) fn new(selected: &Selected, figures: Figures) -> Self {
+    fn new(selected: &Selected, figures: Figures) -> Self {
         let (path, name) = (selected.path.display().to_string(), selected.name.clone());
         let size = selected.maze.size();
         let maze = MazeColumns { path, name, width: size.width(), height: size.height() };
         Self { maze, figures }
     }
+
+    /// Returns the reason why the mouse neither reached the goal nor correctly reported that it is
+    /// unreachable.
+    fn failure(&self) -> Option<String> {
+        let Figures { goal_reached, is_rightly_given_up, ending, error, .. } = &self.figures;
+        let limit = || match ending {
+            Ending::StepLimit => "stopped by the limit of states".into(),
+            _ => "stopped outside the goal".into(),
+        };
+        (!goal_reached && !is_rightly_given_up).then(|| error.clone().unwrap_or_else(limit))
+    }
 }
 
-/// The report on all of a candidate's searches. The means include only mazes in which the goal was
-/// reached. The field names are JSON keys.
+/// A measure of a search in which the mouse reached the goal.
+struct SearchMeasure {
+    /// The JSON key, which is also that of [`Figures`].
+    key: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    is_in_text: bool,
+    value: fn(&Figures) -> Option<f64>,
+}
+
+const MEASURES: [SearchMeasure; 8] = [
+    SearchMeasure {
+        key: "steps_to_goal",
+        name: "steps to the goal",
+        unit: "steps",
+        is_in_text: true,
+        value: |search| search.steps_to_goal.map(f64::from),
+    },
+    SearchMeasure {
+        key: "steps_in_all",
+        name: "steps of the whole search",
+        unit: "steps",
+        is_in_text: true,
+        value: |search| Some(search.steps_in_all.into()),
+    },
+    SearchMeasure {
+        key: "turns",
+        name: "quarter turns of the whole search",
+        unit: "turns",
+        is_in_text: true,
+        value: |search| Some(search.turns.into()),
+    },
+    SearchMeasure {
+        key: "path_found",
+        name: "length of the path found",
+        unit: "steps",
+        is_in_text: true,
+        value: |search| search.path_found.map(f64::from),
+    },
+    SearchMeasure {
+        key: "shortest_path",
+        name: "length of the shortest path",
+        unit: "steps",
+        is_in_text: false,
+        value: |search| search.shortest_path.map(f64::from),
+    },
+    SearchMeasure {
+        key: "steps_until_proven",
+        name: "steps until the shortest path is proven",
+        unit: "steps",
+        is_in_text: false,
+        value: |search| search.steps_until_proven.map(f64::from),
+    },
+    SearchMeasure {
+        key: "fast_run_steps",
+        name: "steps of the best fast run",
+        unit: "steps",
+        is_in_text: false,
+        value: |search| search.fast_run_steps.map(f64::from),
+    },
+    SearchMeasure {
+        key: "time_us",
+        name: "processor time",
+        unit: "µs",
+        is_in_text: false,
+        value: |search| search.time_us,
+    },
+];
+
+/// The reports on all candidates.
+pub(crate) struct Report {
+    pub(crate) comparison: Comparison,
+    statistics: Vec<MeasureStatistics>,
+    candidates: Vec<CandidateReport>,
+}
+
+/// The report on all searches of a candidate. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub(crate) struct CandidateReport {
     /// The name of the candidate.
@@ -44,78 +138,153 @@ pub(crate) struct CandidateReport {
     /// The number of mazes with a reachable goal.
     reachable: usize,
     goal_reached: usize,
-    /// The number of mazes in which the strategy correctly reported that the goal is unreachable.
+    /// The number of mazes in which the candidate correctly reported that the goal is unreachable.
     rightly_given_up: usize,
+    /// The number of all other mazes.
+    failed: usize,
     /// The number of mazes in which the goal was reached and the shortest path was proven.
     proven: usize,
     /// The number of mazes in which the goal was reached and the path found is as short as the
     /// shortest path in the true maze.
     shortest_path_found: usize,
-    steps_to_goal: Option<f64>,
-    /// The mean number of steps until the shortest path was proven. Only the mazes counted in
-    /// `proven` contribute to this mean.
-    steps_until_proven: Option<f64>,
-    steps_in_all: Option<f64>,
-    turns: Option<f64>,
-    path_found: Option<f64>,
-    shortest_path: Option<f64>,
-    time_us: Option<f64>,
+    /// The number of searches with each ending.
+    endings: BTreeMap<Ending, usize>,
+    /// The mean of each measure over the mazes in which all candidates have a value.
+    #[serde(flatten)]
+    means: BTreeMap<&'static str, Option<f64>>,
+    statistics: BTreeMap<&'static str, Statistics>,
     mazes: Vec<SearchReport>,
 }
 
+impl Report {
+    /// Creates the reports. `figures` returns the figures of a candidate in all mazes.
+    pub(crate) fn new(
+        candidates: &[Candidate],
+        mazes: &[Selected],
+        mut figures: impl FnMut(&Candidate) -> Vec<Figures>,
+    ) -> Self {
+        let searches = candidates.iter().map(|candidate| {
+            let searches = mazes.iter().zip(figures(candidate));
+            searches.map(|(maze, figures)| SearchReport::new(maze, figures)).collect()
+        });
+        let searches: Vec<Vec<SearchReport>> = searches.collect();
+        let names = mazes.iter().map(|selected| selected.name.clone()).collect();
+        let described = candidates.iter().map(|candidate| mmsim_report::Candidate {
+            name: candidate.name().into(),
+            description: candidate.command().unwrap_or_default().into(),
+        });
+        let comparison = Comparison::new("Comparison of mice", described.collect(), names)
+            .with_failures(|candidate, maze| searches[candidate][maze].failure());
+        let comparison = MEASURES.iter().fold(comparison, |comparison, measure| {
+            let SearchMeasure { key, name, unit, value, .. } = *measure;
+            comparison.with_measure(Measure::new(key, name, unit), |candidate, maze| {
+                let figures = &searches[candidate][maze].figures;
+                value(figures).filter(|_| figures.goal_reached)
+            })
+        });
+        let statistics = comparison.statistics();
+        let candidates = candidates.iter().zip(searches).enumerate();
+        let candidates = candidates.map(|(index, (candidate, searches))| {
+            let statistics = MEASURES.iter().zip(&statistics);
+            let statistics = statistics.map(|(measure, statistics)| {
+                (measure.key, statistics.candidates[index].statistics.clone())
+            });
+            CandidateReport::new(candidate, statistics.collect(), searches)
+        });
+        let candidates = candidates.collect();
+        Self { comparison, statistics, candidates }
+    }
+
+    /// Returns the reports for JSON.
+    pub(crate) fn candidates(&self) -> &[CandidateReport] {
+        &self.candidates
+    }
+
+    /// Returns the tables, and the first failures of each candidate.
+    pub(crate) fn text(&self) -> String {
+        let mut rows = vec![CandidateReport::head()];
+        rows.extend(self.candidates.iter().map(CandidateReport::row));
+        let mut text = aligned(&rows);
+        for (measure, statistics) in MEASURES.iter().zip(&self.statistics) {
+            if measure.is_in_text {
+                text += &format!("\n{}{}\n", aligned(&statistics.table()), statistics.caption());
+            }
+        }
+        for (index, candidate) in self.candidates.iter().enumerate() {
+            let failures = self.comparison.failures().iter();
+            let failures: Vec<_> =
+                failures.filter(|failure| failure.candidate == index).collect();
+            if failures.is_empty() {
+                continue;
+            }
+            let count = counted(failures.len() as u64, "maze");
+            text += &format!("\n{} failed in {count}:\n", Escaped(&candidate.strategy));
+            for failure in failures.iter().take(NAMED_FAILURES) {
+                let maze = &candidate.mazes[failure.maze].maze.path;
+                text += &format!("  {}: {}\n", Escaped(maze), Escaped(&failure.reason));
+            }
+            if failures.len() > NAMED_FAILURES {
+                text += &format!("  and {} more (see --json)\n", failures.len() - NAMED_FAILURES);
+            }
+        }
+        text
+    }
+}
+
 impl CandidateReport {
-    pub(crate) fn new(candidate: &Candidate, mazes: Vec<SearchReport>) -> Self {
+    fn new(
+        candidate: &Candidate,
+        statistics: BTreeMap<&'static str, Statistics>,
+        mazes: Vec<SearchReport>,
+    ) -> Self {
         let searches = || mazes.iter().map(|search| &search.figures);
         let reached = || searches().filter(|search| search.goal_reached);
         let count = |is_so: fn(&Figures) -> bool| reached().filter(|search| is_so(search)).count();
-        let mean = |number: fn(&Figures) -> Option<f64>| mean(reached().filter_map(number));
+        let mean = |statistics: &Statistics| Some(statistics.distribution.as_ref()?.mean);
+        let ending =
+            |ending| (ending, searches().filter(|search| search.ending == ending).count());
         Self {
             strategy: candidate.name().into(),
             command: candidate.command().map(String::from),
             reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
             rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
+            failed: mazes.iter().filter(|search| search.failure().is_some()).count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
-            steps_to_goal: mean(|search| search.steps_to_goal.map(f64::from)),
-            steps_until_proven: mean(|search| search.steps_until_proven.map(f64::from)),
-            steps_in_all: mean(|search| Some(search.steps_in_all.into())),
-            turns: mean(|search| Some(search.turns.into())),
-            path_found: mean(|search| search.path_found.map(f64::from)),
-            shortest_path: mean(|search| search.shortest_path.map(f64::from)),
-            time_us: mean(|search| search.time_us),
+            endings: Ending::ALL.into_iter().map(ending).collect(),
+            means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
+            statistics,
             mazes,
         }
     }
 
-    /// Returns the header row of the table.
-    pub(crate) fn head() -> Vec<String> {
+    fn head() -> Vec<String> {
         let head = [
-            "strategy", "mazes", "reached", "given up", "to goal", "proven", "after", "in all",
-            "turns", "path", "shortest", "found", "µs",
+            "mouse",
+            "mazes",
+            "goal reached",
+            "rightly given up",
+            "failed",
+            "shortest path found",
+            "shortest path proven",
+            "processor time (µs)",
         ];
         head.map(String::from).into()
     }
 
-    /// Returns the strategy's row of the table.
-    pub(crate) fn row(&self) -> Vec<String> {
-        let mean = |mean: Option<f64>| mean.map_or("-".into(), |mean| format!("{mean:.1}"));
+    fn row(&self) -> Vec<String> {
         let Self { reachable, goal_reached, rightly_given_up, .. } = self;
-        let mazes = self.mazes.len();
+        let time = self.means.get("time_us").copied().flatten();
         vec![
             self.strategy.clone(),
-            mazes.to_string(),
+            self.mazes.len().to_string(),
             format!("{goal_reached}/{reachable}"),
-            format!("{rightly_given_up}/{}", mazes - reachable),
-            mean(self.steps_to_goal),
-            self.proven.to_string(),
-            mean(self.steps_until_proven),
-            mean(self.steps_in_all),
-            mean(self.turns),
-            mean(self.path_found),
-            mean(self.shortest_path),
+            format!("{rightly_given_up}/{}", self.mazes.len() - reachable),
+            self.failed.to_string(),
             self.shortest_path_found.to_string(),
-            mean(self.time_us),
+            self.proven.to_string(),
+            time.map_or("-".into(), |time| format!("{time:.1}")),
         ]
     }
 
@@ -134,10 +303,4 @@ impl CandidateReport {
             csv.serialize((&strategy, maze, figures))
         })
     }
-}
-
-/// Returns the mean, or `None` if there are no numbers.
-fn mean(numbers: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = numbers.fold((0., 0.), |(sum, count), number| (sum + number, count + 1.));
-    (count > 0.).then(|| sum / count)
 }

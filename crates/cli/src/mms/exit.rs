@@ -114,8 +114,8 @@ impl MouseExit {
         })
     }
 
-    /// Returns the output of `mms --json`.
-    pub(crate) fn report(&self) -> MouseReport {
+    /// Returns the output of `mms --json`. `maze` is the name of the maze, if it is known.
+    pub(crate) fn report<'m>(&self, maze: Option<&'m str>) -> MouseReport<'m> {
         let scores = self.mouse.scores();
         let (exit_code, signal) = match &self.cause {
             ExitCause::Exited(status) => (status.code(), signal(*status)),
@@ -128,6 +128,7 @@ impl MouseExit {
         };
         let by = |rules: ScoreRules| (rules.name(), ScoreReport::new(self.mouse.scores_by(rules)));
         MouseReport {
+            maze,
             goal_reached: scores.best_run().is_some(),
             scores: scores.rules().name(),
             chosen: ScoreReport::new(scores),
@@ -146,7 +147,8 @@ impl MouseExit {
 
 /// The output of `mms --json`.
 #[derive(Serialize)]
-pub(crate) struct MouseReport {
+pub(crate) struct MouseReport<'m> {
+    maze: Option<&'m str>,
     goal_reached: bool,
     /// The name of the chosen rules.
     scores: &'static str,

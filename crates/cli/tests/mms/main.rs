@@ -211,6 +211,7 @@ for line in [
         "total_turns": 7,
     });
     let mut report = json!({
+        "maze": "small",
         "goal_reached": true,
         "scores": "mms-1.2",
         "scores_by": { "mms-1.2": by_mms.clone(), "cells": in_cells },
