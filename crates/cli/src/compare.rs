@@ -104,8 +104,7 @@ fn search_bundled(
     // figures.
     Ok(pool.install(|| {
         map_each(&jobs, |&(strategy, selected)| {
-            let figures =
-                search(&selected.maze, || strategy.strategy(), strategy.max_states());
+            let figures = search(&selected.maze, || strategy.strategy(), strategy.max_states());
             bar.inc(1);
             figures
         })
@@ -141,8 +140,7 @@ fn search_own(
             if is_interrupted.load(Ordering::Relaxed) {
                 return skip(maze);
             }
-            let figures =
-                own_search::search(&mouse.program, maze, limits, slot, &is_interrupted);
+            let figures = own_search::search(&mouse.program, maze, limits, slot, &is_interrupted);
             bar.inc(1);
             figures
         })
@@ -178,6 +176,7 @@ fn search_own(
 
 /// Returns the figures of a search that was not run.
 fn skip(maze: &Maze) -> Figures {
-    let reason = format!("skipped: stopped by the time limit in each of the first {FIRST_MAZES} mazes");
+    let reason =
+        format!("skipped: stopped by the time limit in each of the first {FIRST_MAZES} mazes");
     Figures { ending: Ending::Skipped, error: Some(reason), ..Track::new(maze).figures() }
 }

@@ -89,3 +89,66 @@ impl Environment for Progress {
         if self.add(mouse.pose(), true) { Ok(()) } else { Err(()) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{self, Receiver};
+    use std::sync::{Arc, Mutex};
+
+    use mmsim_maze::Maze;
+
+    use super::*;
+    use crate::compare::own_search::SearchLimits;
+
+    const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+    /// Executes the output of a mouse, and returns the replies and the progress.
+    fn execute(output: &[u8], max_states: u32) -> (String, SharedProgress, Receiver<Over>) {
+        let maze: Maze = MAZE.parse().unwrap();
+        let (sender, over) = mpsc::channel();
+        let limits = SearchLimits { time: std::time::Duration::MAX, states: max_states };
+        let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, sender)));
+        let mut replies = Vec::new();
+        let goal = (maze.start().cell, *maze.goals());
+        execute_all(BufReader::new(output), &mut replies, maze.size(), goal, &progress);
+        (String::from_utf8(replies).unwrap(), progress, over)
+    }
+
+    #[test]
+    fn commands_are_answered_and_invalid_lines_are_ignored() {
+        let output =
+            b"hello\nmazeWidth\nsetText 0 0 a\nwallFront\nturnRight\n\nmoveForward\nmoveForward\n";
+        let (replies, progress, over) = execute(output, 1000);
+        assert_eq!(replies, "2\ntrue\nack\nack\ncrash\n");
+        let mut progress = lock(&progress);
+        assert_eq!((progress.kind(), progress.crashes), (Some(Kind::Mms), 1));
+        let figures = progress.track.figures();
+        assert_eq!(
+            (figures.steps_to_goal, figures.turns, figures.path_found),
+            (Some(1), 1, Some(1))
+        );
+        assert!(over.try_recv().is_err());
+    }
+
+    #[test]
+    fn a_search_ends_at_the_limit_of_states() {
+        let (replies, progress, over) = execute(&b"turnRight\n".repeat(10), 4);
+        assert_eq!(replies, "ack\nack\nack\n", "the first state is the start");
+        assert_eq!(lock(&progress).track.states(), 4);
+        assert!(matches!(over.try_recv(), Ok(Over::StepLimit)));
+    }
+
+    #[test]
+    fn a_flood_of_invalid_lines_ends_the_search() {
+        let line = b"this line is not a command of mms, but it is rather long\n";
+        let flood = line.repeat(MAX_INVALID_BYTES / line.len() + 1);
+        let (_, progress, over) = execute(&flood, 1000);
+        assert!(lock(&progress).is_over);
+        let Ok(Over::Flood(reason)) = over.try_recv() else { panic!("no flood") };
+        insta::assert_snapshot!(reason, @r#"wrote 16 MiB without a valid command; last line: unknown command "this line is not a command of mms, but it is rather long""#);
+        // A command now and then shows that the mouse is at work.
+        let half = &flood[..flood.len() / 2];
+        let (replies, progress, _) = execute(&[half, b"\nturnLeft\n", half].concat(), 1000);
+        assert_eq!((&*replies, lock(&progress).is_over), ("ack\n", false));
+    }
+}

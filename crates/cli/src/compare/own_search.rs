@@ -88,6 +88,20 @@ pub(crate) fn lock(progress: &SharedProgress) -> MutexGuard<'_, Progress> {
 }
 
 impl Progress {
+    /// Creates the progress of a search that begins. `over` is notified when the search is over.
+    pub(crate) fn new(maze: &Maze, limits: SearchLimits, over: Sender<Over>) -> Self {
+        Self {
+            kind: None,
+            track: Track::new(maze),
+            crashes: 0,
+            max_states: limits.states,
+            messages: 0,
+            moved: Instant::now(),
+            is_over: false,
+            over,
+        }
+    }
+
     /// Notes a command or a request. Returns false if it must be ignored, because the search is over
     /// or because the mouse communicates in the other way.
     pub(crate) fn accept(&mut self, kind: Kind) -> bool {
@@ -129,16 +143,7 @@ pub(crate) fn search(
     is_interrupted: &AtomicBool,
 ) -> Figures {
     let (sender, over) = mpsc::channel();
-    let progress = Arc::new(Mutex::new(Progress {
-        kind: None,
-        track: Track::new(maze),
-        crashes: 0,
-        max_states: limits.states,
-        messages: 0,
-        moved: Instant::now(),
-        is_over: false,
-        over: sender,
-    }));
+    let progress = Arc::new(Mutex::new(Progress::new(maze, limits, sender)));
     let ended = Running::start(program, maze, &progress).map(|mut running| {
         let ended = running.wait(limits, &progress, &over, slot, is_interrupted);
         let Running { process, last_line, .. } = running;
@@ -267,9 +272,9 @@ fn conclude(
     }
     let is_reached = progress.track.is_goal_reached();
     let hint = match progress.kind {
-        None => format!(
-            " (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})"
-        ),
+        None => {
+            format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})")
+        }
         Some(_) => String::new(),
     };
     match ended {

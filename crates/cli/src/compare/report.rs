@@ -212,8 +212,7 @@ impl Report {
         }
         for (index, candidate) in self.candidates.iter().enumerate() {
             let failures = self.comparison.failures().iter();
-            let failures: Vec<_> =
-                failures.filter(|failure| failure.candidate == index).collect();
+            let failures: Vec<_> = failures.filter(|failure| failure.candidate == index).collect();
             if failures.is_empty() {
                 continue;
             }
@@ -241,8 +240,7 @@ impl CandidateReport {
         let reached = || searches().filter(|search| search.goal_reached);
         let count = |is_so: fn(&Figures) -> bool| reached().filter(|search| is_so(search)).count();
         let mean = |statistics: &Statistics| Some(statistics.distribution.as_ref()?.mean);
-        let ending =
-            |ending| (ending, searches().filter(|search| search.ending == ending).count());
+        let ending = |ending| (ending, searches().filter(|search| search.ending == ending).count());
         Self {
             strategy: candidate.name().into(),
             command: candidate.command().map(String::from),

@@ -66,13 +66,7 @@ struct Requests {
 }
 
 impl Service for Requests {
-    fn answer(
-        &mut self,
-        _: ClientId,
-        request: &[u8],
-        _frames: usize,
-        reply: &mut Vec<u8>,
-    ) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
         let mut progress = lock(&self.progress);
         if !progress.accept(Kind::Client) {
             *reply = format!("{ERROR_PREFIX}the search is over").into_bytes();
@@ -100,5 +94,66 @@ impl Service for Requests {
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
         *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    use mmsim_tests::{ask, connect_to};
+
+    use super::*;
+    use crate::compare::own_search::{Over, Progress, SearchLimits};
+
+    const FIRST: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
+    const LAST: &[u8] = b"S\x01\x00EC\x01\x00C\x0d\x17";
+
+    /// Sends requests to an endpoint with a limit of 3 states, and returns the replies.
+    fn answers(requests: &[&[u8]]) -> (Vec<Vec<u8>>, SharedProgress, mpsc::Receiver<Over>) {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let (sender, over) = mpsc::channel();
+        let limits = SearchLimits { time: Duration::MAX, states: 3 };
+        let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, sender)));
+        let endpoint = Endpoint::start(&maze, &progress).unwrap();
+        let socket = connect_to(endpoint.address(), zmq::REQ);
+        let replies = requests.iter().map(|request| ask(&socket, request)).collect();
+        (replies, progress, over)
+    }
+
+    #[test]
+    fn readings_and_states_are_noted() {
+        let (replies, progress, _) =
+            answers(&[b"reset", b"W\x00\x00N", FIRST, LAST, b"what?", b"reset"]);
+        assert_eq!(replies[..4], [&b"ok"[..], &[1, 1, 0], b"ok", b"ok"]);
+        assert!(replies[4].starts_with(b"error: expected "));
+        let figures = lock(&progress).track.figures();
+        assert_eq!(
+            (figures.steps_to_goal, figures.turns, figures.path_found),
+            (Some(1), 1, Some(1))
+        );
+    }
+
+    #[test]
+    fn a_state_after_a_reset_begins_the_search_anew() {
+        let (_, progress, _) = answers(&[FIRST, LAST, b"reset", FIRST]);
+        let mut progress = lock(&progress);
+        assert_eq!((progress.track.states(), progress.track.figures().goal_reached), (1, false));
+    }
+
+    #[test]
+    fn states_beyond_the_limit_are_refused() {
+        let (replies, progress, over) = answers(&[FIRST, FIRST, FIRST, FIRST, b"ping"]);
+        assert_eq!(replies[3..], [b"error: the search is over"; 2]);
+        assert_eq!(lock(&progress).track.states(), 3);
+        assert!(matches!(over.try_recv(), Ok(Over::StepLimit)));
+    }
+
+    #[test]
+    fn commands_of_mms_are_ignored_after_a_request() {
+        let (_, progress, _) = answers(&[b"ping"]);
+        assert!(!lock(&progress).accept(Kind::Mms));
     }
 }

@@ -123,7 +123,9 @@ impl Track {
 
     /// Notes that the mouse has moved between neighbouring cells, so there is no wall between them.
     fn pass(&mut self, from: Cell, to: Cell) {
-        if let Some(heading) = Heading::ALL.into_iter().find(|&side| from.neighbour(side) == Some(to)) {
+        if let Some(heading) =
+            Heading::ALL.into_iter().find(|&side| from.neighbour(side) == Some(to))
+        {
             self.read_wall(from, heading);
         }
     }
@@ -179,4 +181,92 @@ impl Track {
 
 fn saturate(count: u64) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver};
+
+    use super::*;
+    use crate::compare::search::search;
+    use crate::embedded;
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    const CORRIDOR: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
+
+    /// Runs a strategy and adds its readings and poses to a track.
+    fn track(maze: &Maze, strategy: BundledStrategy) -> Track {
+        let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
+        let mut driver = SearchDriver::new(&mut mouse, strategy.max_states());
+        let mut track = Track::new(maze);
+        loop {
+            let mut read = Vec::new();
+            let advanced = driver.advance(|pose| {
+                read.push(pose);
+                Ok::<_, ()>(maze.walls().around(pose))
+            });
+            if advanced != Ok(true) {
+                return track;
+            }
+            track.add(driver.mouse().pose(), false);
+            read.into_iter().for_each(|pose| track.read_walls(pose));
+        }
+    }
+
+    #[test]
+    fn the_figures_of_a_track_equal_those_of_the_search_loop() {
+        for entry in embedded::catalogue().entries() {
+            let maze = entry.maze().unwrap();
+            for &strategy in BundledStrategy::ALL {
+                let figures = track(&maze, strategy).figures();
+                let expected = search(&maze, || strategy.strategy(), strategy.max_states());
+                let name = format!("{strategy} in {}", entry.name());
+                assert_eq!(figures.goal_reached, expected.goal_reached, "{name}");
+                assert_eq!(figures.steps_to_goal, expected.steps_to_goal, "{name}");
+                assert_eq!(figures.shortest_path, expected.shortest_path, "{name}");
+                assert_eq!(figures.steps_until_proven, expected.steps_until_proven, "{name}");
+                assert_eq!(figures.steps_in_all, expected.steps_in_all, "{name}");
+                assert_eq!(figures.turns, expected.turns, "{name}");
+                assert_eq!(figures.path_found, expected.path_found, "{name}");
+                assert_eq!(figures.fast_run_steps, expected.fast_run_steps, "{name}");
+                assert_eq!(figures.path, expected.path, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_goal_after_a_jump_does_not_count() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut moved = Track::new(&maze);
+        let poses =
+            [pose(0, 0, Heading::North), pose(1, 0, Heading::East), pose(2, 0, Heading::East)];
+        poses.into_iter().for_each(|pose| moved.add(pose, false));
+        assert_eq!((moved.jump(), moved.figures().steps_to_goal), (None, Some(2)));
+        let maze: Maze = "o---o---o---o\n| S |     G |\no---o---o---o\n".parse().unwrap();
+        let mut jumped = Track::new(&maze);
+        poses.into_iter().for_each(|pose| jumped.add(pose, false));
+        assert_eq!(jumped.jump(), Some([Cell::new(0, 0), Cell::new(1, 0)]));
+        assert!(!jumped.figures().goal_reached);
+    }
+
+    #[test]
+    fn a_restart_is_not_a_step() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut track = Track::new(&maze);
+        for (x, heading, is_restart) in [
+            (0, Heading::North, false),
+            (1, Heading::East, false),
+            (0, Heading::North, true),
+            (1, Heading::East, false),
+            (2, Heading::East, false),
+        ] {
+            track.add(pose(x, 0, heading), is_restart);
+        }
+        let figures = track.figures();
+        assert_eq!((figures.steps_to_goal, figures.turns, track.states()), (Some(3), 2, 5));
+        assert_eq!(figures.path_found, Some(2), "the mouse has passed both sides");
+    }
 }

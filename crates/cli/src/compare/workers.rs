@@ -73,3 +73,44 @@ pub(super) fn map_waiting<T: Sync, R: Send>(
     results.sort_by_key(|&(index, _)| index);
     results.into_iter().map(|(_, result)| result).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn results_keep_the_order_of_the_items() {
+        let items: Vec<usize> = (0..1000).collect();
+        let most = AtomicUsize::new(0);
+        let running = AtomicUsize::new(0);
+        let results = map_waiting(&items, 3, |&item, _| {
+            most.fetch_max(running.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+            running.fetch_sub(1, Ordering::SeqCst);
+            2 * item
+        });
+        assert!(results.into_iter().eq(items.iter().map(|item| 2 * item)));
+        assert!(most.into_inner() <= 3);
+        assert_eq!(map_waiting(&[0_u8; 0], 3, |_, _| ()), []);
+    }
+
+    #[test]
+    fn another_item_can_start_when_a_slot_is_released() {
+        let (mutex, changed) = (Mutex::new(()), Condvar::new());
+        let has_second_started = AtomicBool::new(false);
+        map_waiting(&[1, 2], 1, |&item, slot| {
+            let guard = mutex.lock().unwrap();
+            if item == 2 {
+                has_second_started.store(true, Ordering::SeqCst);
+                return changed.notify_all();
+            }
+            slot.release();
+            let waited = changed.wait_timeout_while(guard, Duration::from_secs(30), |()| {
+                !has_second_started.load(Ordering::SeqCst)
+            });
+            assert!(!waited.unwrap().1.timed_out(), "the second item has not started");
+        });
+    }
+}
