@@ -103,7 +103,7 @@ impl MouseProcess {
         std::os::unix::process::CommandExt::process_group(command, 0);
         command.spawn().map(Self).map_err(|error| {
             let needs_path =
-                " (if the program is not on the PATH, give its path, for example: -- ./my-mouse)";
+                " (if the program is not on the PATH, give its path, such as ./my-mouse)";
             let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
             format!("cannot start the mouse {}: {error}{hint}", command.get_program().display())
         })

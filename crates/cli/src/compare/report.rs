@@ -1,5 +1,6 @@
 //! The report on a comparison: a table, CSV and JSON.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
@@ -43,11 +44,8 @@ impl SearchReport {
     /// Returns the reason why the mouse neither reached the goal nor correctly reported that it is
     /// unreachable.
     fn failure(&self) -> Option<String> {
-        let Figures { goal_reached, is_rightly_given_up, ending, error, .. } = &self.figures;
-        let limit = || match ending {
-            Ending::StepLimit => "stopped by the limit of states".into(),
-            _ => "stopped outside the goal".into(),
-        };
+        let Figures { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = &self.figures;
+        let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
         (!goal_reached && !is_rightly_given_up).then(|| error.clone().unwrap_or_else(limit))
     }
 }
@@ -210,6 +208,9 @@ impl Report {
                 text += &format!("\n{}{}\n", aligned(&statistics.table()), statistics.caption());
             }
         }
+        if let Some(hint) = self.hint() {
+            text += &format!("\n{hint}\n");
+        }
         for (index, candidate) in self.candidates.iter().enumerate() {
             let failures = self.comparison.failures().iter();
             let failures: Vec<_> = failures.filter(|failure| failure.candidate == index).collect();
@@ -227,6 +228,28 @@ impl Report {
             }
         }
         text
+    }
+}
+
+impl Report {
+    /// Names the candidate without which the means would cover at least twice as many mazes.
+    fn hint(&self) -> Option<String> {
+        let (_, values) = self.comparison.measures().first()?;
+        let rows =
+            || values.rows().iter().enumerate().filter(|(_, row)| row.iter().any(Option::is_some));
+        let common = |without: Option<usize>| {
+            let is_common = |maze: &usize| {
+                rows().all(|(index, row)| Some(index) == without || row[*maze].is_some())
+            };
+            (0..self.comparison.mazes().len()).filter(is_common).count()
+        };
+        let others = rows().map(|(index, _)| (common(Some(index)), index));
+        let (count, index) = others.max_by_key(|&(count, index)| (count, Reverse(index)))?;
+        let name = Escaped(&self.comparison.candidates()[index].name);
+        let is_limiting = rows().count() > 2 && count >= 2 * common(None).max(1);
+        is_limiting.then(|| {
+            format!("Without {name}, the means would cover {count} mazes (see --strategies).")
+        })
     }
 }
 

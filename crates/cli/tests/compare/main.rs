@@ -1,6 +1,9 @@
-//! `mmsim compare`: comparing strategies on collections of mazes.
+//! `mmsim compare`: comparing mice on collections of mazes.
 
+#[path = "../harness/mod.rs"]
 mod harness;
+
+mod own_mice;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,23 +24,26 @@ const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 /// The strategies whose results are in the snapshots.
 const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
 
-/// Returns the table with a placeholder for each time in the last column.
-fn without_times(table: &str) -> String {
-    let (head, rows) = table.split_once('\n').unwrap();
+/// Returns the tables with a placeholder for each time in the last column of the first one.
+fn without_times(tables: &str) -> String {
+    let (first, others) = tables.split_once("\n\n").unwrap();
+    let (head, rows) = first.split_once('\n').unwrap();
+    let width = head.chars().count();
     let timeless = rows.lines().map(|row| {
         let (figures, time) = row.rsplit_once(' ').unwrap();
         assert!(time == "-" || time.parse::<f64>().unwrap() > 0., "{row}");
-        figures.trim_end().to_string() + "  T\n"
+        format!("\n{:<1$}T", figures.trim_end(), width - 1)
     });
-    format!("{}  µs\n", head.trim_end_matches("µs").trim_end()) + &timeless.collect::<String>()
+    format!("{head}{}\n\n{others}", timeless.collect::<String>())
 }
 
 /// Checks the times in the reports and returns the reports without them.
 fn timeless(mut reports: Value) -> Value {
     for report in reports.as_array_mut().unwrap() {
-        let is_reached = report["goal_reached"] != 0;
-        let time = report.as_object_mut().unwrap().remove("time_us").unwrap();
-        assert_eq!(time.is_null(), !is_reached, "{report}");
+        let report = report.as_object_mut().unwrap();
+        let time = report.remove("time_us").unwrap();
+        assert!(time.is_null() || time.as_f64().unwrap() > 0.);
+        report["statistics"].as_object_mut().unwrap().remove("time_us").unwrap();
         for search in report["mazes"].as_array_mut().unwrap() {
             let time = search.as_object_mut().unwrap().remove("time_us").unwrap();
             assert!(time.as_f64().unwrap() > 0., "{search}");
@@ -53,32 +59,24 @@ fn every_strategy_has_a_row() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "no bar where there is no terminal");
     let table = without_times(&ended.stdout);
     insta::assert_snapshot!("bundled", table);
-    // docs/compare.md shows the same table, with the times of one machine.
+    // docs/compare.md shows the same tables, with the times of one machine.
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/compare.md");
     let page = fs::read_to_string(page).unwrap();
     let words = |line: &str| line.split_whitespace().map(String::from).collect::<Vec<_>>();
     let shown: Vec<_> = page.lines().map(words).collect();
-    for row in table.lines().map(words) {
-        let figures = &row[..row.len() - 1];
+    for row in table.lines().map(words).filter(|row| !row.is_empty()) {
+        let figures = row.strip_suffix(&["T".into()]).unwrap_or(&row);
         assert!(shown.iter().any(|line| line.starts_with(figures)), "{row:?}");
     }
     home.write(".mmsim/a.txt", MAZE);
     home.write(".mmsim/closed.txt", CLOSED);
     let ended = home.run(&["compare", "--strategies", STRATEGIES]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    insta::assert_snapshot!(without_times(&ended.stdout), @"
-    strategy              mazes  reached  given up  to goal  proven  after  in all  turns  path  shortest  found  µs
-    flood-fill                2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    weight-increment          2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    left-wall                 2      1/1       1/1      3.0       1    2.0     3.0    1.0   3.0       3.0      1  T
-    swing                     2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
-    shortest-path-search      2      1/1       1/1      3.0       1    2.0     6.0    4.0   3.0       3.0      1  T
-    ");
+    insta::assert_snapshot!(without_times(&ended.stdout));
     let ended = home.run(&["compare", "closed.txt", ".mmsim/closed.txt", "--strategies", "swing"]);
     assert_eq!(ended.code, Some(0), "words find a maze in the home, too: {ended:?}");
     let row: Vec<_> = ended.stdout.lines().nth(1).unwrap().split_whitespace().collect();
-    assert_eq!(row[..6], ["swing", "2", "0/0", "2/2", "-", "0"]);
-    assert_eq!(row[6..], ["-", "-", "-", "-", "-", "0", "-"]);
+    assert_eq!(row, ["swing", "2", "0/0", "2/2", "0", "0", "0", "-"]);
 }
 
 #[test]
@@ -88,67 +86,110 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
     home.write("mazes/closed.txt", CLOSED);
     let ended = home.run(&["compare", "mazes", "--strategies", "flood-fill", "--json"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let mut reports = timeless(ended.json());
+    let statistics = reports[0].as_object_mut().unwrap().remove("statistics").unwrap();
     let path = |name: &str| Path::new("mazes").join(name);
     assert_eq!(
-        timeless(ended.json()),
+        reports,
         json!([{
-            "strategy": "flood-fill", "reachable": 1, "goal_reached": 1, "rightly_given_up": 1,
-            "proven": 1, "shortest_path_found": 1, "steps_to_goal": 3.0, "steps_until_proven": 2.0,
-            "steps_in_all": 3.0, "turns": 1.0, "path_found": 3.0, "shortest_path": 3.0,
+            "strategy": "flood-fill", "command": null, "reachable": 1, "goal_reached": 1,
+            "rightly_given_up": 1, "failed": 0, "proven": 1, "shortest_path_found": 1,
+            "endings": {
+                "finished": 1, "gave_up": 1, "failed": 0, "time_limit": 0, "step_limit": 0,
+                "skipped": 0,
+            },
+            "steps_to_goal": 3.0, "steps_until_proven": 2.0, "steps_in_all": 3.0, "turns": 1.0,
+            "path_found": 3.0, "shortest_path": 3.0, "fast_run_steps": null,
             "mazes": [
                 {
                     "path": path("a.txt"), "name": "a", "width": 4, "height": 2,
                     "goal_reached": true, "steps_to_goal": 3, "steps_until_proven": 2,
                     "steps_in_all": 3, "turns": 1, "path_found": 3, "shortest_path": 3,
-                    "error": null,
+                    "error": null, "ending": "finished", "fast_run_steps": null, "crashes": 0,
                 },
                 {
                     "path": path("closed.txt"), "name": "closed", "width": 2, "height": 1,
                     "goal_reached": false, "steps_to_goal": null, "steps_until_proven": null,
                     "steps_in_all": 0, "turns": 0, "path_found": null, "shortest_path": null,
-                    "error": "goal unreachable from (0, 0)",
+                    "error": "goal unreachable from (0, 0)", "ending": "gave_up",
+                    "fast_run_steps": null, "crashes": 0,
                 },
             ],
         }])
     );
+    assert_eq!(
+        statistics["turns"],
+        json!({
+            "mazes": 1, "common_mazes": 1, "difference": null,
+            "distribution": {
+                "mean": 1.0, "median": 1.0, "lower_quartile": 1.0, "upper_quartile": 1.0,
+                "standard_deviation": null, "minimum": 1.0, "maximum": 1.0,
+            },
+        })
+    );
+}
+
+/// Checks the statistics of one measure against the searches.
+fn check_statistics(reports: &[Value], key: &str) {
+    let value = |report: &Value, maze: usize| {
+        let search = &report["mazes"][maze];
+        search[key].as_f64().filter(|_| search["goal_reached"] == true)
+    };
+    let solved = |report: &Value| (0..15).filter(|&maze| value(report, maze).is_some()).count();
+    let solvers: Vec<_> = reports.iter().filter(|report| solved(report) > 0).collect();
+    let common: Vec<usize> =
+        (0..15).filter(|&maze| solvers.iter().all(|one| value(one, maze).is_some())).collect();
+    for report in reports {
+        let statistics = &report["statistics"][key];
+        assert_eq!(statistics["mazes"], solved(report), "{key}");
+        assert_eq!(statistics["common_mazes"], common.len(), "{key}");
+        assert_eq!(statistics["distribution"]["mean"], report[key], "{key}");
+        let numbers: Vec<f64> = common.iter().filter_map(|&maze| value(report, maze)).collect();
+        let sum = report[key].as_f64().unwrap_or_default() * numbers.len() as f64;
+        assert!((sum - numbers.iter().sum::<f64>()).abs() < 1e-6, "{key}: {report}");
+        let differences = |maze| Some(value(report, maze)? - value(solvers[0], maze)?);
+        let differences: Vec<f64> = (0..15).filter_map(differences).collect();
+        if report != solvers[0] && !differences.is_empty() {
+            let difference = &statistics["difference"];
+            assert_eq!(difference["mazes"], differences.len(), "{key}");
+            let count = |is: fn(&&f64) -> bool| differences.iter().filter(is).count();
+            assert_eq!(difference["better"], count(|number| **number < 0.), "{key}");
+            assert_eq!(difference["worse"], count(|number| **number > 0.), "{key}");
+        }
+    }
 }
 
 #[test]
-fn means_cover_the_searches_that_reached_the_goal() {
+fn statistics_compare_the_same_mazes() {
     let home = Home::new();
     let reports = home.run(&["compare", "--json"]).json();
-    let names: Vec<_> =
-        reports.as_array().unwrap().iter().map(|report| &report["strategy"]).collect();
+    let reports = reports.as_array().unwrap();
+    let names: Vec<_> = reports.iter().map(|report| &report["strategy"]).collect();
     assert!(names.len() >= 4 && names.contains(&&json!("weight-increment")), "{names:?}");
-    for report in reports.as_array().unwrap() {
+    for key in [
+        "steps_to_goal",
+        "steps_until_proven",
+        "steps_in_all",
+        "turns",
+        "path_found",
+        "shortest_path",
+        "fast_run_steps",
+        "time_us",
+    ] {
+        check_statistics(reports, key);
+    }
+    for report in reports {
         let searches = report["mazes"].as_array().unwrap();
         let reached: Vec<_> = searches.iter().filter(|of| of["goal_reached"] == true).collect();
         assert_eq!((searches.len(), &report["reachable"]), (15, &json!(14)));
         assert_eq!(report["goal_reached"], reached.len());
-        for key in [
-            "steps_to_goal",
-            "steps_until_proven",
-            "steps_in_all",
-            "turns",
-            "path_found",
-            "shortest_path",
-            "time_us",
-        ] {
-            let numbers: Vec<_> = reached.iter().filter_map(|of| of[key].as_f64()).collect();
-            let count = if key == "steps_until_proven" {
-                &report["proven"]
-            } else {
-                &report["goal_reached"]
-            };
-            assert_eq!(count, numbers.len(), "{key}");
-            let sum = report[key].as_f64().unwrap() * count.as_f64().unwrap();
-            assert!((sum - numbers.iter().sum::<f64>()).abs() < 1e-6, "{key}: {report}");
-        }
         let found = reached.iter().filter(|of| of["path_found"] == of["shortest_path"]).count();
         assert_eq!(report["shortest_path_found"], found);
         let given_up =
             searches.iter().filter(|of| of["shortest_path"].is_null() && !of["error"].is_null());
         assert_eq!(report["rightly_given_up"], given_up.count());
+        let endings = report["endings"].as_object().unwrap();
+        assert_eq!(endings.values().filter_map(Value::as_u64).sum::<u64>(), 15);
     }
 }
 
@@ -162,7 +203,8 @@ fn csv_has_a_line_for_each_search() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     let lines: Vec<_> = ended.stdout.lines().collect();
     let head = "strategy,path,name,width,height,goal_reached,steps_to_goal,steps_until_proven,\
-                steps_in_all,turns,path_found,shortest_path,time_us,error";
+                steps_in_all,turns,path_found,shortest_path,time_us,error,ending,fast_run_steps,\
+                crashes";
     assert_eq!((lines[0], lines.len()), (head, 5));
     let quoted = lines[1].replace('\\', "/");
     assert!(
@@ -225,8 +267,9 @@ fn reports_unreadable_mazes_and_compares_the_others() {
     home.write("mazes/a.txt", "rubbish");
     home.write("mazes/b.txt", MAZE);
     let ended = home.run(&["compare", "mazes", "no such", "--strategies", "swing"]);
-    assert_eq!((ended.code, ended.stdout.lines().count()), (Some(1), 2), "{ended:?}");
-    assert!(ended.stdout.lines().nth(1).unwrap().starts_with("swing         1      1/1 "));
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    let row: Vec<_> = ended.stdout.lines().nth(1).unwrap().split_whitespace().collect();
+    assert_eq!(row[..3], ["swing", "1", "1/1"]);
     let messages: Vec<_> = ended.stderr.lines().collect();
     assert!(
         messages[0]
