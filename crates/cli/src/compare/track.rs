@@ -6,6 +6,9 @@ use mmsim_solvers::{PathBounds, steps_between};
 
 use super::figures::Figures;
 
+/// The maximum number of readings that wait for the next pose. Mice need up to two.
+const MAX_READ_AHEAD: usize = 16;
+
 /// What a mouse has done and seen in a maze. The figures do not depend on what the mouse reports
 /// about walls, only on the walls that it has read or run into.
 pub(crate) struct Track {
@@ -17,6 +20,8 @@ pub(crate) struct Track {
     has_new_walls: bool,
     path: Vec<Cell>,
     pose: Option<Pose>,
+    /// The poses of readings that belong to the next pose.
+    read_ahead: Vec<Pose>,
     states: u32,
     phases: Phases,
     steps_to_goal: Option<u32>,
@@ -46,6 +51,7 @@ impl Track {
             has_new_walls: true,
             path: Vec::new(),
             pose: None,
+            read_ahead: Vec::new(),
             states: 0,
             phases: Phases::default(),
             steps_to_goal: None,
@@ -81,8 +87,18 @@ impl Track {
         is_present
     }
 
-    /// Notes that the mouse has read the walls to its left, ahead and to its right.
+    /// Notes that the mouse has read the walls to its left, ahead and to its right. A mouse that reads
+    /// the walls around another cell than its own has moved, but not reported its pose yet.
     pub(crate) fn read_walls(&mut self, pose: Pose) {
+        let is_ahead = self.pose.is_none_or(|current| current.cell != pose.cell);
+        if is_ahead && self.read_ahead.len() < MAX_READ_AHEAD {
+            self.read_ahead.push(pose);
+        } else {
+            self.note_walls(pose);
+        }
+    }
+
+    fn note_walls(&mut self, pose: Pose) {
         for heading in [pose.heading.left(), pose.heading, pose.heading.right()] {
             self.read_wall(pose.cell, heading);
         }
@@ -90,6 +106,13 @@ impl Track {
 
     /// Adds the pose of a mouse that has moved or turned, or that was put back at the start.
     pub(crate) fn add(&mut self, pose: Pose, is_restart: bool) {
+        self.move_to(pose, is_restart);
+        for pose in std::mem::take(&mut self.read_ahead) {
+            self.note_walls(pose);
+        }
+    }
+
+    fn move_to(&mut self, pose: Pose, is_restart: bool) {
         self.examine_path();
         let Some(before) = self.pose.replace(pose) else {
             self.states = 1;
@@ -158,6 +181,9 @@ impl Track {
     /// Returns the figures of the search so far. The fields that describe the end of the search have
     /// default values.
     pub(crate) fn figures(&mut self) -> Figures {
+        for pose in std::mem::take(&mut self.read_ahead) {
+            self.note_walls(pose);
+        }
         self.examine_path();
         let total = self.phases.total;
         let whole = || self.exploration_at(total.steps, total.turns);
@@ -234,6 +260,23 @@ mod tests {
                 assert_eq!(figures.fast_run_steps, expected.fast_run_steps, "{name}");
                 assert_eq!(figures.path, expected.path, "{name}");
             }
+        }
+    }
+
+    #[test]
+    fn readings_in_a_cell_belong_to_the_pose_there() {
+        let maze: Maze = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n".parse().unwrap();
+        let (start, next) = (pose(0, 0, Heading::East), pose(1, 0, Heading::East));
+        for reads_first in [false, true] {
+            let mut track = Track::new(&maze);
+            for pose in [start, next] {
+                if reads_first {
+                    track.read_walls(pose);
+                }
+                track.add(pose, false);
+                track.read_walls(pose);
+            }
+            assert_eq!(track.figures().steps_until_proven, Some(1), "{reads_first}");
         }
     }
 
