@@ -11,6 +11,7 @@ use mmsim_maze::Escaped;
 use crate::args::VerbosityArgs;
 use crate::compare::args::CompareArgs;
 use crate::demo::args::DemoArgs;
+use crate::export::args::ExportArgs;
 use crate::manual::args::{CompletionsArgs, ManArgs};
 use crate::mazes::args::MazesArgs;
 use crate::mms::args::MmsArgs;
@@ -43,6 +44,7 @@ Examples:
   mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
   mmsim solve weight-increment         run a bundled strategy against a simulator
   mmsim render run.mcap -o run.gif     animate a recorded search
+  mmsim export run.mcap -o run.html    save a recorded search as a web page
   mmsim compare mazes/                 compare all bundled strategies in a table
   mmsim trial mazes/                   let a robot explore each maze and race in it
   mmsim run --open -- ./my-mouse       run and watch your own mouse
@@ -64,6 +66,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),
+    /// Write a recording as an HTML file that shows it in any browser
+    Export(ExportArgs),
     /// Compare the bundled strategies on collections of mazes
     Compare(CompareArgs),
     /// Run robots in the two-run trial: explore a maze, then race

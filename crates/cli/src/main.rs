@@ -9,6 +9,7 @@ mod compare;
 mod connection;
 mod demo;
 mod embedded;
+mod export;
 mod grid;
 mod inputs;
 mod interrupt;
@@ -65,6 +66,7 @@ fn main() -> ExitCode {
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Export(args)) => export::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),

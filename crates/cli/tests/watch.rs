@@ -175,7 +175,7 @@ mod on_linux {
                 .any(|stat| {
                     let (name, fields) = stat.rsplit_once(") ").unwrap();
                     // The 19th field is the nice value of the thread, at most 19.
-                    name.ends_with("(animations") && fields.split(' ').nth(19 - 3) == Some("19")
+                    name.ends_with("(exports") && fields.split(' ').nth(19 - 3) == Some("19")
                 })
                 .then_some(())
         });

@@ -1,8 +1,10 @@
 // @ts-check
 // Requests to the server, and the types of its responses.
 
+import { isExported, respond } from "./embedded.js";
+
 /**
- * @typedef {{ live: boolean, records: boolean, zmq: string, server: string, trial: boolean,
+ * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
  *   strategies: { name: string, about: string }[], own: OwnMouse | null, opened: string[] }} PageInfo
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
@@ -48,7 +50,7 @@ export class ApiError extends Error {
 
 /** @param {string} url @param {RequestInit} [init] */
 async function request(url, init) {
-  const response = await fetch(url, init);
+  const response = await (isExported ? respond(url) : fetch(url, init));
   if (!response.ok) throw new ApiError(response.status, (await response.text()).trim());
   return response;
 }

@@ -3,6 +3,7 @@
 
 import * as api from "./api.js";
 import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
+import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
 import { MazeList } from "./mazes.js";
 import { Panel } from "./panel.js";
@@ -42,7 +43,8 @@ const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoVie
 let recordingsVersion = NaN;
 let openIds = info.opened;
 
-listen(
+if (isExported) showExported();
+else listen(
   (event) => {
     // The simulator was restarted. Its new runs and recordings reuse the IDs on this page.
     if (event.server !== info.server) return location.reload();
@@ -81,6 +83,12 @@ function showConnection(connected, reason) {
   const { activeElement } = document;
   if (activeElement instanceof HTMLElement && activeElement !== document.body) focusedOnline = activeElement;
   for (const part of document.querySelectorAll(NEEDS_SERVER)) part.setAttribute("inert", "");
+}
+
+/** Says that the page is exported, and disables dropping files on the page. */
+function showExported() {
+  setText(document, "#status", "Exported recording");
+  for (const part of document.querySelectorAll("aside section")) part.setAttribute("inert", "");
 }
 
 function liveStates() {
@@ -162,7 +170,7 @@ const zmq = query(document, "#zmq", HTMLButtonElement);
 const { hostname } = location;
 const isLocal = /^(127\..*|(.*\.)?localhost|\[::1\])$/.test(hostname);
 // Other machines reach the simulator under the same host name as this page.
-const address = isLocal ? info.zmq : info.zmq.replace(/0\.0\.0\.0|\[::\]/, hostname);
+const address = (isLocal ? info.zmq : info.zmq?.replace(/0\.0\.0\.0|\[::\]/, hostname)) ?? "";
 setText(zmq, "span", address);
 zmq.hidden = !info.live || info.trial;
 // Browsers offer the clipboard only to https and local pages.

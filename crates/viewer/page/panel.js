@@ -300,7 +300,7 @@ export class Panel {
     const options = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
-      const parameters = { "recording.mcap": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
+      const parameters = { "recording.mcap": "", "page.html": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
       if (this.#shown) setAttributes(link, { href: api.sourceUrl(this.#source, resource, parameters) });
       else link.removeAttribute("href");
     }

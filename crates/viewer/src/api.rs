@@ -9,29 +9,23 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::{Scene, thumbnail};
-use mmsim_maze::Maze;
-use mmsim_recording::{Block, Integrity};
-use mmsim_solvers::{BundledStrategy, MazeFacts};
-use mmsim_trial::race_optimum;
+use mmsim_recording::Block;
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
-use crate::mouse_status::OwnMouse;
+use crate::page_info::PageInfo;
 use crate::pictures::{self, PictureOptions};
 use crate::source::Source;
+use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
 use crate::transfer::buffer_body;
-use crate::trial::trial_status;
-use crate::{assets, events, find, log_view, mouse_api, recording_api, recordings, stream};
+use crate::{assets, events, export, find, log_view, mouse_api, recording_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
-
-/// The message that the page shows for a recording that was not closed.
-const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
 
 pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
@@ -51,6 +45,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/log", get(log_view::handle))
         .route("/api/sources/{id}/find", get(find::handle))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
+        .route("/api/sources/{id}/page.html", get(export_page))
         .merge(recording_api::router())
         .merge(mouse_api::router())
         .layer(middleware::from_fn_with_state(Arc::clone(&state), buffer_body))
@@ -67,46 +62,8 @@ struct RunNumber {
     run: u32,
 }
 
-#[derive(Serialize)]
-struct PageInfo {
-    #[serde(rename = "server")]
-    server_id: String,
-    live: bool,
-    /// True if the page lists the recordings in a folder.
-    records: bool,
-    /// The address of the simulator.
-    zmq: Option<String>,
-    strategies: Vec<StrategyInfo>,
-    /// The user's own mouse, if the simulator runs one.
-    own: Option<OwnMouse>,
-    /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
-    /// mice.
-    #[serde(rename = "trial")]
-    is_trial: bool,
-    /// The IDs of the open recordings.
-    opened: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct StrategyInfo {
-    name: &'static str,
-    about: &'static str,
-}
-
 async fn page_info(State(state): SharedState) -> Json<PageInfo> {
-    Json(PageInfo {
-        server_id: state.server_id.clone(),
-        live: state.live.is_some(),
-        records: state.recordings_dir.is_some(),
-        zmq: state.live.as_ref().map(|live| live.address.clone()),
-        strategies: BundledStrategy::ALL
-            .iter()
-            .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
-            .collect(),
-        own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
-        is_trial: state.is_trial,
-        opened: state.open_recordings(),
-    })
+    Json(PageInfo::new(&state))
 }
 
 async fn list_mazes(State(state): SharedState) -> ApiResult<Response> {
@@ -153,77 +110,14 @@ async fn load_maze(
         .await
 }
 
-#[derive(Serialize)]
-struct SourceInfo {
-    id: String,
-    run: u32,
-    title: String,
-    /// The name of the maze.
-    maze: String,
-    width: u8,
-    height: u8,
-    start: [u8; 2],
-    goals: Vec<[u8; 2]>,
-    states: usize,
-    state_bytes: usize,
-    /// Whether the true maze is known.
-    truth: bool,
-    shortest_path: Option<u16>,
-    /// The name of the robot, if the source is a two-run trial.
-    robot: Option<String>,
-    /// The minimum number of steps of a race in a two-run trial.
-    race_optimum: Option<u16>,
-    /// The integrity of a recording: `closed`, `cut` or `damaged`.
-    ending: Option<&'static str>,
-    /// A description of the problem if the recording was not closed or is damaged.
-    note: Option<String>,
-}
-
 async fn describe_source(
     State(state): SharedState,
     Path(id): Path<String>,
 ) -> ApiResult<Json<SourceInfo>> {
     run_blocking(move || {
-        let source = state.source(&id)?;
-        let (run, description, states) = source.current_run()?;
-        let info = &description.info;
-        let (ending, note) = match source.integrity() {
-            None => (None, None),
-            Some(Integrity::Closed) => (Some("closed"), None),
-            Some(Integrity::Truncated { .. }) => (Some("cut"), Some(NOT_CLOSED.to_string())),
-            Some(Integrity::Damaged { intact, reason }) => {
-                (Some("damaged"), Some(format!("damaged after byte {intact}: {reason}")))
-            }
-        };
-        let truth = description.truth.as_ref();
         let live = state.live.as_ref().filter(|_| state.is_trial && id == "live");
-        let configured = live.and_then(|live| Some(live.control.own()?.name.clone()));
-        // The run may have ended in the meantime.
-        let robot = states.checked_sub(1).and_then(|last| {
-            let context = source.block(run, last).ok()?.context(last)?;
-            trial_status(context.notes())?;
-            Some(context.notes().mouse().unwrap_or_default().to_string())
-        });
-        let robot = configured.or(robot);
-        let optimum = |maze: &Maze| race_optimum(maze.walls(), maze.start().cell, maze.goals());
-        Ok(Json(SourceInfo {
-            id,
-            run,
-            title: description.title.clone(),
-            maze: info.name.clone(),
-            width: info.width,
-            height: info.height,
-            start: info.start,
-            goals: info.goals.clone(),
-            states,
-            state_bytes: mmsim_protocol::state_bytes(description.size),
-            truth: truth.is_some(),
-            shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
-            race_optimum: truth.filter(|_| robot.is_some()).and_then(optimum),
-            robot,
-            ending,
-            note,
-        }))
+        let robot = live.and_then(|live| Some(live.control.own()?.name.clone()));
+        Ok(Json(SourceInfo::new(id.clone(), &*state.source(&id)?, robot)?))
     })
     .await
 }
@@ -346,7 +240,7 @@ async fn gif_animation(
     Query(options): Query<PictureOptions>,
 ) -> ApiResult<Response> {
     Arc::clone(&state)
-        .animations
+        .exports
         .run(move |cancel| {
             let source = state.source(&id)?;
             let gif = pictures::gif(&source, run, options, cancel)?;
@@ -366,6 +260,22 @@ async fn save_recording(
             let source = state.source(&id)?;
             let file = recordings::save(&source, run, cancel)?;
             download(&source, run, "mcap", BINARY, Body::from_stream(stream::from_file(file)))
+        })
+        .await
+}
+
+async fn export_page(
+    State(state): SharedState,
+    Path(id): Path<String>,
+    Query(RunNumber { run }): Query<RunNumber>,
+) -> ApiResult<Response> {
+    Arc::clone(&state)
+        .exports
+        .run(move |cancel| {
+            let source = state.source(&id)?;
+            let file = export::to_file(&source, run, &state.budget, cancel)?;
+            // A browser must never show the page as a page of this server.
+            download(&source, run, "html", BINARY, Body::from_stream(stream::from_file(file)))
         })
         .await
 }

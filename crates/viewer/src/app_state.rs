@@ -35,8 +35,8 @@ pub(crate) struct AppState {
     pub(crate) run_jobs: JobQueue,
     /// The queue for pictures, which are drawn one at a time.
     pub(crate) pictures: JobQueue,
-    /// The queue for GIFs, which are drawn one at a time and have up to several hundred frames.
-    pub(crate) animations: JobQueue,
+    /// The queue for GIFs and HTML files of whole runs, which are created one at a time.
+    pub(crate) exports: JobQueue,
     /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
@@ -70,7 +70,7 @@ impl AppState {
             mouse_jobs: queue("mice", MAX_MOUSE_JOBS),
             run_jobs: queue("runs", MAX_RUN_JOBS),
             pictures: queue("pictures", 1),
-            animations: queue("animations", 1).in_background(),
+            exports: queue("exports", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             is_trial,

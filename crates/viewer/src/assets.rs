@@ -12,16 +12,18 @@ macro_rules! files {
     };
 }
 
-const SCRIPT: &str = "text/javascript; charset=utf-8";
+pub(crate) const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 const JSON: &str = "application/json";
 const HTML: &str = "text/html; charset=utf-8";
 
-const FILES: &[(&str, &str, &str)] = files![
+/// The name, media type and content of each file.
+pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "annotations.js": SCRIPT,
     "api.js": SCRIPT,
     "chart.js": SCRIPT,
     "dom.js": SCRIPT,
+    "embedded.js": SCRIPT,
     "events.js": SCRIPT,
     "figures.js": SCRIPT,
     "index.html": HTML,
@@ -38,6 +40,11 @@ const FILES: &[(&str, &str, &str)] = files![
     "timeline.js": SCRIPT,
     "viewport.js": SCRIPT,
 ];
+
+/// Returns the content of a file, or an empty text if there is no file with this name.
+pub(crate) fn file(name: &str) -> &'static str {
+    FILES.iter().find(|file| file.0 == name).map_or("", |file| file.2)
+}
 
 /// Serves the files of the page.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {

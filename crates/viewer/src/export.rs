@@ -44,12 +44,12 @@ const ID: &str = "1";
 /// use mmsim_server::Simulation;
 ///
 /// let simulation = Simulation::new("small", "o---o---o\n| S   G |\no---o---o\n".parse()?);
-/// let mut file = Vec::new();
+/// let mut file = std::io::Cursor::new(Vec::new());
 /// let states = [(0, vec![], b"S\0\0NC\x01\0C\x01\0".to_vec())];
 /// save(&mut file, &simulation.info(), Some(simulation.maze()), states)?;
 ///
 /// let mut page = Vec::new();
-/// let recording = Recording::read(&file[..])?;
+/// let recording = Recording::read(&file.into_inner()[..])?;
 /// mmsim_viewer::export_html("run.mcap", recording, &mut page, |states| println!("{states}"))?;
 /// assert!(page.starts_with(b"<!doctype html>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -220,4 +220,145 @@ fn title(source: &Source) -> Result<String, ApiError> {
 
 fn json(value: &impl serde::Serialize) -> Result<Value, ApiError> {
     serde_json::to_value(value).map_err(ApiError::internal)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::ops::ControlFlow;
+    use std::sync::LazyLock;
+
+    use base64::Engine as _;
+    use flate2::read::GzDecoder;
+    use mmsim_client::{InMemory, search_run};
+    use mmsim_maze::{KnownMaze, Maze};
+    use mmsim_recording::save;
+    use mmsim_server::Simulation;
+    use mmsim_solvers::{Mouse, ShortestPathSearch};
+
+    use super::*;
+
+    /// The maximum size of a page without the states, in bytes.
+    const MAX_PAGE_BYTES: usize = 400_000;
+
+    /// The maximum size of a state of a 32x32 maze, in bytes.
+    const MAX_STATE_BYTES: usize = 200;
+
+    /// A request that writes a log line.
+    const LOG: &[u8] = b"AL\x0d\0<!--</script>";
+
+    /// A recording of a search.
+    static RECORDED: LazyLock<Vec<u8>> = LazyLock::new(record);
+
+    /// The page of the recording, and the reported progress.
+    static PAGE: LazyLock<(String, Vec<usize>)> = LazyLock::new(|| {
+        let (mut page, mut progress) = (Vec::new(), Vec::new());
+        export_html("run.mcap", recording(), &mut page, |states| progress.push(states)).unwrap();
+        (String::from_utf8(page).unwrap(), progress)
+    });
+
+    fn recording() -> Recording {
+        Recording::read(&RECORDED[..]).unwrap()
+    }
+
+    /// Records a search of several blocks of states, which writes a log line before each 100th state.
+    fn record() -> Vec<u8> {
+        let maze: Maze = include_str!("../../../mazes/half-size-old-quarter.txt").parse().unwrap();
+        let mut simulation = Simulation::new("old quarter", maze.clone());
+        let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
+            if request[0] == b'S' && simulation.history().len().is_multiple_of(100) {
+                simulation.handle(LOG, &mut Vec::new());
+            }
+            simulation.handle(request, reply)
+        });
+        let strategy = ShortestPathSearch::new();
+        let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
+        search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(())).unwrap();
+        let history = simulation.history();
+        let blocks = (0..history.len()).step_by(Block::STATES);
+        let blocks = blocks.map(|first| history.block(first / Block::STATES).unwrap().unpack());
+        let states = blocks.map(Option::unwrap).zip(0..).flat_map(|(states, block)| {
+            let first = block * Block::STATES;
+            (first..first + states.len()).map(move |index| {
+                (
+                    index as u64,
+                    states.update(index).unwrap().to_vec(),
+                    states.get(index).unwrap().to_vec(),
+                )
+            })
+        });
+        let mut file = Cursor::new(Vec::new());
+        save(&mut file, &simulation.info(), Some(&maze), states).unwrap();
+        file.into_inner()
+    }
+
+    /// Returns the data of an exported page with this name.
+    fn embedded(page: &str, name: &str) -> Vec<Value> {
+        let start = format!("data-embedded=\"{name}\">");
+        let elements = page.split(&start).skip(1).map(|rest| rest.split_once('<').unwrap().0);
+        let decode = |element| {
+            let compressed = BASE64_STANDARD.decode(element).unwrap();
+            serde_json::from_reader(GzDecoder::new(&compressed[..])).unwrap()
+        };
+        elements.map(decode).collect()
+    }
+
+    #[test]
+    fn a_page_contains_everything_about_each_state() {
+        let (page, progress) = &*PAGE;
+        let source = Source::recording("run.mcap", recording());
+        let states = source.states(0).unwrap();
+        assert!(states > 3 * Block::STATES, "{states}");
+        assert_eq!(progress, &[256, 512, 768, states]);
+        let mut index = 0;
+        for block in embedded(page, "states") {
+            let mut view = Value::Null;
+            for change in block.as_array().unwrap() {
+                view = patch::tests::patch(&view, change);
+                assert_eq!(view, json(&StateView::new(&source, 0, index).unwrap()).unwrap());
+                index += 1;
+            }
+        }
+        assert_eq!(index, states);
+        let lines = embedded(page, "log").remove(0);
+        assert_eq!(lines.as_array().unwrap().len(), states.div_ceil(100));
+        assert_eq!(lines[1], json!([100, "<!--</script>"]));
+        let responses = embedded(page, "responses").remove(0);
+        let info: Value =
+            serde_json::from_str(responses["/api/sources/1"].as_str().unwrap()).unwrap();
+        assert_eq!((&info["states"], &info["maze"]), (&json!(states), &json!("old quarter")));
+        let page_info: Value =
+            serde_json::from_str(responses["/api/page"].as_str().unwrap()).unwrap();
+        assert_eq!(page_info["opened"], json!(["1"]));
+        assert!(page.contains("<title>run.mcap: old quarter – mmsim</title>"));
+    }
+
+    #[test]
+    fn a_page_is_small() {
+        let page = &PAGE.0;
+        let states = page.lines().filter(|line| line.contains("data-embedded=\"states\""));
+        let bytes: usize = states.map(str::len).sum();
+        assert!(page.len() - bytes <= MAX_PAGE_BYTES, "{} bytes", page.len() - bytes);
+        let count = recording().history().len();
+        assert!(bytes <= MAX_STATE_BYTES * count, "{bytes} bytes for {count} states");
+    }
+
+    #[test]
+    fn a_recording_without_states_is_exported() {
+        let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let (simulation, mut file) = (Simulation::new("small", maze), Cursor::new(Vec::new()));
+        save(&mut file, &simulation.info(), None, [(0, "", ""); 0]).unwrap();
+        let (recording, mut page) = (Recording::read(&file.get_ref()[..]).unwrap(), Vec::new());
+        export_html("empty.mcap", recording, &mut page, |_| ()).unwrap();
+        let page = String::from_utf8(page).unwrap();
+        assert_eq!(embedded(&page, "log"), [json!([])]);
+        assert!(embedded(&page, "states").is_empty() && page.contains("<title>empty.mcap: small"));
+    }
+
+    #[test]
+    fn a_cancelled_export_ends() {
+        let source = Source::recording("run.mcap", recording());
+        let error = write(&source, io::sink(), &CancelToken::cancelled(), |_| ()).unwrap_err();
+        assert_eq!(error.to_string(), "request cancelled");
+    }
 }

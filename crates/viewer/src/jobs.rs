@@ -99,6 +99,12 @@ impl Drop for CancelOnDrop {
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
+    /// Creates a token that is cancelled already.
+    #[cfg(test)]
+    pub(crate) fn cancelled() -> Self {
+        Self(Arc::new(AtomicBool::new(true)))
+    }
+
     /// Returns an error if the client has disconnected.
     pub(crate) fn check(&self) -> Result<(), ApiError> {
         if self.0.load(Ordering::Relaxed) {

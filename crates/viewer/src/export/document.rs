@@ -15,9 +15,9 @@ const MAIN: &str = "import \"page.js\";";
 
 /// Returns the parts of the document before and after the data.
 pub(super) fn parts(title: &str) -> Result<(String, String), ApiError> {
-    let (modules, main) = (import_map(), MAIN);
+    let modules = import_map();
     let styles = [stylesheet(), assets::file("page.css").to_string()];
-    let scripts = [&modules, main].map(|script| hash(script)).join(" ");
+    let scripts = [&modules, MAIN].map(hash).join(" ");
     let style_hashes = styles.each_ref().map(|style| hash(style)).join(" ");
     // The modules are data URLs, whose hashes browsers do not check.
     let policy = format!(
@@ -44,7 +44,7 @@ pub(super) fn parts(title: &str) -> Result<(String, String), ApiError> {
         (
             "<script type=\"module\" src=\"/page.js\"></script>",
             format!(
-                "<script type=\"importmap\">{modules}</script>\n<script type=\"module\">{main}</script>"
+                "<script type=\"importmap\">{modules}</script>\n<script type=\"module\">{MAIN}</script>"
             ),
         ),
     ] {
@@ -57,7 +57,7 @@ pub(super) fn parts(title: &str) -> Result<(String, String), ApiError> {
 /// Returns a map from the name of each script to its content as a data URL. Scripts in data URLs
 /// cannot import other scripts by relative paths, but they can import them by the names in the map.
 fn import_map() -> String {
-    let scripts = assets::FILES.iter().filter(|(name, ..)| name.ends_with(".js"));
+    let scripts = assets::FILES.iter().filter(|(_, media_type, _)| *media_type == assets::SCRIPT);
     let modules: BTreeMap<&str, String> = scripts
         .map(|&(name, _, content)| {
             let encoded = BASE64_STANDARD.encode(content.replace(" from \"./", " from \""));
@@ -85,4 +85,51 @@ fn replace(page: &str, old: &str, new: &str) -> Result<String, ApiError> {
 /// Escapes a text for HTML.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    #[test]
+    fn every_import_names_a_module() {
+        let imports: Value = serde_json::from_str(&import_map()).unwrap();
+        let modules = imports["imports"].as_object().unwrap();
+        let mut count = 0;
+        for (name, url) in modules {
+            let encoded =
+                url.as_str().unwrap().strip_prefix("data:text/javascript;base64,").unwrap();
+            let script = String::from_utf8(BASE64_STANDARD.decode(encoded).unwrap()).unwrap();
+            assert!(!script.contains(" from \"./") && !script.contains("await import("), "{name}");
+            for line in script.lines().filter(|line| line.starts_with("import ")) {
+                let (_, imported) = line.split_once(" from \"").unwrap();
+                let imported = imported.strip_suffix("\";").unwrap();
+                assert!(modules.contains_key(imported), "{name} imports {imported}");
+                count += 1;
+            }
+        }
+        assert!(modules.contains_key("page.js") && count >= modules.len());
+    }
+
+    #[test]
+    fn the_title_is_escaped_and_no_file_is_referenced() {
+        let (head, tail) = parts("a</title><script>alert(1)</script>&\"").unwrap();
+        let title =
+            "<title>a&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;&amp;&quot;</title>";
+        assert!(head.contains(title));
+        assert!(!head.contains("alert(1)</script>") && head.ends_with("</dialog>\n"));
+        assert_eq!(tail, "</body>\n</html>\n");
+        for reference in ["src=", "href=\"/", "url(", "@import"] {
+            assert!(!head.contains(reference), "{reference}");
+        }
+    }
+
+    #[test]
+    fn only_one_occurrence_is_replaced() {
+        assert_eq!(replace("a b c", "b", "x").unwrap(), "a x c");
+        let error = replace("a b b", "b", "x").unwrap_err();
+        assert_eq!(error.text, "the page contains b 2 times, not once");
+    }
 }

@@ -72,14 +72,14 @@ fn splice(index: usize, count: usize, elements: &[Value]) -> Value {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use proptest::collection::{btree_map, vec};
     use proptest::prelude::*;
 
     use super::*;
 
     /// Applies a change, as `patch` in `embedded.js` does.
-    fn patch(old: &Value, change: &Value) -> Value {
+    pub(in super::super) fn patch(old: &Value, change: &Value) -> Value {
         match change {
             Value::Object(changes) => changes.get("=").cloned().unwrap_or_else(|| {
                 let mut object = old.as_object().unwrap().clone();
