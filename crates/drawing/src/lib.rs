@@ -13,7 +13,8 @@
 //! the cells and the trail. Every scene is first drawn as SVG. PNG files and the frames of an
 //! [`Animation`] are rasterized from that SVG, so all formats look alike.
 //!
-//! A [`BarChart`] compares the scores of trials.
+//! [`thumbnail`] and [`two_paths`] draw small pictures of a maze. A [`BarChart`] compares the scores
+//! of trials.
 //!
 //! The elements of an SVG have classes (see [`Scene::page_svg`]). In a page, the [`stylesheet`]
 //! sets the colours of the classes. An SVG file contains its own styles. Numbers and
@@ -49,6 +50,7 @@ mod marks;
 mod page;
 mod palette;
 mod passages;
+mod paths;
 mod pixels;
 mod scene;
 mod svg;
@@ -62,6 +64,7 @@ pub use bars::{Bar, BarChart, BarGroup};
 pub use font::digits;
 pub use label::weight;
 pub use page::page_json;
+pub use paths::{PATH_COLOURS, two_paths};
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene};
 pub use theme::{Theme, stylesheet};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mmsim_maze::{Cell, Heading, Maze};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 
 /// Returns a small SVG of a maze, about 1.5 KB for a classic maze. All walls are drawn as one path,
 /// and the goal cells are filled. The background is transparent, and the colours suit light and
@@ -15,17 +15,25 @@ use mmsim_maze::{Cell, Heading, Maze};
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
 pub fn thumbnail(maze: &Maze) -> String {
-    let size = maze.size();
-    let (width, height) = (size.width(), size.height());
+    let (view_box, maze) = (view_box(maze.size()), walls_and_goal(maze, ".24"));
+    format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{view_box}\">{maze}</svg>\n")
+}
+
+/// Returns the view box of a small picture, in which a cell is one unit wide.
+pub(crate) fn view_box(size: MazeSize) -> String {
+    format!("-.2 -.2 {}.4 {}.4", size.width(), size.height())
+}
+
+/// Draws the goal cells and the walls, in colours that suit light and dark pages.
+pub(crate) fn walls_and_goal(maze: &Maze, wall_width: &str) -> String {
+    let height = maze.size().height();
     let mut goals = String::new();
     for cell in maze.goals() {
         let _ = write!(goals, "M{} {}h1v1h-1z", cell.x, row(height, cell));
     }
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-.2 -.2 {width}.4 {height}.4\">\
-         <path fill=\"{GOAL}\" d=\"{goals}\"/>\
-         <path fill=\"none\" stroke=\"{WALL}\" stroke-width=\".24\" stroke-linecap=\"square\" d=\"{}\"/>\
-         </svg>\n",
+        "<path fill=\"{GOAL}\" d=\"{goals}\"/>\
+         <path fill=\"none\" stroke=\"{WALL}\" stroke-width=\"{wall_width}\" stroke-linecap=\"square\" d=\"{}\"/>",
         walls(maze)
     )
 }
@@ -86,7 +94,7 @@ fn runs(cells: u8, has: impl Fn(u8) -> bool) -> Vec<(u8, u8)> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use mmsim_maze::{CellSet, MazeSize, Walls};
+    use mmsim_maze::{CellSet, Walls};
     use proptest::prelude::*;
 
     use super::*;
