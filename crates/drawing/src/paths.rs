@@ -35,7 +35,7 @@ const DASHES: [&str; 2] = ["", " stroke-dasharray=\".4 .22\""];
 pub fn two_paths(maze: &Maze, paths: [&[Cell]; 2]) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{}\" role=\"img\" \
-         aria-label=\"two paths through a maze\">{}",
+         aria-label=\"two paths through a maze\"><g fill-opacity=\".4\">{}</g>",
         view_box(maze.size()),
         walls_and_goal(maze, ".14")
     );
@@ -125,8 +125,10 @@ mod tests {
         let svg = two_paths(&maze, [&path, &cells(&[(0, 0), (1, 0)])]);
         insta::assert_snapshot!(svg.replace("><", ">\n<"), @r##"
         <svg xmlns="http://www.w3.org/2000/svg" viewBox="-.2 -.2 2.4 2.4" role="img" aria-label="two paths through a maze">
+        <g fill-opacity=".4">
         <path fill="#b46be0" d="M1 0h1v1h-1z"/>
         <path fill="none" stroke="#7b8794" stroke-width=".14" stroke-linecap="square" d="M0 0h2v2H0zm1 1h1"/>
+        </g>
         <g stroke="#3b82f6" stroke-width=".15" stroke-linejoin="round">
         <path fill="none" d="M0.37 1.37v-1h1"/>
         <circle fill="none" cx="0.37" cy="1.37" r=".24"/>
@@ -141,7 +143,7 @@ mod tests {
         "##);
         resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
         let outside = two_paths(&maze, [&cells(&[(2, 9), (200, 0)]), &[]]);
-        assert!(!outside.contains("<g"), "{outside}");
+        assert!(!outside.contains("<g stroke"), "{outside}");
         let partly = two_paths(&maze, [&cells(&[(9, 9), (0, 0), (9, 0), (0, 1)]), &[]]);
         assert!(partly.contains("d=\"M0.37 1.37v-1\""), "{partly}");
     }

@@ -59,6 +59,11 @@ impl Chart {
         self.draw(Some(size), &style).into_string() + "\n"
     }
 
+    /// Returns the chart as an element of a page that contains the style rules ([`STYLE`]).
+    pub(crate) fn inline(&self) -> Markup {
+        self.draw(None, &html! {})
+    }
+
     fn draw(&self, size: Option<[f64; 2]>, style: &Markup) -> Markup {
         let [width, height] = [0, 1].map(|index| Some(decimals(size?[index])));
         html! {
@@ -185,7 +190,7 @@ fn value(number: f64) -> impl Display {
 
 /// Returns the number of items.
 #[expect(clippy::cast_precision_loss, reason = "candidates, mazes or letters")]
-fn count(items: usize) -> f64 {
+pub(crate) fn count(items: usize) -> f64 {
     items as f64
 }
 

@@ -1,4 +1,4 @@
-//! Comparisons of mice over many mazes: statistics, tables and charts.
+//! Comparisons of mice over many mazes: statistics, tables, charts and HTML reports.
 //!
 //! ```text
 //!                     maze 1  maze 2  maze 3
@@ -10,7 +10,8 @@
 //!
 //! A [`Comparison`] contains the values of one or more [`Measure`]s, for which lower values are
 //! better. [`Comparison::statistics`] computes the [`Statistics`] of each candidate, and
-//! [`Comparison::charts`] draws the values.
+//! [`Comparison::charts`] draws the values. [`Comparison::html`] returns a report with all of these as a
+//! single file.
 //!
 //! ```
 //! use mmsim_report::{Comparison, Measure};
@@ -40,6 +41,7 @@
 
 mod charts;
 mod comparison;
+mod html;
 mod number;
 mod statistics;
 mod summary;
@@ -48,6 +50,7 @@ mod values;
 
 pub use charts::Chart;
 pub use comparison::{Candidate, Comparison, Failure, Measure};
+pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics};
 pub use summary::{CandidateStatistics, MeasureStatistics};
 pub use values::Values;

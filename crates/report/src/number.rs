@@ -20,6 +20,16 @@ impl NumberFormat {
         Self { decimals }
     }
 
+    /// Chooses no decimals if all numbers are integers. Otherwise, chooses the decimals by the largest
+    /// number.
+    pub(crate) fn for_values(numbers: impl IntoIterator<Item = f64>) -> Self {
+        let (largest, are_integers) =
+            numbers.into_iter().fold((0.0, true), |(largest, are_integers), number| {
+                (number.abs().max(largest), are_integers && number.fract() == 0.0)
+            });
+        if are_integers { Self { decimals: 0 } } else { Self::for_size(largest) }
+    }
+
     /// Formats a number, for example `12.4`.
     pub(crate) fn plain(self, number: f64) -> String {
         let text = format!("{number:.*}", self.decimals);
@@ -47,6 +57,17 @@ mod tests {
         let shown = [0.0, 0.123_456, 1.0, 12.345, 999.96, -123.456, 12_345.67]
             .map(|number| NumberFormat::for_size(number).plain(number));
         assert_eq!(shown, ["0.000", "0.1235", "1.000", "12.35", "1000.0", "-123.5", "12345.7"]);
+    }
+
+    #[test]
+    fn integers_have_no_decimals() {
+        let shown = |numbers: &[f64]| {
+            let format = NumberFormat::for_values(numbers.iter().copied());
+            numbers.iter().map(|&number| format.plain(number)).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(shown(&[7.0, -120.0]), "7 -120");
+        assert_eq!(shown(&[7.0, 12.5]), "7.00 12.50");
+        assert_eq!(shown(&[]), "");
     }
 
     #[test]

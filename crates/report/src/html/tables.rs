@@ -1,0 +1,151 @@
+//! Tables of statistics and values.
+
+use maud::{Markup, html};
+
+use crate::comparison::{Comparison, Measure};
+use crate::number::NumberFormat;
+use crate::statistics::{Difference, Distribution, Interval};
+use crate::summary::MeasureStatistics;
+use crate::text::clean;
+use crate::values::Values;
+
+/// Returns a table of the distributions and, if there are several candidates, a table of the
+/// differences to the reference.
+pub(super) fn statistics(statistics: &MeasureStatistics) -> Markup {
+    let reference = statistics.reference.as_deref().filter(|_| statistics.candidates.len() > 1);
+    html! {
+        (distributions(statistics))
+        @if let Some(reference) = reference { (differences(statistics, reference)) }
+    }
+}
+
+fn distributions(statistics: &MeasureStatistics) -> Markup {
+    let format = statistics.format();
+    html! {
+        div class="scroll" {
+            table {
+                caption { (statistics.caption()) }
+                thead {
+                    tr {
+                        th { "candidate" }
+                        th { (clean(&statistics.measure.verb)) }
+                        th { "mean" } th { "median" } th { "middle half" }
+                        th { "standard deviation" } th { "minimum" } th { "maximum" }
+                    }
+                }
+                tbody {
+                    @for one in &statistics.candidates {
+                        tr {
+                            th { (clean(&one.candidate)) }
+                            td { (count("mazes", one.statistics.mazes)) }
+                            @if let Some(distribution) = &one.statistics.distribution {
+                                (distribution_cells(distribution, format))
+                            } @else {
+                                td colspan="6" {}
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn distribution_cells(distribution: &Distribution, format: NumberFormat) -> Markup {
+    let number = |class, number| data(class, number, &format.plain(number));
+    html! {
+        td { (number("mean", distribution.mean)) }
+        td { (number("median", distribution.median)) }
+        td {
+            (number("lower_quartile", distribution.lower_quartile)) " to "
+            (number("upper_quartile", distribution.upper_quartile))
+        }
+        td { @if let Some(one) = distribution.standard_deviation { (number("standard_deviation", one)) } }
+        td { (number("minimum", distribution.minimum)) }
+        td { (number("maximum", distribution.maximum)) }
+    }
+}
+
+fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
+    let format = statistics.format();
+    let rows = statistics.candidates.iter();
+    let rows = rows.filter_map(|one| Some((one, one.statistics.difference.as_ref()?)));
+    let reference = clean(reference);
+    html! {
+        div class="scroll" {
+            table {
+                caption { "Difference to " (reference) " in the mazes that both " (clean(&statistics.measure.verb)) "." }
+                thead {
+                    tr {
+                        th { "candidate" } th { "mazes" } th { "mean difference" } th { "95 % interval" }
+                        th { "better than " (reference) } th { "equal" } th { "worse" }
+                    }
+                }
+                tbody {
+                    @for (one, difference) in rows {
+                        tr { th { (clean(&one.candidate)) } (difference_cells(difference, format)) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn difference_cells(difference: &Difference, format: NumberFormat) -> Markup {
+    let number = |class, number| data(class, number, &format.signed(number));
+    html! {
+        td { (count("mazes", difference.mazes)) }
+        td { (number("mean", difference.mean)) }
+        td {
+            @if let Some(Interval { lower, upper }) = difference.confidence_interval {
+                (number("lower", lower)) " to " (number("upper", upper))
+            }
+        }
+        td { (count("better", difference.better)) }
+        td { (count("equal", difference.equal)) }
+        td { (count("worse", difference.worse)) }
+    }
+}
+
+/// Returns a table with a row for each maze and a column for each candidate.
+pub(super) fn values(comparison: &Comparison, measure: &Measure, values: &Values) -> Markup {
+    let all = values.rows().iter().flatten().flatten();
+    let format = NumberFormat::for_values(all.copied());
+    html! {
+        div class="scroll" {
+            table {
+                caption { (clean(&measure.heading())) }
+                thead {
+                    tr {
+                        th { "maze" }
+                        @for one in comparison.candidates() { th { (clean(&one.name)) } }
+                    }
+                }
+                tbody {
+                    @for (index, maze) in comparison.mazes().iter().enumerate() {
+                        tr {
+                            th { (clean(maze)) }
+                            @for row in values.rows() {
+                                td {
+                                    @if let Some(number) = row[index] {
+                                        (data("value", number, &format.plain(number)))
+                                    } @else { "–" }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn count(class: &str, count: usize) -> Markup {
+    html! { data class=(class) value=(count) { (count) } }
+}
+
+/// Returns an element with the exact number as its value. A minus sign replaces the hyphen in the
+/// text.
+fn data(class: &str, exact: f64, text: &str) -> Markup {
+    html! { data class=(class) value=(exact) { (text.replace('-', "−")) } }
+}
