@@ -21,8 +21,10 @@ impl Comparison {
     /// failures.
     pub(super) fn failures_section(&self) -> Markup {
         let candidates = self.candidates().iter().enumerate();
-        let reasons: Vec<_> =
-            candidates.map(|(index, candidate)| (candidate, self.reasons(index))).collect();
+        let reasons: Vec<_> = candidates
+            .map(|(index, candidate)| (candidate, self.reasons(index)))
+            .filter(|(_, reasons)| !reasons.is_empty())
+            .collect();
         html! {
             @if !self.failures().is_empty() {
                 section {
