@@ -13,8 +13,7 @@
 //! the cells and the trail. Every scene is first drawn as SVG. PNG files and the frames of an
 //! [`Animation`] are rasterized from that SVG, so all formats look alike.
 //!
-//! [`thumbnail`] and [`two_paths`] draw small pictures of a maze. A [`BarChart`] compares the scores
-//! of trials.
+//! [`thumbnail`] and [`two_paths`] draw small pictures of a maze.
 //!
 //! The elements of an SVG have classes (see [`Scene::page_svg`]). In a page, the [`stylesheet`]
 //! sets the colours of the classes. An SVG file contains its own styles. Numbers and
@@ -39,7 +38,6 @@
 #![forbid(unsafe_code)]
 
 mod animation;
-mod bars;
 mod canvas;
 mod colours;
 mod font;
@@ -60,7 +58,6 @@ mod trail;
 mod walls;
 
 pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
-pub use bars::{Bar, BarChart, BarGroup};
 pub use font::digits;
 pub use label::weight;
 pub use page::page_json;

@@ -1,6 +1,7 @@
 //! Charts as SVG.
 
 mod axis;
+mod bars;
 mod differences;
 mod distribution;
 mod scatter;
@@ -9,6 +10,7 @@ use std::fmt::Display;
 
 use maud::{Markup, PreEscaped, html};
 
+pub use self::bars::{Bar, BarChart, BarGroup};
 use crate::comparison::{Comparison, Measure};
 use crate::text::{clean, shortened};
 use crate::values::Values;
@@ -54,26 +56,49 @@ impl Chart {
 
     /// Returns the chart as an SVG file.
     pub fn svg(&self) -> String {
-        let style = html! { style { (PreEscaped(STYLE)) } };
-        let size = [WIDTH, self.height].map(|length| 1.5 * length);
-        self.draw(Some(size), &style).into_string() + "\n"
+        self.frame().file(&self.content)
     }
 
     /// Returns the chart as an element of a page that contains the style rules ([`STYLE`]).
     pub(crate) fn inline(&self) -> Markup {
-        self.draw(None, &html! {})
+        self.frame().draw(None, &html! {}, &self.content)
     }
 
-    fn draw(&self, size: Option<[f64; 2]>, style: &Markup) -> Markup {
-        let [width, height] = [0, 1].map(|index| Some(decimals(size?[index])));
+    fn frame(&self) -> Frame<'_> {
+        let (title, height) = (&*self.title, self.height);
+        Frame { title, max_title: 56, width: WIDTH, height, scale: 1.5 }
+    }
+}
+
+/// The background and the title of a chart.
+struct Frame<'a> {
+    title: &'a str,
+    /// The maximum number of visible characters of the title.
+    max_title: usize,
+    width: f64,
+    height: f64,
+    /// The number of pixels per viewBox unit in a file.
+    scale: f64,
+}
+
+impl Frame<'_> {
+    /// Returns an SVG file with its own style rules.
+    fn file(&self, content: &Markup) -> String {
+        let style = html! { style { (PreEscaped(STYLE)) } };
+        self.draw(Some(self.scale), &style, content).into_string() + "\n"
+    }
+
+    fn draw(&self, scale: Option<f64>, style: &Markup, content: &Markup) -> Markup {
+        let Self { title, max_title, width, height, .. } = *self;
+        let pixels = |length: f64| scale.map(|scale| decimals(scale * length));
         html! {
             svg xmlns="http://www.w3.org/2000/svg" class="chart"
-                viewBox={ "0 0 " (WIDTH) " " (decimals(self.height)) }
-                width=[width] height=[height] role="img" aria-label=(clean(&self.title)) {
+                viewBox={ "0 0 " (width) " " (decimals(height)) }
+                width=[pixels(width)] height=[pixels(height)] role="img" aria-label=(clean(title)) {
                 (style)
-                rect class="floor" width=(WIDTH) height=(decimals(self.height)) {}
-                text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(&self.title, 56)) }
-                (self.content)
+                rect class="floor" width=(width) height=(decimals(height)) {}
+                text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(title, max_title)) }
+                (content)
             }
         }
     }
@@ -263,7 +288,11 @@ mod tests {
         for (chart, kind) in
             comparison.charts().iter().zip(["distribution", "scatter", "differences"])
         {
-            let svg = chart.svg().replace("</path>", "</path>\n").replace("</text>", "</text>\n");
+            let svg = chart
+                .svg()
+                .replace(STYLE, "")
+                .replace("</path>", "</path>\n")
+                .replace("</text>", "</text>\n");
             insta::assert_snapshot!(kind, svg);
         }
     }

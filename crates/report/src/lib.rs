@@ -48,7 +48,7 @@ mod summary;
 mod text;
 mod values;
 
-pub use charts::Chart;
+pub use charts::{Bar, BarChart, BarGroup, Chart};
 pub use comparison::{Candidate, Comparison, Failure, Measure};
 pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics};

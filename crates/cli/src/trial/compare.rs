@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use mmsim_drawing::{Bar, BarChart, BarGroup};
+use mmsim_report::{Bar, BarChart, BarGroup};
 use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 

@@ -1,22 +1,15 @@
-//! Bar charts.
+//! Bar charts of trial scores.
 
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
-use mmsim_maze::Escaped;
-
-use crate::font::decimals;
-use crate::theme::Theme;
+use super::{Frame, LETTER, MARGIN, clean, count, decimals};
 
 /// The width of a chart in viewBox units. A unit is a pixel unless the chart is scaled.
 const WIDTH: f64 = 760.0;
-const MARGIN: f64 = 16.0;
 const BAR: f64 = 18.0;
 const PITCH: f64 = 25.0;
 /// The height of a line of text, such as the title, the legend or a group name.
 const LINE: f64 = 28.0;
-/// A generous estimate of the mean width of a character. The actual width depends on the reader's
-/// font.
-const LETTER: f64 = 7.6;
 /// The space between a bar and the text beside it.
 const GAP: f64 = 8.0;
 
@@ -25,7 +18,7 @@ const GAP: f64 = 8.0;
 /// All bars share one scale that begins at 0. Each bar's value is written beside it.
 ///
 /// ```
-/// use mmsim_drawing::{Bar, BarChart, BarGroup};
+/// use mmsim_report::{Bar, BarChart, BarGroup};
 /// let bar = Bar { name: "a".into(), parts: Some([3.0, 0.5]), value: "3.5".into() };
 /// let group = BarGroup { name: "All".into(), bars: vec![bar], limit: Some(2.0) };
 /// let chart = BarChart {
@@ -74,42 +67,40 @@ impl BarChart {
     /// Returns the chart as an SVG file that adapts to the reader's preference for light or dark
     /// colours.
     pub fn svg(&self) -> String {
-        let rows = self.groups.iter().map(|group| LINE + PITCH * count(group.bars.iter()));
-        let height = 2.0 * MARGIN + 2.0 * LINE + rows.sum::<f64>();
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
-             width=\"{WIDTH}\" height=\"{height}\" role=\"img\" aria-label=\"{title}\">\n\
-             <style>\n{style}</style>\n\
-             <rect class=\"floor\" width=\"{WIDTH}\" height=\"{height}\"/>\n",
-            title = escaped(&self.title),
-            style = style(),
-        );
-        let mut y = MARGIN;
-        text(&mut svg, "title", MARGIN, y + BAR, &self.title);
-        y += LINE;
-        self.write_legend(&mut svg, y);
-        y += LINE;
         let scale = Scale::for_chart(self);
+        let mut bottom = MARGIN + 2.0 * LINE;
+        let mut tops = Vec::new();
         for group in &self.groups {
-            scale.write_group(&mut svg, y, group);
-            y += LINE + PITCH * count(group.bars.iter());
+            tops.push(bottom);
+            bottom += LINE + PITCH * count(group.bars.len());
         }
-        svg + "</svg>\n"
+        let content = html! {
+            (self.legend(MARGIN + LINE))
+            @for (group, top) in self.groups.iter().zip(tops) { (scale.group(top, group)) }
+        };
+        let (title, height) = (&*self.title, bottom + MARGIN);
+        Frame { title, max_title: 90, width: WIDTH, height, scale: 1.0 }.file(&content)
     }
 
-    fn write_legend(&self, svg: &mut String, y: f64) {
-        let mut x = MARGIN;
+    fn legend(&self, y: f64) -> Markup {
         let limit = self.groups.iter().any(|group| group.limit.is_some()).then_some(&self.limit);
         let entries = self.parts.iter().map(Some).chain([limit]);
-        for (class, name) in ["first", "second", "limit"].into_iter().zip(entries) {
-            let Some(name) = name else { continue };
-            if class == "limit" {
-                line(svg, x + 6.0, y, y + 14.0);
-            } else {
-                rect(svg, class, x, y + 1.0, 12.0, 12.0);
+        let entries = ["one", "second", "limit"].into_iter().zip(entries);
+        let entries = entries.filter_map(|(class, name)| Some((class, name?)));
+        let entries = entries.scan(MARGIN, |right, (class, name)| {
+            let left = *right;
+            *right += 12.0 + 3.0 * GAP + LETTER * count(name.chars().count());
+            Some((class, name, left))
+        });
+        html! {
+            @for (class, name, x) in entries {
+                @if class == "limit" {
+                    (line(x + 6.0, y, y + 14.0))
+                } @else {
+                    (rect(class, x, y + 1.0, 12.0, 12.0))
+                }
+                text x=(decimals(x + 12.0 + GAP)) y=(y + 12.0) { (clean(name)) }
             }
-            text(svg, "value", x + 12.0 + GAP, y + 12.0, name);
-            x += 12.0 + 3.0 * GAP + LETTER * count(name.chars());
         }
     }
 }
@@ -125,12 +116,12 @@ impl Scale {
     /// Chooses the largest scale that leaves enough space for the text beside the bars.
     fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
-        let widest = bars().map(|bar| LETTER * count(bar.name.chars())).fold(0.0, f64::max);
+        let widest = bars().map(|bar| LETTER * count(bar.name.chars().count())).fold(0.0, f64::max);
         let left = MARGIN + widest + GAP;
         let room = (WIDTH - MARGIN - left).max(LINE);
         let beside = |bar: &Bar| {
             let length: f64 = bar.parts?.iter().sum();
-            Some(((room - GAP - LETTER * count(bar.value.chars())).max(LINE), length))
+            Some(((room - GAP - LETTER * count(bar.value.chars().count())).max(LINE), length))
         };
         let limits = chart.groups.iter().filter_map(|group| Some((room, group.limit?)));
         let units = bars().filter_map(beside).chain(limits).map(|(room, length)| room / length);
@@ -138,77 +129,36 @@ impl Scale {
         Self { left, unit: if unit.is_finite() { unit } else { 0.0 } }
     }
 
-    fn write_group(&self, svg: &mut String, top: f64, group: &BarGroup) {
+    fn group(&self, top: f64, group: &BarGroup) -> Markup {
         let Self { left, unit } = *self;
-        text(svg, "group", MARGIN, top + BAR, &group.name);
-        let top = top + LINE;
-        let mut y = top;
-        for Bar { name, parts, value } in &group.bars {
-            let base = y + BAR - 5.0;
-            text(svg, "name", left - GAP, base, name);
-            let [first, second] = parts.unwrap_or_default().map(|length| length * unit);
-            if parts.is_some() {
-                rect(svg, "first", left, y, first, BAR);
-                rect(svg, "second", left + first, y, second, BAR);
+        let rows = (0..).map(|row| top + LINE + PITCH * count(row));
+        let bottom = top + LINE + PITCH * (count(group.bars.len()) - 1.0) + BAR;
+        html! {
+            text class="heading" x=(MARGIN) y=(decimals(top + BAR)) { (clean(&group.name)) }
+            @for (Bar { name, parts, value }, y) in group.bars.iter().zip(rows) {
+                @let [first, second] = parts.unwrap_or_default().map(|length| length * unit);
+                @let base = decimals(y + BAR - 5.0);
+                text class="end" x=(decimals(left - GAP)) y=(base) { (clean(name)) }
+                @if parts.is_some() {
+                    (rect("one", left, y, first, BAR))
+                    (rect("second", left + first, y, second, BAR))
+                }
+                text x=(decimals(left + first + second + GAP)) y=(base) { (clean(value)) }
             }
-            text(svg, "value", left + first + second + GAP, base, value);
-            y += PITCH;
-        }
-        if let Some(limit) = group.limit {
-            line(svg, left + limit * unit, top - 3.0, y - PITCH + BAR + 3.0);
+            @if let Some(limit) = group.limit {
+                (line(left + limit * unit, top + LINE - 3.0, bottom + 3.0))
+            }
         }
     }
 }
 
-fn rect(svg: &mut String, class: &str, x: f64, y: f64, width: f64, height: f64) {
+fn rect(class: &str, x: f64, y: f64, width: f64, height: f64) -> Markup {
     let [x, y, width, height] = [x, y, width, height].map(decimals);
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        svg,
-        "<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"
-    );
+    html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) {} }
 }
 
-fn line(svg: &mut String, x: f64, from: f64, to: f64) {
-    let [x, from, to] = [x, from, to].map(decimals);
-    let _ = writeln!(svg, "<path class=\"limit\" d=\"M{x} {from}V{to}\"/>");
-}
-
-fn text(svg: &mut String, class: &str, x: f64, y: f64, text: &str) {
-    let ([x, y], text) = ([x, y].map(decimals), escaped(text));
-    let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>");
-}
-
-/// Escapes text for XML. Control characters, which XML cannot represent, are replaced by visible
-/// escape sequences.
-fn escaped(text: &str) -> String {
-    let text = Escaped(text).to_string();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-#[expect(clippy::cast_precision_loss, reason = "the bars of a chart or the letters of a name")]
-fn count(items: impl Iterator) -> f64 {
-    items.count() as f64
-}
-
-fn style() -> String {
-    let colours = |theme: Theme| {
-        let colours = theme.colours();
-        let (floor, text, bar, limit) =
-            (colours.floor, colours.number, colours.trail.1, colours.mistaken);
-        format!(
-            ".floor{{fill:{floor}}}\ntext{{fill:{text}}}\n.first,.second{{fill:{bar}}}\n\
-             .limit{{stroke:{limit}}}\n"
-        )
-    };
-    format!(
-        "text{{font:13px system-ui,sans-serif}}\n.title{{font-size:16px;font-weight:600}}\n\
-         .group{{font-weight:600}}\n.name{{text-anchor:end}}\n.second{{fill-opacity:.45}}\n\
-         .limit{{fill:none;stroke-width:1.5;stroke-dasharray:3 2}}\n{}\
-         @media (prefers-color-scheme:dark){{\n{}}}\n",
-        colours(Theme::Light),
-        colours(Theme::Dark)
-    )
+fn line(x: f64, from: f64, to: f64) -> Markup {
+    html! { path class="limit" d={ "M" (decimals(x)) " " (decimals(from)) "V" (decimals(to)) } {} }
 }
 
 #[cfg(test)]
@@ -234,15 +184,16 @@ mod tests {
     #[test]
     fn bars_are_as_long_as_their_values() {
         let svg = chart().svg();
-        let width = |text: &str| -> Vec<f64> {
-            let bars =
-                svg.lines().filter(|line| line.starts_with(text) && line.contains("height=\"18\""));
+        let width = |class: &str| -> Vec<f64> {
+            let start = format!("class=\"{class}\"");
+            let bars = svg.split("<rect ").filter(|bar| bar.starts_with(&start));
+            let bars = bars.filter(|bar| bar.contains("height=\"18\""));
             bars.map(|bar| {
                 bar.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
             })
             .collect()
         };
-        let (first, second) = (width("<rect class=\"first\""), width("<rect class=\"second\""));
+        let (first, second) = (width("one"), width("second"));
         assert!((first[0] - 6.0 * first[1]).abs() < 0.1, "{svg}");
         assert!((first[0] - 3.0 * second[0]).abs() < 0.1 && second[1] == 0.0, "{svg}");
         assert_eq!((first.len(), second.len()), (2, 2));
