@@ -21,7 +21,7 @@ import { isExported, respond } from "./embedded.js";
  *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
  * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: string | null }} TrialReport
- * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport,
+ * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport, leg: [number, number],
  *   trial: TrialReport | null,
  *   event: "restart" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
  *   closed: number | null, solved: boolean, trail: number[],
@@ -34,6 +34,7 @@ import { isExported, respond } from "./embedded.js";
  *   walls: Record<"known" | "unknown", [number, number, number]>,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
+ * @typedef {{ at: number, reached: boolean }} FoundState
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
  */
 
@@ -107,6 +108,12 @@ export const drawing = async (source, signal) => (await request(sourceUrl(source
 export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
+/**
+ * Finds the first state after a number of steps since the start or since a leg began, as described for `StateView.leg`.
+ * @param {Source} source @param {number} steps @param {number} [leg] @returns {Promise<FoundState>}
+ */
+export const find = (source, steps, leg) =>
+  getJson(sourceUrl(source, "find", `&steps=${steps}${leg === undefined ? "" : `&leg=${leg}`}`));
 /**
  * Returns up to `max` log lines up to the state `at` and up to `max` later lines, but none before the state `from`. Each
  * line is preceded by the index of its state. The response contains all lines from the state `first` to the state `last`.

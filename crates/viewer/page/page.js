@@ -2,6 +2,7 @@
 // Entry point: passes the server's events to the panels and to the lists of mazes and recordings.
 
 import * as api from "./api.js";
+import { CompareBar } from "./compare_bar.js";
 import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
@@ -12,7 +13,7 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close], #show-live";
+const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close], #show-live, #compare";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
@@ -32,6 +33,7 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
   showError(error);
   throw error;
 });
+const compareBar = new CompareBar();
 const showLiveButton = query(document, "#show-live", HTMLButtonElement);
 showLiveButton.onclick = () => showLive()?.element.focus();
 showLive();
@@ -50,6 +52,7 @@ else listen(
     if (event.server !== info.server) return location.reload();
     lastEvent = event;
     updateLive(event);
+    compareBar.sync();
     mazes?.setCurrent(event.maze);
     // Compare with the previous event, not with the panels: a recording may have opened after this event was sent.
     for (const id of openIds) if (!event.opened.includes(id)) remove(id);
@@ -128,6 +131,8 @@ function openPanel(id) {
   // The live simulation comes first.
   const list = query(document, "#panels");
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
+  compareBar.add(panel);
+  panel.onShow = () => compareBar.sync();
   element.addEventListener("focusin", () => activate(id));
   element.addEventListener("pointerdown", () => activate(id));
   activate(id);
@@ -159,6 +164,7 @@ function remove(id) {
   const beside = nextElementSibling ?? previousElementSibling;
   const neighbour = (beside instanceof HTMLElement && beside.dataset.source) || "";
   const focused = panel.element.contains(document.activeElement);
+  compareBar.remove(panel);
   panel.close();
   panels.delete(id);
   activate(active === id ? neighbour : active);

@@ -36,6 +36,8 @@ export class Panel {
   /** Shown while the live simulation has no states. */
   hint = "Press Run or connect your own mouse.";
   element = cloneTemplate("panel");
+  /** Called when the panel shows another state, or the same state in another way. */
+  onShow = () => {};
   #id;
   #style;
   #chart;
@@ -105,6 +107,16 @@ export class Panel {
   /** The number of states of the newest run, which the panel may not have loaded yet. */
   get states() {
     return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
+  }
+
+  /** The loaded source, or null. */
+  get source() {
+    return this.#source;
+  }
+
+  /** The shown state, or null. */
+  get shown() {
+    return this.#shown;
   }
 
   /** True if a newer run has started. Run numbers increase. */
@@ -238,6 +250,7 @@ export class Panel {
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
     this.#showSlowly();
+    this.onShow();
   }
 
   get #layers() {

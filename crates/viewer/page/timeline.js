@@ -15,6 +15,8 @@ export class Timeline {
   following = true;
   playing = false;
   states = 0;
+  /** Called when the user or playback moves to another state. */
+  onMove = () => {};
   #selected = 0;
   #timer = 0;
   #panel;
@@ -74,7 +76,8 @@ export class Timeline {
   /** Follows a new run. @param {number} states */
   start(states) {
     this.states = states;
-    this.follow();
+    this.playing = false;
+    this.#moveTo(true, 0);
   }
 
   /** @param {number} states */
@@ -90,11 +93,18 @@ export class Timeline {
 
   follow() {
     this.playing = false;
+    this.onMove();
     this.#moveTo(true, 0);
   }
 
   /** @param {number} index */
   seek(index) {
+    this.onMove();
+    this.moveLinked(index);
+  }
+
+  /** Moves to a state without moving other panels. @param {number} index */
+  moveLinked(index) {
     this.playing = false;
     if (this.states > 0) this.#moveTo(false, index); // otherwise keep following, to show the first state
   }
@@ -112,6 +122,7 @@ export class Timeline {
     let from = this.target === this.states - 1 ? 0 : this.target;
     let [speed, started] = [0, 0];
     this.playing = true;
+    this.onMove();
     this.#moveTo(false, from);
     /** @param {number} now */
     const tick = (now) => {

@@ -22,6 +22,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "annotations.js": SCRIPT,
     "api.js": SCRIPT,
     "chart.js": SCRIPT,
+    "compare_bar.js": SCRIPT,
     "dom.js": SCRIPT,
     "embedded.js": SCRIPT,
     "events.js": SCRIPT,

@@ -15,6 +15,7 @@ mod foreign_site;
 mod http;
 mod keyboard;
 mod layout;
+mod linked;
 mod live;
 mod load;
 mod log;

@@ -1,0 +1,147 @@
+// @ts-check
+// The bar above several panels, which links them: when the user or playback moves one panel to another state, the other
+// panels move to the state that corresponds to it.
+
+import * as api from "./api.js";
+import { query, setText, showError, sleep } from "./dom.js";
+
+/** @typedef {import("./panel.js").Panel} Panel */
+
+/** What the panels have in common if they are linked, and what happens if a run is too short. */
+const KINDS = {
+  off: ["Each panel moves on its own.", ""],
+  state: ["All panels show the same state number.", "A shorter run stays at its last state."],
+  step: ["All panels show the same number of steps since the start.", "A shorter run stays at its last state."],
+  phase: [
+    "All panels show the same run (search, return or fast run) and the same steps since it began.",
+    "A panel in which this run is shorter or missing stays at the end of this run or of the run before it.",
+  ],
+};
+/** Milliseconds between two moves of the other panels while the moved panel follows a running search. */
+const FOLLOW_PAUSE = 100;
+
+/** @typedef {keyof typeof KINDS} LinkKind */
+
+export class CompareBar {
+  #element = query(document, "#compare");
+  /** @type {Set<Panel>} */
+  #panels = new Set();
+  /** The panel that was moved last. @type {Panel | null} */
+  #leader = null;
+  /** @type {LinkKind} */
+  #kind = "state";
+  #moving = false;
+  #isStale = false;
+  /** The last search for each panel. @type {WeakMap<Panel, { key: string, source: api.Source, states: number, found: Promise<api.FoundState> }>} */
+  #searches = new WeakMap();
+
+  constructor() {
+    for (const button of this.#buttons) {
+      const kind = /** @type {LinkKind} */ (button.value);
+      button.title = KINDS[kind].join(" ").trim();
+      button.onclick = () => this.setKind(kind);
+    }
+    const stored = sessionStorage.getItem("link");
+    this.#show(isLinkKind(stored) ? stored : "state");
+  }
+
+  get kind() {
+    return this.#kind;
+  }
+
+  get #buttons() {
+    return [...this.#element.querySelectorAll("button")].filter(({ name }) => name === "link");
+  }
+
+  /** Links the panels in another way. They move to the states that correspond to the active panel. @param {LinkKind} kind */
+  setKind(kind) {
+    sessionStorage.setItem("link", kind);
+    this.#show(kind);
+    this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
+    this.sync();
+  }
+
+  /** @param {LinkKind} kind */
+  #show(kind) {
+    this.#kind = kind;
+    for (const button of this.#buttons) button.ariaPressed = `${button.value === kind}`;
+    setText(this.#element, ".about", KINDS[kind][0]);
+  }
+
+  /** @param {Panel} panel */
+  add(panel) {
+    this.#panels.add(panel);
+    panel.timeline.onMove = () => (this.#leader = panel);
+    this.#element.hidden = this.#panels.size < 2;
+  }
+
+  /** @param {Panel} panel */
+  remove(panel) {
+    this.#panels.delete(panel);
+    panel.timeline.onMove = () => {};
+    if (this.#leader === panel) this.#leader = null;
+    this.#element.hidden = this.#panels.size < 2;
+  }
+
+  /** Moves the other panels if the moved panel shows another state or a run has grown. */
+  async sync() {
+    this.#isStale = true;
+    if (this.#moving) return;
+    this.#moving = true;
+    while (this.#isStale) {
+      this.#isStale = false;
+      const [leader, kind] = [this.#leader, this.#kind];
+      if (!leader?.shown || kind === "off") break;
+      const { shown } = leader;
+      const others = [...this.#panels].filter((panel) => panel !== leader);
+      await Promise.all(others.map((panel) => this.#move(panel, shown, kind)));
+      if (leader.timeline.following) await sleep(FOLLOW_PAUSE);
+    }
+    this.#moving = false;
+  }
+
+  /** @param {Panel} panel @param {import("./figures.js").Shown} shown @param {Exclude<LinkKind, "off">} kind */
+  async #move(panel, shown, kind) {
+    const { source, timeline } = panel;
+    if (!source || timeline.states === 0) return;
+    let index = shown.index;
+    if (kind !== "state") {
+      const found = await this.#find(panel, source, shown, kind).catch(showFindError);
+      if (!found || panel.source !== source) return;
+      index = found.at;
+    }
+    // The user may have moved this panel, or changed the link, in the meantime.
+    if (panel === this.#leader || kind !== this.#kind) return;
+    const isThere = timeline.target === Math.min(index, timeline.states - 1);
+    if (!isThere || timeline.following || timeline.playing) timeline.moveLinked(index);
+  }
+
+  /**
+   * Finds the state of a panel that corresponds to the shown state of another panel.
+   * @param {Panel} panel @param {api.Source} source @param {import("./figures.js").Shown} shown @param {"step" | "phase"} kind
+   */
+  async #find(panel, source, { view }, kind) {
+    const { states } = panel.timeline;
+    const [leg, steps] = kind === "phase" ? view.leg : [undefined, view.phases.total.steps];
+    const key = `${leg} ${steps}`;
+    const last = this.#searches.get(panel);
+    if (last?.key === key && last.source === source) {
+      const found = await last.found.catch(() => null);
+      // A state that has been found stays the same while the run grows.
+      if (found?.reached || (found && last.states === states)) return found;
+    }
+    const found = api.find(source, steps, leg);
+    this.#searches.set(panel, { key, source, states, found });
+    return found;
+  }
+}
+
+/** @param {unknown} kind @returns {kind is LinkKind} */
+export const isLinkKind = (kind) => typeof kind === "string" && Object.hasOwn(KINDS, kind);
+
+/** @param {unknown} error */
+function showFindError(error) {
+  // The next event loads the new run.
+  if (!(error instanceof api.ApiError && error.isRunOver)) showError(error);
+  return null;
+}
