@@ -87,17 +87,18 @@ impl Comparison {
 
     /// Returns the title, the notes, the differences in the first measure, and the candidates.
     fn introduction(&self, statistics: &[MeasureStatistics]) -> Markup {
-        let has_descriptions = self.candidates().iter().any(|one| !one.description.is_empty());
+        let described = self.candidates().iter().filter(|one| !one.description.is_empty());
+        let described: Vec<&Candidate> = described.collect();
         html! {
             h1 { (clean(self.title())) }
             @for note in self.notes() { p { (clean(note)) } }
             @if let Some(first) = statistics.first() { (sentences(first)) }
-            @if has_descriptions {
+            @if !described.is_empty() {
                 div class="scroll" {
                     table {
                         thead { tr { th { "candidate" } th class="text" { "description" } } }
                         tbody {
-                            @for Candidate { name, description } in self.candidates() {
+                            @for Candidate { name, description } in described {
                                 tr { th { (clean(name)) } td class="text" { (clean(description)) } }
                             }
                         }
@@ -148,11 +149,20 @@ impl Comparison {
     }
 }
 
+/// Returns how many mazes each candidate solved, and the differences between the candidates.
 fn sentences(statistics: &MeasureStatistics) -> Markup {
-    let sentences = statistics.sentences().into_iter();
+    let differences = match statistics.candidates.len() {
+        0 | 1 => Vec::new(),
+        _ => statistics.sentences(),
+    };
+    let sentences = std::iter::once(statistics.coverage()).chain(differences);
     // A line does not begin with a percent sign.
     let sentences = sentences.map(|sentence| clean(&sentence).replace(" %", "\u{a0}%"));
-    html! { ul { @for sentence in sentences { li { (sentence) } } } }
+    html! {
+        @if !statistics.candidates.is_empty() {
+            ul { @for sentence in sentences { li { (sentence) } } }
+        }
+    }
 }
 
 fn figures(class: &str, charts: &[Chart]) -> Markup {

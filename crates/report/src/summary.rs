@@ -147,6 +147,25 @@ impl MeasureStatistics {
         }
     }
 
+    /// Returns a sentence that states how many mazes each candidate solved. A candidate can have a
+    /// low mean only because it failed in the difficult mazes.
+    ///
+    /// ```
+    /// use mmsim_report::{Comparison, Measure};
+    /// let statistics = Comparison::new("Mice", vec!["a".into(), "b".into()], vec!["maze".into()])
+    ///     .with_measure(Measure::new("turns", "turns", "turns"), |mouse, _| [Some(7.0), None][mouse])
+    ///     .statistics();
+    /// assert_eq!(statistics[0].coverage(), "Of one maze, a solved 1, b 0.");
+    /// ```
+    pub fn coverage(&self) -> String {
+        let verb = [&*self.measure.verb, " "].concat();
+        let verbs = std::iter::once(&*verb).chain(std::iter::repeat(""));
+        let counts = self.candidates.iter().zip(verbs).map(|(one, verb)| {
+            format!("{} {verb}{}", Escaped(&one.candidate), one.statistics.mazes)
+        });
+        format!("Of {}, {}.", mazes(self.mazes), counts.collect::<Vec<_>>().join(", "))
+    }
+
     /// Returns a sentence for each candidate other than the reference, which states the difference
     /// between the reference and the candidate in plain words. The sentence states that a difference
     /// may be due to chance if its 95 % confidence interval contains 0.
