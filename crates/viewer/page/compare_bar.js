@@ -58,7 +58,7 @@ export class CompareBar {
     sessionStorage.setItem("link", kind);
     this.#show(kind);
     this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
-    this.sync();
+    void this.sync();
   }
 
   /** @param {LinkKind} kind */

@@ -6,6 +6,7 @@ import { CompareBar } from "./compare_bar.js";
 import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
+import { Ghosts } from "./ghost.js";
 import { MazeList } from "./mazes.js";
 import { Panel } from "./panel.js";
 import { RecordingList } from "./recordings.js";
@@ -34,6 +35,7 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
   throw error;
 });
 const compareBar = new CompareBar();
+const ghosts = new Ghosts();
 const showLiveButton = query(document, "#show-live", HTMLButtonElement);
 showLiveButton.onclick = () => showLive()?.element.focus();
 showLive();
@@ -52,7 +54,7 @@ else listen(
     if (event.server !== info.server) return location.reload();
     lastEvent = event;
     updateLive(event);
-    compareBar.sync();
+    void compareBar.sync();
     mazes?.setCurrent(event.maze);
     // Compare with the previous event, not with the panels: a recording may have opened after this event was sent.
     for (const id of openIds) if (!event.opened.includes(id)) remove(id);
@@ -132,7 +134,11 @@ function openPanel(id) {
   const list = query(document, "#panels");
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
   compareBar.add(panel);
-  panel.onShow = () => compareBar.sync();
+  ghosts.add(panel);
+  panel.onShow = () => {
+    void compareBar.sync();
+    void ghosts.update();
+  };
   element.addEventListener("focusin", () => activate(id));
   element.addEventListener("pointerdown", () => activate(id));
   activate(id);
@@ -165,6 +171,7 @@ function remove(id) {
   const neighbour = (beside instanceof HTMLElement && beside.dataset.source) || "";
   const focused = panel.element.contains(document.activeElement);
   compareBar.remove(panel);
+  ghosts.remove(panel);
   panel.close();
   panels.delete(id);
   activate(active === id ? neighbour : active);

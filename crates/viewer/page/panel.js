@@ -38,7 +38,7 @@ export class Panel {
   element = cloneTemplate("panel");
   /** Called when the panel shows another state, or the same state in another way. */
   onShow = () => {};
-  #id;
+  id;
   #style;
   #chart;
   #viewport;
@@ -75,7 +75,7 @@ export class Panel {
   /** @param {string} id @param {api.DrawingStyle} style */
   constructor(id, style) {
     const { element } = this;
-    this.#id = id;
+    this.id = id;
     this.#style = style;
     element.dataset.source = id;
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
@@ -114,6 +114,11 @@ export class Panel {
     return this.#source;
   }
 
+  /** The drawing of the maze, or null. */
+  get svg() {
+    return this.#map?.svg ?? null;
+  }
+
   /** The shown state, or null. */
   get shown() {
     return this.#shown;
@@ -134,7 +139,7 @@ export class Panel {
     const { signal } = this.#abort;
     let retry = true;
     try {
-      const source = await api.source(this.#id, signal);
+      const source = await api.source(this.id, signal);
       this.#install(source, await api.drawing(source, signal));
     } catch (error) {
       retry = isRunOver(error);
@@ -148,7 +153,7 @@ export class Panel {
   /** @param {api.Source} source @param {string} drawing */
   #install(source, drawing) {
     const { element } = this;
-    const kind = this.#id === "live" ? "live" : "recording";
+    const kind = this.id === "live" ? "live" : "recording";
     const isSameSize = this.#size === `${source.width} × ${source.height}`;
     this.#source = source;
     this.#size = `${source.width} × ${source.height}`;
@@ -348,7 +353,7 @@ export class Panel {
 
   #showCell() {
     const source = this.#source;
-    const waiting = this.#id === "live" && this.timeline.states === 0;
+    const waiting = this.id === "live" && this.timeline.states === 0;
     const hint = waiting && !this.#source?.robot ? this.hint : "";
     const cell = this.#cell;
     const shown = this.#shown;

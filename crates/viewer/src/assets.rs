@@ -27,6 +27,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "embedded.js": SCRIPT,
     "events.js": SCRIPT,
     "figures.js": SCRIPT,
+    "ghost.js": SCRIPT,
     "index.html": HTML,
     "log.js": SCRIPT,
     "map.js": SCRIPT,

@@ -12,6 +12,7 @@ mod browser;
 mod drawing;
 mod driver;
 mod foreign_site;
+mod ghost;
 mod http;
 mod keyboard;
 mod layout;
