@@ -34,7 +34,7 @@ use workers::map_waiting;
 
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
-use crate::output::{print, print_pretty_json, progress};
+use crate::output::{print, print_pretty_json, progress, replace, write_charts};
 use crate::parallel::map_each;
 use crate::selection::Selected;
 use crate::stderr;
@@ -55,6 +55,15 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         print(&String::from_utf8(csv.into_inner()?)?)?;
     } else if !mazes.is_empty() {
         print(&report.text())?;
+    }
+    if mazes.is_empty() {
+        return Ok(all_readable);
+    }
+    if let Some(folder) = &args.charts {
+        write_charts(folder, &report.comparison)?;
+    }
+    if let Some(file) = &args.html {
+        replace(file, report.html(&mazes).as_bytes())?;
     }
     Ok(all_readable)
 }

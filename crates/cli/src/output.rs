@@ -9,6 +9,7 @@ use std::{env, fs, process};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mmsim_maze::{Escaped, needs_escape};
+use mmsim_report::Comparison;
 use serde::Serialize;
 use serde_json::Serializer;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
@@ -122,6 +123,21 @@ pub(crate) fn replace_with(
         write_and_rename(path, write, None)
     };
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+/// Writes the charts of a comparison as SVG files to a folder, which is created if necessary.
+pub(crate) fn write_charts(folder: &Path, comparison: &Comparison) -> Result<(), String> {
+    create_folder(folder)?;
+    comparison.charts().iter().try_for_each(|chart| {
+        let file = folder.join(format!("{}.svg", chart.name()));
+        replace(&file, chart.svg().as_bytes())
+    })
+}
+
+/// Creates a folder and its parents unless it exists.
+pub(crate) fn create_folder(folder: &Path) -> Result<(), String> {
+    let error = |error| format!("cannot create {}: {error}", folder.display());
+    fs::create_dir_all(folder).map_err(error)
 }
 
 /// Returns true if the path is a regular file outside /dev. A path such as /dev/stdout may refer to

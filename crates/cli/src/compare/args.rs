@@ -16,25 +16,21 @@ use crate::usage::UsageError;
 const AFTER_HELP: &str = "\
 Examples:
   mmsim compare                                   compare all strategies in the default mazes
-  mmsim compare mazes/                            use the mazes in a folder
+  mmsim compare mazes/ --mouse mine=./my-mouse    compare your own mouse with the strategies
+  mmsim compare mazes/ --mouse new=./mouse --mouse old='python3 old.py' --strategies none
+  mmsim compare mazes/ --html report.html         write a report with charts and pictures
   mmsim compare harbour my-maze.txt --strategies flood-fill,swing
   mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
-  mmsim compare mazes/ --json                     print searches and means as JSON
+  mmsim compare mazes/ --json                     print searches and statistics as JSON
 
-Columns:
-  reached    mazes in which the strategy reached the goal, of those with a reachable goal
-  given up   mazes in which the strategy reported an unreachable goal, of those with an unreachable goal
-  to goal    steps to the goal
-  proven     solved mazes in which the shortest path was proven
-  after      steps until the shortest path was proven, mean over these mazes
-  in all     steps of the whole search run, without a fast run
-  turns      quarter turns in the search run; a U-turn counts as two
-  path       length of the shortest known path at the end, in steps
-  shortest   length of the shortest path in the maze, in steps
-  found      solved mazes in which path equals shortest
-  µs         processor time of the search in microseconds
+A mouse is a program for the simulator mms, or a client that connects to the address in the
+environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the same address. It runs
+once in each maze, in parallel on all processors. A mouse that has reached the goal and not moved for
+a second has finished. A mouse that fails, exceeds a limit or gives up is counted and named, and ends
+nothing else.
 
-Numbers with a decimal are means over the mazes in which the strategy reached the goal.
+Means and medians cover the mazes in which all mice reached the goal. Differences, to the first
+mouse, cover the mazes in which both reached the goal; the middle half lies between the quartiles.
 
 The exit code is 0 if all mazes could be read, whatever the searches found.";
 
@@ -67,6 +63,12 @@ pub(crate) struct CompareArgs {
     /// Use N threads; the results do not depend on N [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Write a report to FILE: one HTML page with tables, charts and pictures
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Write the charts as SVG files to DIR
+    #[arg(long, value_name = "DIR")]
+    pub(crate) charts: Option<PathBuf>,
     /// Print CSV: a header and one line per search
     #[arg(long, conflicts_with = "json")]
     pub(crate) csv: bool,

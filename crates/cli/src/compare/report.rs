@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
-use mmsim_report::{Comparison, Measure, MeasureStatistics, Statistics};
+use mmsim_report::{Comparison, Measure, MeasureStatistics, MousePath, Statistics};
 use serde::Serialize;
 
 use super::candidate::Candidate;
@@ -198,6 +198,14 @@ impl Report {
         &self.candidates
     }
 
+    /// Returns the report as an HTML page, with pictures of the searches.
+    pub(crate) fn html(&self, mazes: &[Selected]) -> String {
+        self.comparison.html(|candidate, maze| {
+            let cells = self.candidates[candidate].mazes[maze].figures.path.clone();
+            Some(MousePath { maze: &mazes[maze].maze, cells })
+        })
+    }
+
     /// Returns the tables, and the first failures of each candidate.
     pub(crate) fn text(&self) -> String {
         let mut rows = vec![CandidateReport::head()];
@@ -285,7 +293,7 @@ impl CandidateReport {
             "mouse",
             "mazes",
             "goal reached",
-            "rightly given up",
+            "correctly gave up",
             "failed",
             "shortest path found",
             "shortest path proven",

@@ -54,9 +54,12 @@ pub(crate) struct TrialArgs {
     /// all robots. With more than 6 mazes, the tables show only means
     #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
-    /// Draw each table as a bar chart in an SVG file in DIR
+    /// Draw each table as a bar chart in an SVG file in DIR, and charts of all robots in all mazes
     #[arg(long, value_name = "DIR", requires = "compare")]
     pub(crate) charts: Option<PathBuf>,
+    /// Write a report on all robots to FILE: one HTML page with tables, charts and pictures
+    #[arg(long, value_name = "FILE", requires = "compare")]
+    pub(crate) html: Option<PathBuf>,
     /// Show the trial of one robot in one maze in a browser until Ctrl-C
     #[arg(long)]
     pub(crate) serve: bool,

@@ -1,19 +1,20 @@
 //! `mmsim trial --compare`: print tables that compare robots and their settings.
 
-use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use mmsim_report::{Bar, BarChart, BarGroup};
+use mmsim_report::{Bar, BarChart, BarGroup, Comparison, Measure, MousePath};
 use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 
 use super::args::TrialArgs;
 use super::outcome::{Contender, TrialResult, run_trials};
 use super::report::TrialReport;
-use super::table::Means;
+use super::table::{Means, failure};
 use crate::grid::aligned;
-use crate::output::{counted, note, print, print_pretty_json, replace};
+use crate::output::{
+    counted, create_folder, note, print, print_pretty_json, replace, write_charts,
+};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 
@@ -24,15 +25,15 @@ const MAX_COLUMNS: usize = 6;
 /// The number of trials of the random robot. Each trial has a different seed.
 const RANDOM_TRIALS: u64 = 6;
 
-/// A comparison of several robots, or of several settings of one robot.
-struct Comparison {
+/// A table that compares several robots, or several settings of one robot.
+struct Table {
     title: &'static str,
     /// The name of the chart file.
     file: &'static str,
     rows: Vec<(String, Contender)>,
 }
 
-fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
+fn tables(args: &TrialArgs) -> Vec<Table> {
     let row = |robot| (BundledRobot::to_string(&robot), args.contender(robot));
     let random = (0..RANDOM_TRIALS).map(|more| {
         let mut contender = args.contender(BundledRobot::Random);
@@ -48,21 +49,21 @@ fn comparisons(args: &TrialArgs) -> Vec<Comparison> {
         .map(|&key_points| swing(key_points.to_string(), Settings { key_points, ..settings }));
     let robots = BundledRobot::ALL.iter().copied().map(row).collect();
     vec![
-        Comparison { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
-        Comparison { title: "Variants of swing", file: "variants", rows: variants.collect() },
-        Comparison {
+        Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
+        Table { title: "Variants of swing", file: "variants", rows: variants.collect() },
+        Table {
             title: "Swing by number of key points",
             file: "key-points",
             rows: key_points.collect(),
         },
-        Comparison { title: "Robots", file: "robots", rows: robots },
+        Table { title: "Robots", file: "robots", rows: robots },
     ]
 }
 
 /// Runs all trials and prints the tables. Robots without a score still appear in the tables and
 /// do not count as errors.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
-    let tables = comparisons(args);
+    let tables = tables(args);
     let trials = Trials::run(&tables, mazes);
     if args.json {
         print_pretty_json(&trials.reports(&tables))?;
@@ -70,15 +71,30 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
         let texts = tables.iter().map(|table| trials.text(table));
         print(&texts.collect::<Vec<_>>().join("\n"))?;
     }
-    if let Some(folder) = args.charts.as_deref().filter(|_| !mazes.is_empty()) {
+    if mazes.is_empty() {
+        return Ok(true);
+    }
+    // The last table contains all robots.
+    let robots = tables.last().map(|table| trials.comparison(table));
+    if let Some(folder) = &args.charts {
         draw(folder, &tables, &trials)?;
+        robots.iter().try_for_each(|robots| write_charts(folder, robots))?;
+    }
+    if let (Some(file), Some(table), Some(robots)) = (&args.html, tables.last(), &robots) {
+        let outcomes: Vec<_> =
+            table.rows.iter().map(|(_, contender)| trials.outcomes_of(contender)).collect();
+        let page = robots.html(|robot, maze| {
+            let cells = outcomes[robot][maze].race_cells();
+            Some(MousePath { maze: &mazes[maze].maze, cells })
+        });
+        replace(file, page.as_bytes())?;
     }
     Ok(true)
 }
 
-fn draw(folder: &Path, tables: &[Comparison], trials: &Trials<'_>) -> Result<(), String> {
-    let error = |error| format!("cannot create {}: {error}", folder.display());
-    fs::create_dir_all(folder).map_err(error)?;
+/// Draws each table as a bar chart.
+fn draw(folder: &Path, tables: &[Table], trials: &Trials<'_>) -> Result<(), String> {
+    create_folder(folder)?;
     for table in tables {
         let file = folder.join(table.file).with_extension("svg");
         replace(&file, trials.chart(table).svg().as_bytes())?;
@@ -105,7 +121,7 @@ struct ComparisonRow<'a> {
 }
 
 impl<'a> Trials<'a> {
-    fn run(tables: &'a [Comparison], mazes: &'a [Selected]) -> Self {
+    fn run(tables: &'a [Table], mazes: &'a [Selected]) -> Self {
         let mut contenders: Vec<&Contender> = Vec::new();
         for (_, contender) in tables.iter().flat_map(|table| &table.rows) {
             if !contenders.contains(&contender) {
@@ -135,7 +151,7 @@ impl<'a> Trials<'a> {
     }
 
     /// Formats a table as text, with a column for each maze or for each mean.
-    fn text(&self, table: &Comparison) -> String {
+    fn text(&self, table: &Table) -> String {
         let mut head = vec![table.title.to_string()];
         if self.has_columns() {
             head.extend(self.mazes.iter().map(|maze| maze.name.clone()));
@@ -152,7 +168,7 @@ impl<'a> Trials<'a> {
         aligned(&[vec![head], rows.collect()].concat())
     }
 
-    fn reports<'t>(&self, tables: &'t [Comparison]) -> Vec<ComparisonRow<'t>> {
+    fn reports<'t>(&self, tables: &'t [Table]) -> Vec<ComparisonRow<'t>> {
         let rows = tables.iter().flat_map(|table| table.rows.iter().map(move |row| (table, row)));
         rows.flat_map(|(table, (name, contender))| {
             let outcomes = self.mazes.iter().zip(self.outcomes_of(contender));
@@ -165,8 +181,32 @@ impl<'a> Trials<'a> {
         .collect()
     }
 
+    /// Returns the comparison of the robots in a table, maze by maze.
+    fn comparison(&self, table: &Table) -> Comparison {
+        let outcomes: Vec<&[TrialResult]> =
+            table.rows.iter().map(|(_, contender)| self.outcomes_of(contender)).collect();
+        let score = |robot: usize, maze: usize| outcomes[robot][maze].score();
+        let measure = |key, name, unit| Measure::new(key, name, unit).with_verb("scored in");
+        let robots = table.rows.iter().map(|(name, _)| name.as_str().into()).collect();
+        let mazes = self.mazes.iter().map(|maze| maze.name.clone()).collect();
+        Comparison::new("Robots in the two-run trial", robots, mazes)
+            .with_measure(measure("score", "score", ""), |robot, maze| {
+                score(robot, maze).map(Score::value)
+            })
+            .with_measure(measure("explore-steps", "explore steps", "steps"), |robot, maze| {
+                score(robot, maze).map(|score| score.explore_steps.into())
+            })
+            .with_measure(measure("race-steps", "race steps", "steps"), |robot, maze| {
+                score(robot, maze).map(|score| score.race_steps.into())
+            })
+            .with_failures(|robot, maze| {
+                let outcome = &outcomes[robot][maze];
+                (!outcome.succeeded()).then(|| failure(outcome).into())
+            })
+    }
+
     /// Draws a table as a bar chart, with a group of bars for each maze or a single group of means.
-    fn chart(&self, table: &Comparison) -> BarChart {
+    fn chart(&self, table: &Table) -> BarChart {
         let rows = || table.rows.iter().map(|(name, one)| (name.clone(), self.outcomes_of(one)));
         let group = |(index, maze): (usize, &Selected)| BarGroup {
             name: maze.name.clone(),

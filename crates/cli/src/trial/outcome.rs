@@ -125,6 +125,11 @@ impl TrialResult {
         Some((score.race_steps - bound.race_steps, score.value() - bound.value()))
     }
 
+    /// Returns the cells of the race in order, including those that the robot crossed.
+    pub(crate) fn race_cells(&self) -> Vec<Cell> {
+        self.race.iter().map(|&(cell, _)| cell).collect()
+    }
+
     /// Draws the explored maze and the race as text, in a wide and a compact form.
     pub(crate) fn drawings(&self) -> [String; 2] {
         let letter = |cell| {
