@@ -10,7 +10,7 @@ use crate::mms::child::{Line, read_line};
 use crate::mms::invalid_lines::InvalidLine;
 
 /// A mouse that has written this many bytes of invalid lines since its latest command is stopped.
-const MAX_INVALID_BYTES: usize = 16 << 20;
+const MAX_INVALID_BYTES: usize = 4 << 20;
 
 /// Executes commands until the output of the mouse ends or the search is over. Output of a mouse that
 /// does not write commands is ignored.
@@ -145,7 +145,7 @@ mod tests {
         let (_, progress, over) = execute(&flood, 1000);
         assert!(lock(&progress).is_over);
         let Ok(Over::Flood(reason)) = over.try_recv() else { panic!("no flood") };
-        insta::assert_snapshot!(reason, @r#"wrote 16 MiB without a valid command; last line: unknown command "this line is not a command of mms, but it is rather long""#);
+        insta::assert_snapshot!(reason, @r#"wrote 4 MiB without a valid command; last line: unknown command "this line is not a command of mms, but it is rather long""#);
         // A command now and then shows that the mouse is at work.
         let half = &flood[..flood.len() / 2];
         let (replies, progress, _) = execute(&[half, b"\nturnLeft\n", half].concat(), 1000);

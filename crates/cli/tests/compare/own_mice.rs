@@ -137,7 +137,7 @@ fn failures_are_counted_and_named_and_stop_nothing() {
             );
         };
         is_expected(ending("crashes", maze), "exited with code 1: a bad day");
-        is_expected(ending("floods", maze), "wrote 16 MiB without a valid command; last line: ");
+        is_expected(ending("floods", maze), "wrote 4 MiB without a valid command; last line: ");
         is_expected(ending("stops", maze), "exited without reaching the goal");
         let (kind, error) = ending("missing", maze);
         assert_eq!(kind, "failed");
