@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
-use mmsim_report::{Comparison, Measure, MeasureStatistics, MousePath, Statistics};
+use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, MousePath, Statistics};
 use serde::Serialize;
 
 use super::candidate::Candidate;
@@ -60,7 +60,7 @@ struct SearchMeasure {
     value: fn(&Figures) -> Option<f64>,
 }
 
-const MEASURES: [SearchMeasure; 8] = [
+const MEASURES: [SearchMeasure; 7] = [
     SearchMeasure {
         key: "steps_to_goal",
         name: "steps to the goal",
@@ -88,13 +88,6 @@ const MEASURES: [SearchMeasure; 8] = [
         unit: "steps",
         is_in_text: true,
         value: |search| search.path_found.map(f64::from),
-    },
-    SearchMeasure {
-        key: "shortest_path",
-        name: "length of the shortest path",
-        unit: "steps",
-        is_in_text: false,
-        value: |search| search.shortest_path.map(f64::from),
     },
     SearchMeasure {
         key: "steps_until_proven",
@@ -150,6 +143,9 @@ pub(crate) struct CandidateReport {
     /// The mean of each measure over the mazes in which all candidates have a value.
     #[serde(flatten)]
     means: BTreeMap<&'static str, Option<f64>>,
+    /// The mean length of the shortest path in the true maze, over the mazes in which all candidates
+    /// reached the goal.
+    shortest_path: Option<f64>,
     statistics: BTreeMap<&'static str, Statistics>,
     mazes: Vec<SearchReport>,
 }
@@ -181,13 +177,19 @@ impl Report {
             })
         });
         let statistics = comparison.statistics();
+        let solved = comparison.measures().first().map(|(_, values)| values.common_mazes());
+        let shortest_paths = solved
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|maze| searches.first()?[maze].figures.shortest_path.map(f64::from));
+        let shortest_path = Distribution::new(shortest_paths.collect()).map(|paths| paths.mean);
         let candidates = candidates.iter().zip(searches).enumerate();
         let candidates = candidates.map(|(index, (candidate, searches))| {
             let statistics = MEASURES.iter().zip(&statistics);
             let statistics = statistics.map(|(measure, statistics)| {
                 (measure.key, statistics.candidates[index].statistics.clone())
             });
-            CandidateReport::new(candidate, statistics.collect(), searches)
+            CandidateReport::new(candidate, statistics.collect(), shortest_path, searches)
         });
         let candidates = candidates.collect();
         Self { comparison, statistics, candidates }
@@ -265,6 +267,7 @@ impl CandidateReport {
     fn new(
         candidate: &Candidate,
         statistics: BTreeMap<&'static str, Statistics>,
+        shortest_path: Option<f64>,
         mazes: Vec<SearchReport>,
     ) -> Self {
         let searches = || mazes.iter().map(|search| &search.figures);
@@ -283,6 +286,7 @@ impl CandidateReport {
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
             endings: Ending::ALL.into_iter().map(ending).collect(),
             means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
+            shortest_path,
             statistics,
             mazes,
         }

@@ -172,7 +172,6 @@ fn statistics_compare_the_same_mazes() {
         "steps_in_all",
         "turns",
         "path_found",
-        "shortest_path",
         "fast_run_steps",
         "time_us",
     ] {
