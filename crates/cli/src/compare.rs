@@ -5,10 +5,12 @@ mod candidate;
 mod commands;
 mod cpu_time;
 mod figures;
+mod measures;
 mod own_search;
 mod report;
 mod requests;
 mod search;
+mod text;
 mod track;
 mod workers;
 
@@ -48,10 +50,10 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
     let report = compare(&candidates, &mazes, args)?;
     if args.json {
-        print_pretty_json(&report.candidates())?;
+        print_pretty_json(&report.candidates)?;
     } else if args.csv {
         let mut csv = csv::Writer::from_writer(Vec::new());
-        report.candidates().iter().try_for_each(|candidate| candidate.write_csv(&mut csv))?;
+        report.candidates.iter().try_for_each(|candidate| candidate.write_csv(&mut csv))?;
         print(&String::from_utf8(csv.into_inner()?)?)?;
     } else if !mazes.is_empty() {
         print(&report.text())?;

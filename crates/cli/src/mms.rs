@@ -21,6 +21,7 @@ use log::MouseLog;
 use mmsim_client::Transport;
 use mmsim_maze::KnownMaze;
 use mmsim_mms::SimulatedMouse;
+use mmsim_server::Served;
 use mmsim_viewer::MouseControl;
 use session::Session;
 use simulator::{Annotator, Simulator};
@@ -75,9 +76,8 @@ fn run_locally(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
         has_page: !viewer.no_viewer,
     };
     let code = runs.run(ready.interrupt, || {
-        let served = monitor.served()?;
-        let map = KnownMaze::unexplored(&served.maze);
-        let maze = NamedMaze { name: Some(served.info.name), map };
+        let Served { info, maze, .. } = monitor.served()?;
+        let maze = NamedMaze { name: Some(info.name), map: KnownMaze::unexplored(&maze) };
         search(args, &program, local_server::in_process(&monitor), &maze, true, &control)
     })?;
     server.stop()?;

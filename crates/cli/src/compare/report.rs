@@ -1,6 +1,5 @@
 //! The report on a comparison: a table, CSV and JSON.
 
-use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
@@ -9,25 +8,22 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::figures::{Ending, Figures};
-use crate::grid::aligned;
+use super::measures::{MEASURES, SearchMeasure};
 use crate::output::counted;
 use crate::selection::Selected;
-
-/// The number of failed searches of each mouse that are named in the text output.
-const NAMED_FAILURES: usize = 3;
 
 /// The report on one search. The field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SearchReport {
     #[serde(flatten)]
-    maze: MazeColumns,
+    pub(super) maze: MazeColumns,
     #[serde(flatten)]
     figures: Figures,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct MazeColumns {
-    path: String,
+pub(super) struct MazeColumns {
+    pub(super) path: String,
     name: String,
     width: u8,
     height: u8,
@@ -50,104 +46,42 @@ impl SearchReport {
     }
 }
 
-/// A measure of a search in which the mouse reached the goal.
-struct SearchMeasure {
-    /// The JSON key, which is also that of [`Figures`].
-    key: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    is_in_text: bool,
-    value: fn(&Figures) -> Option<f64>,
-}
-
-const MEASURES: [SearchMeasure; 7] = [
-    SearchMeasure {
-        key: "steps_to_goal",
-        name: "steps to the goal",
-        unit: "steps",
-        is_in_text: true,
-        value: |search| search.steps_to_goal.map(f64::from),
-    },
-    SearchMeasure {
-        key: "steps_in_all",
-        name: "steps of the whole search",
-        unit: "steps",
-        is_in_text: true,
-        value: |search| Some(search.steps_in_all.into()),
-    },
-    SearchMeasure {
-        key: "turns",
-        name: "quarter turns of the whole search",
-        unit: "turns",
-        is_in_text: true,
-        value: |search| Some(search.turns.into()),
-    },
-    SearchMeasure {
-        key: "path_found",
-        name: "length of the path found",
-        unit: "steps",
-        is_in_text: true,
-        value: |search| search.path_found.map(f64::from),
-    },
-    SearchMeasure {
-        key: "steps_until_proven",
-        name: "steps until the shortest path is proven",
-        unit: "steps",
-        is_in_text: false,
-        value: |search| search.steps_until_proven.map(f64::from),
-    },
-    SearchMeasure {
-        key: "fast_run_steps",
-        name: "steps of the best fast run",
-        unit: "steps",
-        is_in_text: false,
-        value: |search| search.fast_run_steps.map(f64::from),
-    },
-    SearchMeasure {
-        key: "time_us",
-        name: "processor time",
-        unit: "µs",
-        is_in_text: false,
-        value: |search| search.time_us,
-    },
-];
-
 /// The reports on all candidates.
 pub(crate) struct Report {
     pub(crate) comparison: Comparison,
-    statistics: Vec<MeasureStatistics>,
-    candidates: Vec<CandidateReport>,
+    pub(super) statistics: Vec<MeasureStatistics>,
+    pub(crate) candidates: Vec<CandidateReport>,
 }
 
 /// The report on all searches of a candidate. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub(crate) struct CandidateReport {
     /// The name of the candidate.
-    strategy: String,
+    pub(super) strategy: String,
     /// The command of a mouse of the user.
     command: Option<String>,
     /// The number of mazes with a reachable goal.
-    reachable: usize,
-    goal_reached: usize,
+    pub(super) reachable: usize,
+    pub(super) goal_reached: usize,
     /// The number of mazes in which the candidate correctly reported that the goal is unreachable.
-    rightly_given_up: usize,
+    pub(super) rightly_given_up: usize,
     /// The number of all other mazes.
-    failed: usize,
+    pub(super) failed: usize,
     /// The number of mazes in which the goal was reached and the shortest path was proven.
-    proven: usize,
+    pub(super) proven: usize,
     /// The number of mazes in which the goal was reached and the path found is as short as the
     /// shortest path in the true maze.
-    shortest_path_found: usize,
+    pub(super) shortest_path_found: usize,
     /// The number of searches with each ending.
     endings: BTreeMap<Ending, usize>,
     /// The mean of each measure over the mazes in which all candidates have a value.
     #[serde(flatten)]
-    means: BTreeMap<&'static str, Option<f64>>,
+    pub(super) means: BTreeMap<&'static str, Option<f64>>,
     /// The mean length of the shortest path in the true maze, over the mazes in which all candidates
     /// reached the goal.
     shortest_path: Option<f64>,
     statistics: BTreeMap<&'static str, Statistics>,
-    mazes: Vec<SearchReport>,
+    pub(super) mazes: Vec<SearchReport>,
 }
 
 impl Report {
@@ -195,70 +129,11 @@ impl Report {
         Self { comparison, statistics, candidates }
     }
 
-    /// Returns the reports for JSON.
-    pub(crate) fn candidates(&self) -> &[CandidateReport] {
-        &self.candidates
-    }
-
     /// Returns the report as an HTML page, with pictures of the searches.
     pub(crate) fn html(&self, mazes: &[Selected]) -> String {
         self.comparison.html(|candidate, maze| {
             let cells = self.candidates[candidate].mazes[maze].figures.path.clone();
             Some(MousePath { maze: &mazes[maze].maze, cells })
-        })
-    }
-
-    /// Returns the tables, and the first failures of each candidate.
-    pub(crate) fn text(&self) -> String {
-        let mut rows = vec![CandidateReport::head()];
-        rows.extend(self.candidates.iter().map(CandidateReport::row));
-        let mut text = aligned(&rows);
-        for (measure, statistics) in MEASURES.iter().zip(&self.statistics) {
-            if measure.is_in_text {
-                text += &format!("\n{}{}\n", aligned(&statistics.table()), statistics.caption());
-            }
-        }
-        if let Some(hint) = self.hint() {
-            text += &format!("\n{hint}\n");
-        }
-        for (index, candidate) in self.candidates.iter().enumerate() {
-            let failures = self.comparison.failures().iter();
-            let failures: Vec<_> = failures.filter(|failure| failure.candidate == index).collect();
-            if failures.is_empty() {
-                continue;
-            }
-            let count = counted(failures.len() as u64, "maze");
-            text += &format!("\n{} failed in {count}:\n", Escaped(&candidate.strategy));
-            for failure in failures.iter().take(NAMED_FAILURES) {
-                let maze = &candidate.mazes[failure.maze].maze.path;
-                text += &format!("  {}: {}\n", Escaped(maze), Escaped(&failure.reason));
-            }
-            if failures.len() > NAMED_FAILURES {
-                text += &format!("  and {} more (see --json)\n", failures.len() - NAMED_FAILURES);
-            }
-        }
-        text
-    }
-}
-
-impl Report {
-    /// Names the candidate without which the means would cover at least twice as many mazes.
-    fn hint(&self) -> Option<String> {
-        let (_, values) = self.comparison.measures().first()?;
-        let rows =
-            || values.rows().iter().enumerate().filter(|(_, row)| row.iter().any(Option::is_some));
-        let common = |without: Option<usize>| {
-            let is_common = |maze: &usize| {
-                rows().all(|(index, row)| Some(index) == without || row[*maze].is_some())
-            };
-            (0..self.comparison.mazes().len()).filter(is_common).count()
-        };
-        let others = rows().map(|(index, _)| (common(Some(index)), index));
-        let (count, index) = others.max_by_key(|&(count, index)| (count, Reverse(index)))?;
-        let name = Escaped(&self.comparison.candidates()[index].name);
-        let is_limiting = rows().count() > 2 && count >= 2 * common(None).max(1);
-        is_limiting.then(|| {
-            format!("Without {name}, the means would cover {count} mazes (see --strategies).")
         })
     }
 }
@@ -290,35 +165,6 @@ impl CandidateReport {
             statistics,
             mazes,
         }
-    }
-
-    fn head() -> Vec<String> {
-        let head = [
-            "mouse",
-            "mazes",
-            "goal reached",
-            "correctly gave up",
-            "failed",
-            "shortest path found",
-            "shortest path proven",
-            "processor time (µs)",
-        ];
-        head.map(String::from).into()
-    }
-
-    fn row(&self) -> Vec<String> {
-        let Self { reachable, goal_reached, rightly_given_up, .. } = self;
-        let time = self.means.get("time_us").copied().flatten();
-        vec![
-            self.strategy.clone(),
-            self.mazes.len().to_string(),
-            format!("{goal_reached}/{reachable}"),
-            format!("{rightly_given_up}/{}", self.mazes.len() - reachable),
-            self.failed.to_string(),
-            self.shortest_path_found.to_string(),
-            self.proven.to_string(),
-            time.map_or("-".into(), |time| format!("{time:.1}")),
-        ]
     }
 
     /// Writes each search as one line of CSV. Writes a header first if nothing has been written

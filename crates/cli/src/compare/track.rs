@@ -238,7 +238,9 @@ mod tests {
                 return track;
             }
             track.add(driver.mouse().pose(), false);
-            read.into_iter().for_each(|pose| track.read_walls(pose));
+            for pose in read {
+                track.read_walls(pose);
+            }
         }
     }
 
@@ -286,11 +288,15 @@ mod tests {
         let mut moved = Track::new(&maze);
         let poses =
             [pose(0, 0, Heading::North), pose(1, 0, Heading::East), pose(2, 0, Heading::East)];
-        poses.into_iter().for_each(|pose| moved.add(pose, false));
+        for pose in poses {
+            moved.add(pose, false);
+        }
         assert_eq!((moved.jump(), moved.figures().steps_to_goal), (None, Some(2)));
         let maze: Maze = "o---o---o---o\n| S |     G |\no---o---o---o\n".parse().unwrap();
         let mut jumped = Track::new(&maze);
-        poses.into_iter().for_each(|pose| jumped.add(pose, false));
+        for pose in poses {
+            jumped.add(pose, false);
+        }
         assert_eq!(jumped.jump(), Some([Cell::new(0, 0), Cell::new(1, 0)]));
         assert!(!jumped.figures().goal_reached);
     }

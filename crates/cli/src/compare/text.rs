@@ -1,0 +1,97 @@
+//! The text output: tables, and the failures of each mouse.
+
+use std::cmp::Reverse;
+
+use mmsim_maze::Escaped;
+
+use super::measures::MEASURES;
+use super::report::{CandidateReport, Report};
+use crate::grid::aligned;
+use crate::output::counted;
+
+/// The number of failures of each mouse that are named.
+const NAMED_FAILURES: usize = 3;
+
+impl Report {
+    /// Returns the tables, and the first failures of each mouse.
+    pub(crate) fn text(&self) -> String {
+        let mut rows = vec![CandidateReport::head()];
+        rows.extend(self.candidates.iter().map(CandidateReport::row));
+        let measures = MEASURES.iter().zip(&self.statistics);
+        let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
+            format!("{}{}\n", aligned(&statistics.table()), statistics.caption())
+        });
+        let failures = (0..self.candidates.len()).filter_map(|candidate| self.failures(candidate));
+        let sections =
+            [aligned(&rows)].into_iter().chain(tables).chain(self.hint()).chain(failures);
+        sections.collect::<Vec<_>>().join("\n")
+    }
+
+    /// Lists the first failures of a candidate.
+    fn failures(&self, candidate: usize) -> Option<String> {
+        let failures = self.comparison.failures().iter();
+        let failures: Vec<_> = failures.filter(|failure| failure.candidate == candidate).collect();
+        let CandidateReport { strategy, mazes, .. } = &self.candidates[candidate];
+        let count = counted(failures.len() as u64, "maze");
+        let mut lines = vec![format!("{} failed in {count}:\n", Escaped(strategy))];
+        lines.extend(failures.iter().take(NAMED_FAILURES).map(|failure| {
+            let maze = &mazes[failure.maze].maze.path;
+            format!("  {}: {}\n", Escaped(maze), Escaped(&failure.reason))
+        }));
+        if failures.len() > NAMED_FAILURES {
+            lines.push(format!("  and {} more (see --json)\n", failures.len() - NAMED_FAILURES));
+        }
+        (!failures.is_empty()).then(|| lines.concat())
+    }
+
+    /// Names the candidate without which the means would cover at least twice as many mazes.
+    fn hint(&self) -> Option<String> {
+        let (_, values) = self.comparison.measures().first()?;
+        let rows =
+            || values.rows().iter().enumerate().filter(|(_, row)| row.iter().any(Option::is_some));
+        let common = |without: Option<usize>| {
+            let is_common = |maze: &usize| {
+                rows().all(|(index, row)| Some(index) == without || row[*maze].is_some())
+            };
+            (0..self.comparison.mazes().len()).filter(is_common).count()
+        };
+        let others = rows().map(|(index, _)| (common(Some(index)), index));
+        let (count, index) = others.max_by_key(|&(count, index)| (count, Reverse(index)))?;
+        let name = Escaped(&self.comparison.candidates()[index].name);
+        let is_limiting = rows().count() > 2 && count >= 2 * common(None).max(1);
+        is_limiting.then(|| {
+            format!("Without {name}, the means would cover {count} mazes (see --strategies).\n")
+        })
+    }
+}
+
+impl CandidateReport {
+    fn head() -> Vec<String> {
+        let head = [
+            "mouse",
+            "mazes",
+            "goal reached",
+            "correctly gave up",
+            "failed",
+            "shortest path found",
+            "shortest path proven",
+            "processor time (µs)",
+        ];
+        head.map(String::from).into()
+    }
+
+    fn row(&self) -> Vec<String> {
+        let Self { reachable, goal_reached, rightly_given_up, .. } = self;
+        let time = self.means.get("time_us").copied().flatten();
+        vec![
+            self.strategy.clone(),
+            self.mazes.len().to_string(),
+            format!("{goal_reached}/{reachable}"),
+            format!("{rightly_given_up}/{}", self.mazes.len() - reachable),
+            self.failed.to_string(),
+            self.shortest_path_found.to_string(),
+            self.proven.to_string(),
+            time.map_or("-".into(), |time| format!("{time:.1}")),
+        ]
+    }
+}
