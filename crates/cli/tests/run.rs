@@ -68,7 +68,7 @@ fn the_exit_code_is_that_of_the_mouse() {
     assert_eq!(missing.code, Some(1));
     let message = missing.stderr.lines().last().unwrap();
     assert!(message.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{message}");
-    assert!(message.ends_with("give its path, for example: -- ./my-mouse)"), "{message}");
+    assert!(message.ends_with("give its path, such as ./my-mouse)"), "{message}");
 
     for wrong in
         [&["run"][..], &["run", "--"], &["run", "mouse"], &["run", "--watch", "--", "java"]]

@@ -24,6 +24,7 @@ use crate::values::Values;
 pub struct Comparison {
     title: String,
     notes: Vec<String>,
+    overview: Vec<Vec<String>>,
     candidates: Vec<Candidate>,
     mazes: Vec<String>,
     measures: Vec<(Measure, Values)>,
@@ -101,8 +102,15 @@ pub struct Failure {
 impl Comparison {
     /// Creates a comparison of these candidates in the mazes with these names, without measures.
     pub fn new(title: impl Into<String>, candidates: Vec<Candidate>, mazes: Vec<String>) -> Self {
-        let (notes, measures, failures) = (Vec::new(), Vec::new(), Vec::new());
-        Self { title: title.into(), notes, candidates, mazes, measures, failures }
+        Self {
+            title: title.into(),
+            notes: Vec::new(),
+            overview: Vec::new(),
+            candidates,
+            mazes,
+            measures: Vec::new(),
+            failures: Vec::new(),
+        }
     }
 
     /// Adds a measure. `value` returns the value of a candidate in a maze, or `None` if there is no
@@ -135,6 +143,14 @@ impl Comparison {
         self
     }
 
+    /// Sets a table for the beginning of a report, for example with the number of mazes in which each
+    /// candidate succeeded. The first row is the header, and the first column contains the names of
+    /// the candidates.
+    pub fn with_overview(mut self, rows: Vec<Vec<String>>) -> Self {
+        self.overview = rows;
+        self
+    }
+
     /// Returns the title.
     pub fn title(&self) -> &str {
         &self.title
@@ -143,6 +159,11 @@ impl Comparison {
     /// Returns the paragraphs for the reader of a report.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Returns the table for the beginning of a report, or no rows.
+    pub fn overview(&self) -> &[Vec<String>] {
+        &self.overview
     }
 
     /// Returns the candidates.

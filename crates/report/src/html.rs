@@ -93,6 +93,18 @@ impl Comparison {
             h1 { (clean(self.title())) }
             @for note in self.notes() { p { (clean(note)) } }
             @if let Some(first) = statistics.first() { (sentences(first)) }
+            @if let Some((head, rows)) = self.overview().split_first() {
+                div class="scroll" {
+                    table {
+                        thead { tr { @for cell in head { th { (clean(cell)) } } } }
+                        tbody {
+                            @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
+                                tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
+                            }
+                        }
+                    }
+                }
+            }
             @if !described.is_empty() {
                 div class="scroll" {
                     table {

@@ -33,6 +33,14 @@ impl Candidate {
         }
     }
 
+    /// Returns what the mouse does, or its command line.
+    pub(crate) fn about(&self) -> &str {
+        match self {
+            Self::Bundled(strategy) => strategy.about(),
+            Self::Own(mouse) => &mouse.command,
+        }
+    }
+
     /// Returns the command line of a mouse of the user.
     pub(crate) fn command(&self) -> Option<&str> {
         match self {

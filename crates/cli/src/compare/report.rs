@@ -99,7 +99,7 @@ impl Report {
         let names = mazes.iter().map(|selected| selected.name.clone()).collect();
         let described = candidates.iter().map(|candidate| mmsim_report::Candidate {
             name: candidate.name().into(),
-            description: candidate.command().unwrap_or_default().into(),
+            description: candidate.about().into(),
         });
         let comparison = Comparison::new("Comparison of mice", described.collect(), names)
             .with_failures(|candidate, maze| searches[candidate][maze].failure());
@@ -125,7 +125,8 @@ impl Report {
             });
             CandidateReport::new(candidate, statistics.collect(), shortest_path, searches)
         });
-        let candidates = candidates.collect();
+        let candidates: Vec<CandidateReport> = candidates.collect();
+        let comparison = comparison.with_overview(CandidateReport::rows(&candidates));
         Self { comparison, statistics, candidates }
     }
 

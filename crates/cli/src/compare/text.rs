@@ -15,15 +15,16 @@ const NAMED_FAILURES: usize = 3;
 impl Report {
     /// Returns the tables, and the first failures of each mouse.
     pub(crate) fn text(&self) -> String {
-        let mut rows = vec![CandidateReport::head()];
-        rows.extend(self.candidates.iter().map(CandidateReport::row));
         let measures = MEASURES.iter().zip(&self.statistics);
         let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
             format!("{}{}\n", aligned(&statistics.table()), statistics.caption())
         });
         let failures = (0..self.candidates.len()).filter_map(|candidate| self.failures(candidate));
-        let sections =
-            [aligned(&rows)].into_iter().chain(tables).chain(self.hint()).chain(failures);
+        let sections = [aligned(self.comparison.overview())]
+            .into_iter()
+            .chain(tables)
+            .chain(self.hint())
+            .chain(failures);
         sections.collect::<Vec<_>>().join("\n")
     }
 
@@ -66,6 +67,11 @@ impl Report {
 }
 
 impl CandidateReport {
+    /// Returns the overview of all candidates, with a header.
+    pub(super) fn rows(candidates: &[Self]) -> Vec<Vec<String>> {
+        [Self::head()].into_iter().chain(candidates.iter().map(Self::row)).collect()
+    }
+
     fn head() -> Vec<String> {
         let head = [
             "mouse",

@@ -4,6 +4,7 @@
 mod harness;
 
 mod own_mice;
+mod report;
 
 use std::collections::BTreeMap;
 use std::fs;

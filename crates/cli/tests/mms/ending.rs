@@ -127,7 +127,7 @@ fn a_missing_program_is_an_error() {
     assert_eq!(ended.code, Some(1));
     let messages = ended.stderr.lines().last().unwrap();
     assert!(messages.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{messages}");
-    assert!(messages.ends_with("give its path, for example: -- ./my-mouse)"), "{messages}");
+    assert!(messages.ends_with("give its path, such as ./my-mouse)"), "{messages}");
     let options = [&QUIET[..], &["--stay", "--json"]].concat();
     let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
     assert_eq!(report["error"].as_str(), messages.strip_prefix("mmsim: "));
