@@ -47,7 +47,7 @@ fn wait_until_loaded(browser: &Browser, mazes: usize) -> Vec<Resource> {
 }
 
 /// Returns the URLs that the page has requested since the last call.
-fn take_requested_urls(browser: &Browser) -> BTreeSet<String> {
+pub(crate) fn take_requested_urls(browser: &Browser) -> BTreeSet<String> {
     let log = browser.take_log("performance");
     let sent = log.iter().filter_map(|entry| {
         let event: serde_json::Value = serde_json::from_str(&entry.message).unwrap();

@@ -11,6 +11,7 @@ mod access;
 mod browser;
 mod drawing;
 mod driver;
+mod export;
 mod foreign_site;
 mod ghost;
 mod http;

@@ -9,7 +9,7 @@ use crate::page::{Page, Panel};
 use crate::simulator::Simulator;
 
 /// A script that tries to run inline code in several ways.
-const INLINE: &str = r#"
+pub(crate) const INLINE: &str = r#"
     const done = arguments[0];
     const violations = [];
     document.addEventListener("securitypolicyviolation", (event) => violations.push(event.effectiveDirective));

@@ -35,7 +35,7 @@ fn assert_history(panel: Panel<'_>, maze: &Maze, states: &[TestState]) {
 }
 
 /// Waits for a download and returns its path. The file stays empty until the download is complete.
-fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
+pub(crate) fn downloaded(browser: &Browser, ending: &str) -> PathBuf {
     wait_for(ending, || {
         let entries = fs::read_dir(browser.downloads()).unwrap().map(|entry| entry.unwrap().path());
         let is_whole = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.len() > 0);
@@ -184,6 +184,7 @@ fn the_shown_state_can_be_exported() {
             ("picture.png", "image/png", b"\x89PNG\r\n"),
             ("animation.gif", "image/gif", b"GIF89a"),
             ("recording.mcap", "application/octet-stream", b"\x89MCAP0"),
+            ("page.html", "application/octet-stream", b"<!doctype html>"),
         ] {
             let link = format!("[data-export='{what}']");
             live.click(&link);
