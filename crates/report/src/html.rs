@@ -95,7 +95,7 @@ impl Comparison {
             @if let Some(first) = statistics.first() { (sentences(first)) }
             @if let Some((head, rows)) = self.overview().split_first() {
                 div class="scroll" {
-                    table {
+                    table class="overview" {
                         thead { tr { @for cell in head { th { (clean(cell)) } } } }
                         tbody {
                             @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {

@@ -1,5 +1,6 @@
 //! The report on a comparison: a table, CSV and JSON.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
@@ -126,7 +127,9 @@ impl Report {
             CandidateReport::new(candidate, statistics.collect(), shortest_path, searches)
         });
         let candidates: Vec<CandidateReport> = candidates.collect();
+        let note = limiting_candidate(&comparison);
         let comparison = comparison.with_overview(CandidateReport::rows(&candidates));
+        let comparison = note.into_iter().fold(comparison, Comparison::with_note);
         Self { comparison, statistics, candidates }
     }
 
@@ -137,6 +140,24 @@ impl Report {
             Some(MousePath { maze: &mazes[maze].maze, cells })
         })
     }
+}
+
+/// Names the candidate without which the means would cover at least twice as many mazes.
+fn limiting_candidate(comparison: &Comparison) -> Option<String> {
+    let (_, values) = comparison.measures().first()?;
+    let rows = values.rows().iter().enumerate();
+    let rows: Vec<_> = rows.filter(|(_, row)| row.iter().any(Option::is_some)).collect();
+    let common_without = |ignored: Option<usize>| {
+        let rows = rows.iter().filter(|(index, _)| Some(*index) != ignored);
+        let is_common = |&maze: &usize| rows.clone().all(|(_, row)| row[maze].is_some());
+        (0..comparison.mazes().len()).filter(is_common).count()
+    };
+    let counts = rows.iter().map(|&(index, _)| (common_without(Some(index)), Reverse(index)));
+    let (count, Reverse(index)) = counts.max()?;
+    let is_limiting = rows.len() > 2 && count >= 2 * common_without(None).max(1);
+    let name = Escaped(&comparison.candidates()[index].name);
+    is_limiting
+        .then(|| format!("Without {name}, the means would cover {count} mazes (see --strategies)."))
 }
 
 impl CandidateReport {

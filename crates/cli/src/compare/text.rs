@@ -1,7 +1,5 @@
 //! The text output: tables, and the failures of each mouse.
 
-use std::cmp::Reverse;
-
 use mmsim_maze::Escaped;
 
 use super::measures::MEASURES;
@@ -19,6 +17,7 @@ impl Report {
         let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
             format!("{}{}\n", aligned(&statistics.table()), statistics.caption())
         });
+        let notes = self.comparison.notes().iter().map(|note| format!("{note}\n"));
         let failures = (0..self.candidates.len()).filter_map(|candidate| self.failures(candidate));
         let sections = [aligned(self.comparison.overview())]
             .into_iter()
@@ -43,26 +42,6 @@ impl Report {
             lines.push(format!("  and {} more (see --json)\n", failures.len() - NAMED_FAILURES));
         }
         (!failures.is_empty()).then(|| lines.concat())
-    }
-
-    /// Names the candidate without which the means would cover at least twice as many mazes.
-    fn hint(&self) -> Option<String> {
-        let (_, values) = self.comparison.measures().first()?;
-        let rows =
-            || values.rows().iter().enumerate().filter(|(_, row)| row.iter().any(Option::is_some));
-        let common = |without: Option<usize>| {
-            let is_common = |maze: &usize| {
-                rows().all(|(index, row)| Some(index) == without || row[*maze].is_some())
-            };
-            (0..self.comparison.mazes().len()).filter(is_common).count()
-        };
-        let others = rows().map(|(index, _)| (common(Some(index)), index));
-        let (count, index) = others.max_by_key(|&(count, index)| (count, Reverse(index)))?;
-        let name = Escaped(&self.comparison.candidates()[index].name);
-        let is_limiting = rows().count() > 2 && count >= 2 * common(None).max(1);
-        is_limiting.then(|| {
-            format!("Without {name}, the means would cover {count} mazes (see --strategies).\n")
-        })
     }
 }
 
