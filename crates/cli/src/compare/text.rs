@@ -22,7 +22,7 @@ impl Report {
         let sections = [aligned(self.comparison.overview())]
             .into_iter()
             .chain(tables)
-            .chain(self.hint())
+            .chain(notes)
             .chain(failures);
         sections.collect::<Vec<_>>().join("\n")
     }
