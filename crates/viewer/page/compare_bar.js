@@ -3,7 +3,7 @@
 // panels move to the state that corresponds to it.
 
 import * as api from "./api.js";
-import { query, setText, showError, sleep } from "./dom.js";
+import { query, recall, remember, setText, showError, sleep } from "./dom.js";
 
 /** @typedef {import("./panel.js").Panel} Panel */
 
@@ -41,7 +41,7 @@ export class CompareBar {
       button.title = KINDS[kind].join(" ").trim();
       button.onclick = () => this.setKind(kind);
     }
-    const stored = sessionStorage.getItem("link");
+    const stored = recall("link");
     this.#show(isLinkKind(stored) ? stored : "state");
   }
 
@@ -55,7 +55,7 @@ export class CompareBar {
 
   /** Links the panels in another way. They move to the states that correspond to the active panel. @param {LinkKind} kind */
   setKind(kind) {
-    sessionStorage.setItem("link", kind);
+    remember("link", kind);
     this.#show(kind);
     this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
     void this.sync();

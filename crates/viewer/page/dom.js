@@ -56,6 +56,24 @@ export const nextFrame = () => new Promise(requestAnimationFrame);
 /** @param {number} milliseconds */
 export const sleep = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
+/** Returns a value that was stored in this tab. Pages in a sandbox have no storage. @param {string} key */
+export function recall(key) {
+  try {
+    return sessionStorage.getItem(key);
+  } catch {
+    return null;
+  }
+}
+
+/** Stores a value in this tab, if possible. @param {string} key @param {string} value */
+export function remember(key, value) {
+  try {
+    sessionStorage.setItem(key, value);
+  } catch {
+    // The value lasts until the page is closed.
+  }
+}
+
 /** Shows an error until the user dismisses it or starts another action. @param {unknown} error */
 export function showError(error) {
   if (!(error instanceof Error) || error.name === "AbortError") return;

@@ -21,14 +21,17 @@ let log;
 export async function respond(url) {
   const { pathname, searchParams } = new URL(url, "http://localhost");
   const resource = pathname.split("/").at(-1);
-  if (resource === "moment") return Response.json(await stateView(Number(searchParams.get("at"))));
-  if (resource === "log") return Response.json(await logLines(searchParams));
+  if (resource === "moment") return json(await stateView(Number(searchParams.get("at"))));
+  if (resource === "log") return json(await logLines(searchParams));
   responses ??= decode(document.querySelector("[data-embedded=responses]"));
   const response = (await responses)[pathname];
   if (response !== undefined) return new Response(response);
   console.error(`The exported page does not contain ${url}.`);
   return new Response(`not available on an exported page: ${pathname}`, { status: 404 });
 }
+
+/** @param {unknown} value */
+const json = (value) => new Response(JSON.stringify(value));
 
 /** @param {number} index */
 async function stateView(index) {

@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
-import { cloneTemplate, nextFrame, query, setAttributes, setText, showError, sleep } from "./dom.js";
+import { cloneTemplate, nextFrame, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, describeUnknownWalls, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
 import { MazeMap, dark, describeCell } from "./map.js";
@@ -370,8 +370,8 @@ function showLegend(panel) {
   const show = (shown) => {
     legend.hidden = !shown;
     button.ariaExpanded = `${shown}`;
-    sessionStorage.setItem("legend", shown ? "shown" : "");
+    remember("legend", shown ? "shown" : "");
   };
-  show(sessionStorage.getItem("legend") === "shown");
+  show(recall("legend") === "shown");
   button.onclick = () => show(legend.hidden);
 }

@@ -159,6 +159,11 @@ fn an_exported_page_opens_at_the_last_state_and_plays() {
             return ['dragover', 'drop'].map((name) => document.body.dispatchEvent(event(name)))
                 .concat(document.body.classList.contains('dropping'));";
         assert_eq!(browser.run::<[bool; 3]>(drop, &[]), [false; 3]);
+        // Previews of files show pages in a sandbox, without access to any storage.
+        let preview = home.write("preview.html", "<iframe sandbox='allow-scripts' src='run.html'>");
+        open(browser, &preview);
+        let shown = ".panel[data-index='3']";
+        wait_for("the preview", || browser.frame_has("iframe", shown).then_some(()));
         browser.leave();
     });
 }

@@ -47,6 +47,7 @@ pub(super) fn parts(title: &str) -> Result<(String, String), ApiError> {
                 "<script type=\"importmap\">{modules}</script>\n<script type=\"module\">{MAIN}</script>"
             ),
         ),
+        (">Connecting…<", ">Opening… (this page needs JavaScript)<".to_string()),
     ] {
         page = replace(&page, old, &new)?;
     }
