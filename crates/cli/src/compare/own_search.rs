@@ -146,9 +146,13 @@ pub(crate) fn search(
     let progress = Arc::new(Mutex::new(Progress::new(maze, limits, sender)));
     let ended = Running::start(program, maze, &progress).map(|mut running| {
         let ended = running.wait(limits, &progress, &over, slot, is_interrupted);
-        let Running { process, last_line, .. } = running;
+        let Running { process, last_line, endpoint, .. } = running;
         // Killing the process and its child processes ends their output.
         drop(process);
+        if matches!(ended, Ended::Exited(_)) && lock(&progress).kind == Some(Kind::Client) {
+            slot.release();
+            endpoint.finish();
+        }
         (ended, last_line)
     });
     let mut progress = lock(&progress);
@@ -184,7 +188,7 @@ struct Running {
     /// Receives the last line of stderr when stderr ends.
     last_line: Receiver<String>,
     started: Instant,
-    _endpoint: Endpoint,
+    endpoint: Endpoint,
 }
 
 impl Running {
@@ -214,7 +218,7 @@ impl Running {
             // The search may be over.
             let _ = sender.send(read_last_line(BufReader::new(stderr)));
         });
-        Ok(Self { process, last_line, started, _endpoint: endpoint })
+        Ok(Self { process, last_line, started, endpoint })
     }
 
     /// Waits until the search is over. If the mouse is silent for a while, releases the slot, so that
@@ -228,15 +232,23 @@ impl Running {
         is_interrupted: &AtomicBool,
     ) -> Ended {
         let (mut messages, mut heard, mut interval) = (0, Instant::now(), CHECK_INTERVAL);
+        let mut has_output_ended = false;
         loop {
             match over.recv_timeout(interval) {
                 // The mouse is about to exit, unless it has only closed its output.
-                Ok(Over::OutputEnded) => interval = Duration::from_micros(50),
+                Ok(Over::OutputEnded) => {
+                    (has_output_ended, interval) = (true, Duration::from_micros(50));
+                }
                 Ok(over) => return Ended::Over(over),
                 Err(_) => interval = CHECK_INTERVAL.min(2 * interval),
             }
+            let now = lock(progress).messages;
+            let is_silent = mem::replace(&mut messages, now) == now;
             match self.process.status() {
-                Ok(Some(status)) => return Ended::Exited(status),
+                // The commands of the mouse may not be executed yet. If a child process of the mouse
+                // keeps the output open, it does not end.
+                Ok(Some(status)) if has_output_ended || is_silent => return Ended::Exited(status),
+                Ok(Some(_)) => continue,
                 Ok(None) => {}
                 Err(error) => return Ended::Failed(format!("cannot get the exit status: {error}")),
             }
@@ -250,7 +262,7 @@ impl Running {
             if progress.track.is_goal_reached() && progress.moved.elapsed() >= IDLE_AT_GOAL {
                 return Ended::Idle;
             }
-            if mem::replace(&mut messages, progress.messages) != progress.messages {
+            if !is_silent {
                 heard = Instant::now();
             } else if heard.elapsed() >= SILENCE {
                 slot.release();

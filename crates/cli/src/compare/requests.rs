@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Request};
@@ -21,6 +21,7 @@ pub(super) struct Endpoint {
     address: String,
     is_stopping: Arc<AtomicBool>,
     waker: Waker,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Endpoint {
@@ -36,23 +37,36 @@ impl Endpoint {
             is_reset: false,
         };
         let stopping = Arc::clone(&is_stopping);
-        thread::Builder::new().name("endpoint".into()).spawn(move || {
+        let thread = thread::Builder::new().name("endpoint".into()).spawn(move || {
             // If the operating system fails to report events, the mouse receives no replies and
             // reaches its time limit.
             let _ = server.run(&mut requests, || stopping.load(Ordering::Acquire));
         })?;
-        Ok(Self { address, is_stopping, waker })
+        Ok(Self { address, is_stopping, waker, thread: Some(thread) })
     }
 
     pub(super) fn address(&self) -> &str {
         &self.address
     }
+
+    /// Answers the requests that the mouse has sent before it exited, and ends the thread.
+    pub(super) fn finish(mut self) {
+        self.stop();
+        if let Some(thread) = self.thread.take() {
+            // A panic has already been reported.
+            let _ = thread.join();
+        }
+    }
+
+    fn stop(&self) {
+        self.is_stopping.store(true, Ordering::Release);
+        self.waker.wake();
+    }
 }
 
 impl Drop for Endpoint {
     fn drop(&mut self) {
-        self.is_stopping.store(true, Ordering::Release);
-        self.waker.wake();
+        self.stop();
     }
 }
 
