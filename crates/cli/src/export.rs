@@ -2,7 +2,6 @@
 
 pub(crate) mod args;
 
-use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use args::ExportArgs;
@@ -10,7 +9,7 @@ use indicatif::ProgressBar;
 use mmsim_recording::Recording;
 use mmsim_viewer::export_html;
 
-use crate::output::{progress, replace_with, unless_closed};
+use crate::output::{print, progress, replace};
 use crate::playback::is_undamaged;
 use crate::retention::recording_budget;
 use crate::usage::CommandResult;
@@ -24,14 +23,14 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let title = args.file.file_name().unwrap_or_default().to_string_lossy();
     let states = recording.history().len() as u64;
     let bar = progress(ProgressBar::new(states), "{wide_bar} {pos} of {len} states");
-    let write = |out: &mut dyn Write| {
-        export_html(&title, recording, out, |states| bar.set_position(states as u64))
-    };
-    if args.output == Path::new(STANDARD) {
-        unless_closed(write(&mut BufWriter::new(io::stdout().lock())))?;
-    } else {
-        replace_with(&args.output, write)?;
-    }
+    let mut page = Vec::new();
+    export_html(&title, recording, &mut page, |states| bar.set_position(states as u64))
+        .map_err(|error| format!("{}: {error}", args.file.display()))?;
     bar.finish_and_clear();
+    if args.output == Path::new(STANDARD) {
+        print(&page)?;
+    } else {
+        replace(&args.output, &page)?;
+    }
     Ok(is_intact)
 }

@@ -23,7 +23,7 @@ pub(crate) fn print(data: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
 }
 
 /// Ignores broken-pipe errors, which occur when a reader such as `head` exits early.
-pub(crate) fn unless_closed(written: io::Result<()>) -> io::Result<()> {
+fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     written.or_else(|error| match error.kind() {
         ErrorKind::BrokenPipe => Ok(()),
         _ => Err(error),
@@ -103,24 +103,16 @@ pub(crate) fn warn(text: impl Display) {
 /// Writes a file atomically. Replaces an existing file; if `path` is a symbolic link, replaces its
 /// target. If writing fails, an existing file is unchanged. Pipes and devices are written directly.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
-    replace_with(path, |out| out.write_all(content))
-}
-
-/// Like [`replace`], but `write` writes the content.
-pub(crate) fn replace_with(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), String> {
     let written = if is_file(path) {
         let target = if path.is_symlink() { fs::canonicalize(path) } else { Ok(path.into()) };
         target.and_then(|target| {
             let old = fs::metadata(&target)?.permissions();
-            write_and_rename(&target, write, Some(old))
+            write_and_rename(&target, content, Some(old))
         })
     } else if path.symlink_metadata().is_ok() {
-        File::create(path).and_then(|file| write_to(file, write))
+        fs::write(path, content)
     } else {
-        write_and_rename(path, write, None)
+        write_and_rename(path, content, None)
     };
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
@@ -149,29 +141,23 @@ pub(crate) fn is_file(path: &Path) -> bool {
 /// Writes a temporary file next to `path` and renames it to `path`.
 fn write_and_rename(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    content: &[u8],
     permissions: Option<Permissions>,
 ) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let temporary = path.with_file_name(format!(".{name}.{}.new", process::id()));
-    let written = File::create(&temporary).and_then(|file| {
+    let written = File::create(&temporary).and_then(|mut file| {
         if let Some(permissions) = permissions {
             // Some file systems have no permissions.
             let _ = file.set_permissions(permissions);
         }
-        write_to(file, write)
+        file.write_all(content)
     });
     let placed = written.and_then(|()| fs::rename(&temporary, path));
     if placed.is_err() {
         let _ = fs::remove_file(&temporary);
     }
     placed
-}
-
-fn write_to(file: File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut out = BufWriter::new(file);
-    write(&mut out)?;
-    out.flush()
 }
 
 /// Formats a count with its noun, such as `1 step` or `2 steps`.
