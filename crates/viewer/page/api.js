@@ -27,8 +27,7 @@ import { isExported, respond } from "./embedded.js";
  *   closed: number | null, solved: boolean, trail: number[],
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
- * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[],
- *   restarts: number[] }} DistanceHistory
+ * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
  *   walls: Record<"known" | "unknown", [number, number, number]>,

@@ -1,68 +1,146 @@
 // @ts-check
-// Line chart of the optimistic and pessimistic distance over the run, with a cursor at the shown state and marks at the
-// states in which the mouse was put back at the start.
+// Line chart of the optimistic and pessimistic distance over the run. The pointer shows the values at a state, and a
+// click shows the state.
 
-import { query, setAttributes, setText } from "./dom.js";
+import { tickStep } from "./axis.js";
+import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
-/** The dimensions in units of the view box. The space above y = TOP contains the label of the maximum. */
-const [WIDTH, HEIGHT, TOP] = [512, 100, 20];
-/** The length of the mark where the mouse was put back at the start. */
-const MARK = 14;
+/** The height of the chart in units of its view box. One unit of the width is one state. */
+const HEIGHT = 100;
+/** The maximum number of intervals between ticks of the vertical axis. */
+const MAX_INTERVALS = 3;
+/** Minimum distance between the centres of two state numbers, in pixels per character and in addition. */
+const [CHARACTER, GAP] = [6.5, 30];
+
+/** @typedef {import("./api.js").DistanceHistory} DistanceHistory */
 
 export class Chart {
-  #panel;
-  #cursor;
-  #last = 1;
+  #axis;
+  #plot;
+  #svg;
+  #tip;
+  #seek;
+  /** @type {DistanceHistory} */
+  #history = { states: 0, stride: 1, open: [], closed: [] };
+  #unit = "steps";
+  /** The heights of the horizontal lines of the grid. @type {string[]} */
+  #rows = [];
 
-  /** @param {HTMLElement} panel @param {(index: number) => void} seek */
-  constructor(panel, seek) {
-    this.#panel = panel;
-    this.#cursor = query(panel, ".plot .cursor", SVGElement);
-    const svg = query(panel, ".plot svg", SVGElement);
-    query(panel, ".plot").onclick = ({ clientX }) => {
-      const { left, width } = svg.getBoundingClientRect();
-      seek(Math.round(((clientX - left) / width) * this.#last));
+  /** @param {HTMLElement} panel @param {import("./axis.js").Axis} axis @param {(index: number) => void} seek */
+  constructor(panel, axis, seek) {
+    this.#axis = axis;
+    this.#seek = seek;
+    this.#plot = query(panel, ".plot");
+    this.#svg = query(this.#plot, "svg", SVGElement);
+    this.#tip = query(panel, ".timeline .tip");
+    axis.onChange.push(() => this.#scale());
+    this.#plot.onclick = (event) => this.#seekTo(event);
+    this.#plot.onpointermove = (event) => {
+      if (event.pointerType === "mouse" && event.buttons & 1) this.#seekTo(event);
+      this.#point(event);
     };
+    this.#plot.onpointerleave = () => (this.#tip.hidden = true);
+    this.#scale();
   }
 
-  /** @param {import("./api.js").DistanceHistory} history @param {import("./api.js").StateView | null} newest */
-  draw({ states, stride, open, closed, restarts }, newest) {
-    this.#last = Math.max(1, states - 1);
+  /**
+   * @param {DistanceHistory} history @param {import("./api.js").StateView | null} newest
+   * @param {boolean} isTrial true if the distances are time steps
+   */
+  draw(history, newest, isTrial) {
     if (newest) {
       // The samples of a long run rarely include its newest state.
-      open.push(newest.open);
-      closed.push(newest.closed);
-      restarts.push(newest.phases.restarts);
+      history.open.push(newest.open);
+      history.closed.push(newest.closed);
     }
+    this.#history = history;
+    this.#unit = isTrial ? "time steps" : "steps";
+    this.#axis.grow(history.states);
+    const { states, stride, open, closed } = history;
     const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
+    const step = tickStep(max, MAX_INTERVALS);
+    const top = Math.ceil(max / step) * step;
+    const ticks = Array.from({ length: top / step + 1 }, (_, i) => i * step);
     /** @param {number} distance */
-    const y = (distance) => (HEIGHT - (distance / max) * (HEIGHT - TOP)).toFixed(1);
+    const y = (distance) => (HEIGHT - (distance / top) * HEIGHT).toFixed(2);
+    const last = Math.max(1, states - 1);
     /** Returns a step line, with gaps where there is no path. @param {(number | null)[]} distances */
     const line = (distances) => {
       let path = "";
       distances.forEach((distance, i) => {
         if (distance === null) return;
-        path += `${i > 0 && distances[i - 1] !== null ? "V" : `M${this.#x(i * stride)} `}${y(distance)}H${this.#x((i + 1) * stride)}`;
+        const start = i > 0 && distances[i - 1] !== null ? "V" : `M${Math.min(i * stride, last)} `;
+        path += `${start}${y(distance)}H${Math.min((i + 1) * stride, last)}`;
       });
       return path;
     };
-    query(this.#panel, ".plot .optimistic", SVGElement).setAttribute("d", line(open));
-    query(this.#panel, ".plot .pessimistic", SVGElement).setAttribute("d", line(closed));
-    const marks = restarts.map((count, i) => (count > (restarts[i - 1] ?? 0) ? `M${this.#x(i * stride)} 0v${MARK}` : ""));
-    query(this.#panel, ".plot .restarts", SVGElement).setAttribute("d", marks.join(""));
     // If a path is first found in the last state, its line has no length. A dot marks the end of the line.
     const end = closed.at(-1) ?? null;
-    query(this.#panel, ".plot .dot", SVGElement).setAttribute("d", end === null ? "" : `M${WIDTH} ${y(end)}h0`);
-    setText(this.#panel, ".max", states > 0 ? max : "");
+    const dot = end === null ? "" : `M${last} ${y(end)}h0`;
+    const paths = { optimistic: line(open), pessimistic: line(closed), dot };
+    for (const [name, d] of Object.entries(paths)) setAttributes(query(this.#svg, `.${name}`, SVGElement), { d });
+    this.#rows = ticks.map(y);
+    this.#label(".y", states > 0 ? ticks : [], (_, i) => ({ top: `${this.#rows[i]}%` }));
+    setText(this.#plot, ".y-title", states > 0 ? this.#unit : "");
+    this.#scale();
   }
 
-  /** @param {number} index */
-  setCursor(index) {
-    setAttributes(this.#cursor, { transform: `translate(${this.#x(index)} 0)` });
+  /** Scales the lines and draws the ticks for the number of states and the width of the axis. */
+  #scale() {
+    const { last, width } = this.#axis;
+    setAttributes(this.#svg, { viewBox: `0 0 ${last} ${HEIGHT}` });
+    const max = this.#history.states > 1 ? last + 1 : this.#history.states;
+    const step = tickStep(max, width / (formatNumber(max).length * CHARACTER + GAP));
+    const numbers = Array.from({ length: Math.floor(max / step) }, (_, i) => (i + 1) * step);
+    if (max > 0 && step > 1) numbers.unshift(1);
+    this.#label(".x", numbers, (number) => ({ left: `${100 * this.#axis.share(number - 1)}%` }));
+    const rows = this.#rows.map((y) => `M0 ${y}H${last}`);
+    const columns = numbers.map((number) => `M${number - 1} 0V${HEIGHT}`);
+    setAttributes(query(this.#svg, ".grid", SVGElement), { d: [...rows, ...columns].join("") });
   }
 
-  /** @param {number} index */
-  #x(index) {
-    return ((Math.min(index, this.#last) / this.#last) * WIDTH).toFixed(1);
+  /**
+   * Writes the numbers of an axis.
+   * @param {string} axis @param {number[]} numbers
+   * @param {(number: number, i: number) => Record<string, string>} style the position of a number
+   */
+  #label(axis, numbers, style) {
+    const labels = numbers.map((number, i) => {
+      const label = document.createElement("span");
+      label.textContent = formatNumber(number);
+      Object.assign(label.style, style(number, i));
+      return label;
+    });
+    query(this.#plot, axis).replaceChildren(...labels);
+  }
+
+  /** @param {{ clientX: number }} event */
+  #seekTo({ clientX }) {
+    if (this.#history.states > 0) this.#seek(this.#axis.indexAt(clientX));
+  }
+
+  /** Shows the state and the values below the pointer. @param {{ clientX: number }} event */
+  #point({ clientX }) {
+    const { states, stride, open, closed } = this.#history;
+    const index = this.#axis.indexAt(clientX);
+    const sample = Math.min(Math.floor(index / stride), open.length - 1);
+    this.#tip.hidden = states === 0;
+    if (states === 0) return;
+    const sampled = Math.min(sample * stride, states - 1);
+    const since = sampled === index ? "" : ` (at state ${formatNumber(sampled + 1)})`;
+    setText(this.#tip, "span", `State ${formatNumber(index + 1)}: ${this.#describe(open[sample], closed[sample])}${since}`);
+    const share = this.#axis.share(index);
+    this.#tip.style.left = `${100 * share}%`;
+    query(this.#tip, "span").style.translate = `${-100 * share}%`;
+  }
+
+  /** @param {number | null} optimistic @param {number | null} pessimistic */
+  #describe(optimistic, pessimistic) {
+    if (optimistic === null) return "goal unreachable";
+    if (pessimistic === null) return `at least ${formatNumber(optimistic)} ${this.#unit}`;
+    const isProven = optimistic === pessimistic;
+    return isProven
+      ? `${formatNumber(optimistic)} ${this.#unit}, proven`
+      : `${formatNumber(optimistic)} to ${formatNumber(pessimistic)} ${this.#unit}`;
   }
 }

@@ -14,7 +14,7 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .plot, .log, [name=close], #show-live, #compare";
+const NEEDS_SERVER = "aside section, .history, .run, .export, .log, [name=close], #show-live, #compare";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();

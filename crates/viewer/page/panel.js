@@ -3,11 +3,11 @@
 // the player controls and the figures of the shown state.
 
 import * as api from "./api.js";
-import { Chart } from "./chart.js";
 import { cloneTemplate, nextFrame, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, describeUnknownWalls, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
 import { MazeMap, dark, describeCell } from "./map.js";
+import { Overview } from "./overview.js";
 import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
 import { Viewport } from "./viewport.js";
@@ -40,7 +40,7 @@ export class Panel {
   onShow = () => {};
   id;
   #style;
-  #chart;
+  #overview;
   #viewport;
   #log;
   #abort = new AbortController();
@@ -64,8 +64,6 @@ export class Panel {
   #slowTimer = 0;
   /** Index of the state that was shown at the end of the previous slow interval. */
   #settled = -1;
-  /** Number of states in the chart. */
-  #charted = -1;
   /** The highlighted cell, y * width + x. @type {number | null} */
   #cell = null;
   /** The size of the maze, such as `16 × 16`. */
@@ -79,7 +77,7 @@ export class Panel {
     this.#style = style;
     element.dataset.source = id;
     this.timeline = new Timeline(element, id === "live", () => void this.#draw());
-    this.#chart = new Chart(element, (index) => this.timeline.seek(index));
+    this.#overview = new Overview(element, this.timeline);
     this.#viewport = new Viewport(element, style);
     this.#log = new LogPane(element, (index) => this.timeline.seek(index));
     showLegend(element);
@@ -158,7 +156,8 @@ export class Panel {
     this.#source = source;
     this.#size = `${source.width} × ${source.height}`;
     this.#shown = null;
-    this.#charted = this.#settled = -1;
+    this.#settled = -1;
+    this.#overview.clear();
     this.#map = new MazeMap(drawing, source, this.#style);
     this.#viewport.install(this.#map.svg, source);
     query(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
@@ -250,7 +249,6 @@ export class Panel {
       if (this.#log.isShown) this.#showLog();
     }
     this.timeline.show();
-    this.#chart.setCursor(shown?.index ?? 0);
     showFigures(this.element, this.#source, shown?.view);
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
@@ -292,22 +290,14 @@ export class Panel {
         if (!source) return;
         this.#updateExportLinks();
         if (!this.#log.isShown) this.#showLog();
-        if (this.#charted !== states) {
-          const { signal } = this.#abort;
-          const history = await api.distances(source, signal).catch(() => null);
-          if (!history) return;
-          const newest = history.stride > 1 ? api.stateView(source, history.states - 1, signal) : null;
-          const view = await newest?.catch(() => null);
-          if (source !== this.#source) return;
-          this.#charted = states;
-          this.#chart.draw(history, view ?? null);
-          this.#chart.setCursor(this.#shown?.index ?? 0);
-        }
+        const isTrial = source.robot !== null || this.#shown?.view.trial != null;
+        if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
+        if (source !== this.#source) return;
         if (this.#settled === index) return announce(this.element, this.#shown);
         this.#settled = index;
         this.#showSlowly();
       },
-      this.#charted < 0 ? 0 : SLOW_INTERVAL,
+      this.#overview.isEmpty ? 0 : SLOW_INTERVAL,
     );
   }
 

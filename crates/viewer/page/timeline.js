@@ -3,6 +3,7 @@
 // at 0, but the state numbers on the page start at 1.
 
 import * as api from "./api.js";
+import { Axis } from "./axis.js";
 import { formatNumber, query, setAttributes, setText, showError } from "./dom.js";
 import { PaceSlider } from "./pace.js";
 
@@ -33,6 +34,7 @@ export class Timeline {
     this.#onChange = onChange;
     this.#slider = query(panel, "[name=slider]", HTMLInputElement);
     this.#jump = query(panel, "[name=jump]", HTMLInputElement);
+    this.axis = new Axis(panel);
     this.pace = new PaceSlider(panel, live ? (rate) => api.setPace(rate).catch(showError) : undefined);
     /** @param {string} name @param {() => void} onClick */
     const button = (name, onClick) => {
@@ -76,6 +78,7 @@ export class Timeline {
   /** Follows a new run. @param {number} states */
   start(states) {
     this.states = states;
+    this.axis.start(states);
     this.playing = false;
     this.#moveTo(true, 0);
   }
@@ -157,6 +160,7 @@ export class Timeline {
     setText(this.#panel, ".position", position);
     setAttributes(this.#slider, { max: Math.max(0, states - 1), "aria-valuetext": position });
     this.#slider.value = `${Math.max(0, target)}`;
+    this.axis.show(states, target);
     setAttributes(follow, { "aria-pressed": following });
     setAttributes(play, { "aria-pressed": playing });
     for (const control of [this.#slider, this.#jump, play]) control.disabled = states === 0;

@@ -21,6 +21,7 @@ const HTML: &str = "text/html; charset=utf-8";
 pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "annotations.js": SCRIPT,
     "api.js": SCRIPT,
+    "axis.js": SCRIPT,
     "chart.js": SCRIPT,
     "compare_bar.js": SCRIPT,
     "dom.js": SCRIPT,
@@ -32,6 +33,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "log.js": SCRIPT,
     "map.js": SCRIPT,
     "mazes.js": SCRIPT,
+    "overview.js": SCRIPT,
     "pace.js": SCRIPT,
     "page.css": STYLE,
     "page.js": SCRIPT,

@@ -54,21 +54,11 @@ pub(crate) struct DistanceHistory {
     optimistic: Vec<Option<u16>>,
     #[serde(rename = "closed")]
     pessimistic: Vec<Option<u16>>,
-    /// The number of times that the mouse had been put back at the start.
-    restarts: Vec<u32>,
-}
-
-/// The values at a sampled state.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
-    pub(crate) bounds: DistanceBounds,
-    pub(crate) restarts: u32,
 }
 
 impl Default for DistanceHistory {
     fn default() -> Self {
-        let (optimistic, pessimistic, restarts) = (Vec::new(), Vec::new(), Vec::new());
-        Self { states: 0, stride: 1, optimistic, pessimistic, restarts }
+        Self { states: 0, stride: 1, optimistic: Vec::new(), pessimistic: Vec::new() }
     }
 }
 
@@ -77,7 +67,7 @@ impl DistanceHistory {
     pub(crate) fn extend<E>(
         &mut self,
         states: usize,
-        mut sample: impl FnMut(usize) -> Result<Sample, E>,
+        mut sample: impl FnMut(usize) -> Result<DistanceBounds, E>,
     ) -> Result<(), E> {
         self.states = states;
         while states.div_ceil(self.stride) > MAX_SAMPLES {
@@ -85,13 +75,11 @@ impl DistanceHistory {
             for samples in [&mut self.optimistic, &mut self.pessimistic] {
                 *samples = samples.iter().copied().step_by(2).collect();
             }
-            self.restarts = self.restarts.iter().copied().step_by(2).collect();
         }
         for index in (0..states).step_by(self.stride).skip(self.optimistic.len()) {
-            let Sample { bounds, restarts } = sample(index)?;
+            let bounds = sample(index)?;
             self.optimistic.push(bounds.optimistic);
             self.pessimistic.push(bounds.pessimistic);
-            self.restarts.push(restarts);
         }
         Ok(())
     }
@@ -137,8 +125,7 @@ mod tests {
         let sample = |index: usize| {
             let optimistic = u16::try_from(index % 60_000).ok();
             let pessimistic = optimistic.filter(|steps| steps % 3 == 0);
-            let restarts = u32::try_from(index / 7).unwrap();
-            Ok::<_, ()>(Sample { bounds: DistanceBounds { optimistic, pessimistic }, restarts })
+            Ok::<_, ()>(DistanceBounds { optimistic, pessimistic })
         };
         let mut grown = DistanceHistory::default();
         for states in [0, 1, 2, 511, 512, 513, 514, 1024, 1025, 5000, 100_000] {
@@ -153,8 +140,7 @@ mod tests {
             assert_eq!(grown.optimistic.len(), states.div_ceil(grown.stride));
             if let Some(last) = grown.optimistic.len().checked_sub(1) {
                 let expected = sample(last * grown.stride).unwrap();
-                assert_eq!(grown.optimistic[last], expected.bounds.optimistic);
-                assert_eq!(grown.restarts[last], expected.restarts);
+                assert_eq!(grown.optimistic[last], expected.optimistic);
             }
         }
         assert_eq!(grown.stride, 256);

@@ -14,7 +14,7 @@ use mmsim_recording::{
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
-use crate::distances::{DistanceBounds, DistanceHistory, Sample};
+use crate::distances::{DistanceBounds, DistanceHistory};
 use crate::jobs::CancelToken;
 use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
@@ -267,9 +267,7 @@ impl Source {
             cancel.check()?;
             let block = self.read_block(run, index)?;
             let decoded = description.decode(&block, index)?;
-            let bounds = DistanceBounds::new(&decoded.known, decoded.is_trial);
-            let restarts = block.phases(index).map_or(0, |phases| phases.restarts);
-            Ok::<_, ApiError>(Sample { bounds, restarts })
+            Ok::<_, ApiError>(DistanceBounds::new(&decoded.known, decoded.is_trial))
         })?;
         self.cache(run, |cache| cache.distances = distances.clone());
         Ok(distances)

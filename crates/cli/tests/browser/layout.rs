@@ -97,7 +97,8 @@ fn the_own_mouse_and_its_figures_are_in_sight() {
         live.wait_for_state(0);
         wait_for("the log", || is_in_sight(browser, &live.part(".log")).then_some(()));
         let controls = [".run [name=again]", ".run [name=stop]", ".run [name=pause]"];
-        let figures = [".figures", ".phases", ".optimistic", ".pessimistic", ".actual", ".log"];
+        let bounds = [".distances .optimistic", ".distances .pessimistic", ".actual"];
+        let figures = [".figures", ".phases", ".log", bounds[0], bounds[1], bounds[2]];
         let check = || {
             for size in [PHONE, SMALL, LAPTOP] {
                 resize(browser, size);

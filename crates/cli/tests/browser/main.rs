@@ -9,6 +9,7 @@ mod harness;
 
 mod access;
 mod browser;
+mod chart;
 mod drawing;
 mod driver;
 mod export;

@@ -63,9 +63,11 @@ fn the_map_zooms_and_moves() {
 
         // With keys, around the middle.
         press('+');
+        press('+');
         let zoomed = view_box(live);
         assert!(zoomed[2] < 644.0 && zoomed[3] < 644.0, "{zoomed:?}");
         assert!((zoomed[0] + zoomed[2] / 2.0 - 320.0).abs() < 1.0, "{zoomed:?}");
+        press('-');
         press('-');
         assert_eq!(live.attribute(".map svg", "viewBox"), WHOLE);
 

@@ -1,0 +1,85 @@
+// @ts-check
+// The horizontal axis that the chart, the events and the slider share. The state with index i is drawn where the thumb
+// of the slider is when the state with index i is shown.
+
+import { query } from "./dom.js";
+
+export class Axis {
+  /** Index of the last state on the axis, at least 1. */
+  last = 1;
+  /** The width of the axis in pixels. */
+  width = 0;
+  /** Called after `last` or `width` has changed. @type {(() => void)[]} */
+  onChange = [];
+  #area;
+  #cursor;
+  #slider;
+
+  /** @param {HTMLElement} panel */
+  constructor(panel) {
+    this.#area = query(panel, ".timeline .axis");
+    this.#cursor = query(this.#area, ".cursor");
+    this.#slider = query(panel, "[name=slider]", HTMLInputElement);
+    new ResizeObserver(() => {
+      this.width = this.#area.clientWidth;
+      this.#notify();
+    }).observe(this.#area);
+  }
+
+  /** Begins a new run. @param {number} states */
+  start(states) {
+    this.#scale(states);
+  }
+
+  /** Makes room for a number of states. @param {number} states */
+  grow(states) {
+    if (states - 1 > this.last) this.#scale(states);
+  }
+
+  /**
+   * Moves the cursor. The axis is not scaled for each new state of a fast search, since the cursor is then at its end.
+   * @param {number} states @param {number} target index of the state to show
+   */
+  show(states, target) {
+    const isNewest = target >= states - 1;
+    if (!isNewest) this.grow(states);
+    const share = isNewest && states > 1 ? 1 : this.share(target);
+    this.#cursor.style.left = `${100 * share}%`;
+    this.#slider.style.setProperty("--share", `${100 * share}%`);
+  }
+
+  /** Returns the position of a state between 0 and 1. @param {number} index */
+  share(index) {
+    return Math.min(Math.max(0, index), this.last) / this.last;
+  }
+
+  /** Returns the index of the nearest state. @param {number} clientX horizontal position in the window, in pixels */
+  indexAt(clientX) {
+    const { left, width } = this.#area.getBoundingClientRect();
+    const share = width > 0 ? (clientX - left) / width : 0;
+    return Math.round(Math.min(Math.max(0, share), 1) * this.last);
+  }
+
+  /** @param {number} states */
+  #scale(states) {
+    const last = Math.max(1, states - 1);
+    if (this.last === last) return;
+    this.last = last;
+    this.#notify();
+  }
+
+  #notify() {
+    for (const listener of this.onChange) listener();
+  }
+}
+
+/**
+ * Returns the smallest distance between ticks, of the form 1, 2 or 5 times a power of ten, at which no more than `count`
+ * ticks are between 0 and `max`.
+ * @param {number} max @param {number} count
+ */
+export function tickStep(max, count) {
+  const least = Math.max(1, max / Math.max(1, count));
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * (/** @type {number} */ ([1, 2, 5, 10].find((factor) => factor * power >= least - 1e-9)));
+}
