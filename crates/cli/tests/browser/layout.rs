@@ -50,7 +50,7 @@ pub(crate) fn assert_in_sight(browser: &Browser, live: Panel<'_>, parts: &[&str]
 }
 
 pub(crate) fn assert_no_sideways_scrolling(browser: &Browser) {
-    let script = "return [...document.querySelectorAll('html, body, main, .panel, .details')]
+    let script = "return [...document.querySelectorAll('html, body, main, .panel, .details, .export')]
         .filter((box) => box.scrollWidth > box.clientWidth + 1).map((box) => box.className || box.tagName)";
     assert_eq!(browser.run::<Vec<String>>(script, &[]), [""; 0]);
 }
