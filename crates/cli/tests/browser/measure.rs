@@ -11,6 +11,7 @@ use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for, with_page};
+use crate::harness::recorded;
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
 
@@ -265,6 +266,33 @@ fn a_history_of_a_million_states() {
             let (mut shown, mut painted): (Vec<_>, Vec<_>) = times.into_iter().unzip();
             println!("scrubbing, round {round}: shown after {}", summary(&mut shown));
             println!("scrubbing, round {round}: painted after {}", summary(&mut painted));
+        }
+    });
+}
+
+#[test]
+#[ignore = "measurement"]
+fn an_exported_page_of_a_long_search() {
+    const STATES: usize = 100_000;
+    print_load();
+    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+        let messages = search(simulator);
+        stream(&simulator.serving.address, &messages, 1e9, |acknowledged| acknowledged == STATES);
+        let last = simulator.info().states - 1;
+        simulator.send(b"reset");
+        let recording = recorded(&simulator.home.path().join("kept"));
+        let begun = Instant::now();
+        let arguments = ["export", recording.to_str().unwrap(), "-o", "run.html"];
+        assert_eq!(simulator.home.run(&arguments).code, Some(0));
+        let file = simulator.home.path().join("run.html");
+        let bytes = fs::metadata(&file).unwrap().len();
+        println!("{last} states exported in {:.1} s, {bytes} bytes", begun.elapsed().as_secs_f64());
+        for _ in 0..5 {
+            browser.open("about:blank");
+            let begun = Instant::now();
+            browser.open(&format!("file://{}", file.display()));
+            Panel { browser, source: "1" }.wait_for_state(last);
+            println!("opened in {:.0} ms", begun.elapsed().as_secs_f64() * 1e3);
         }
     });
 }
