@@ -6,8 +6,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use crate::memory::{OutOfMemory, reserve};
 
-/// The capacity of a chunk in bytes.
-const CHUNK_BYTES: usize = 64 * 1024;
+/// The capacity of a chunk in bytes. To read a time, the gaps of its chunk up to the time are decoded.
+const CHUNK_BYTES: usize = 4 * 1024;
 
 /// The maximum length of an encoded gap between two times, in bytes. A gap is a 64-bit number, and
 /// each byte encodes seven bits of the gap.
