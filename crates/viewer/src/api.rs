@@ -27,6 +27,8 @@ use crate::{assets, events, export, find, log_view, mouse_api, recording_api, re
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
 
+/// Returns the routes of the API. Exported pages contain the responses that the page needs to show a
+/// recording (see `export::responses`).
 pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
         .route("/events", get(|State(state)| async { events::stream(state) }))

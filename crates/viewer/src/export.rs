@@ -13,7 +13,7 @@ mod document;
 mod patch;
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, IntoInnerError, Seek, Write};
 use std::sync::Arc;
 
 use base64::prelude::BASE64_STANDARD;
@@ -168,9 +168,10 @@ fn element<W: Write>(
 ) -> Result<(), ExportError> {
     write!(out, "<script type=\"text/plain\" data-embedded=\"{name}\">")?;
     let mut text = EncoderWriter::new(&mut *out, &BASE64_STANDARD);
-    let mut gzip = GzEncoder::new(&mut text, Compression::best());
+    // JSON is written in tiny pieces, which are slow to compress one by one.
+    let mut gzip = BufWriter::new(GzEncoder::new(&mut text, Compression::best()));
     write(&mut gzip)?;
-    gzip.finish()?;
+    gzip.into_inner().map_err(IntoInnerError::into_error)?.finish()?;
     text.finish()?;
     drop(text);
     Ok(writeln!(out, "</script>")?)
