@@ -58,8 +58,6 @@ fn a_view_contains_the_figures_of_a_state() {
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
     assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);
-    let restarts: Vec<_> = (0..350).map(|sample| 2 * sample / 4).collect();
-    assert_eq!(distances["restarts"], json!(restarts));
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
