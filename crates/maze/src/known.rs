@@ -204,6 +204,30 @@ impl KnownMaze {
         self.possible = self.possible.combine(truth, |possible, truth| possible | truth);
     }
 
+    /// Returns the walls that differ from the true maze, each as a cell and the north or east side
+    /// of the cell. Unknown walls do not differ.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState, Walls};
+    /// let (size, corner) = (MazeSize::CLASSIC, Cell::new(0, 0));
+    /// let mut map = KnownMaze::new(size, corner, size.central_cells());
+    /// map.set_wall(corner, Heading::North, WallState::Absent);
+    /// map.set_wall(corner, Heading::East, WallState::Present);
+    /// let wrong: Vec<_> = map.wrong_walls(&Walls::open(size)).collect();
+    /// assert_eq!(wrong, [(corner, Heading::East)]);
+    /// ```
+    pub fn wrong_walls<'a>(
+        &'a self,
+        truth: &'a Walls,
+    ) -> impl Iterator<Item = (Cell, Heading)> + 'a {
+        let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
+        self.size().cells().flat_map(sides).filter(|&(cell, heading)| {
+            let opposite =
+                if truth.has(cell, heading) { WallState::Absent } else { WallState::Present };
+            self.wall(cell, heading) == opposite
+        })
+    }
+
     /// Marks `cell` as visited if it is inside the maze.
     pub fn visit(&mut self, cell: Cell) {
         if self.size().contains(cell) {

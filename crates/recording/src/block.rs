@@ -136,7 +136,7 @@ impl States {
         &self.course
     }
 
-    fn pose(&self, index: usize) -> Option<Pose> {
+    pub(crate) fn pose(&self, index: usize) -> Option<Pose> {
         self.message(index)?.pose().ok()
     }
 }

@@ -28,6 +28,9 @@ import { isExported, respond } from "./embedded.js";
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory
+ * @typedef {"goal" | "return" | "fast-run" | "reset" | "jump" | "wrong-wall" | "solved" | "run-1" | "run-2" | "scored"
+ *   | "unscored" | "log"} EventKind
+ * @typedef {{ states: number, events: { kind: EventKind, count: number, every: number, states: number[] }[] }} RunEvents
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
  *   walls: Record<"known" | "unknown", [number, number, number]>,
@@ -107,6 +110,8 @@ export const drawing = async (source, signal) => (await request(sourceUrl(source
 export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
+/** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
+export const runEvents = (source, signal) => getJson(sourceUrl(source, "events"), signal);
 /**
  * Finds the first state after a number of steps since the start or since a leg began, as described for `StateView.leg`.
  * @param {Source} source @param {number} steps @param {number} [leg] @returns {Promise<FoundState>}

@@ -95,15 +95,15 @@ function describeEvents({ event, phases: { restarts, jumps } }) {
   return texts.join(". ");
 }
 
-/** @param {HTMLElement} panel @param {Shown | null} shown */
-export function announce(panel, shown) {
+/** @param {HTMLElement} panel @param {Shown | null} shown @param {string[]} events what happened in this state */
+export function announce(panel, shown, events) {
   const parts = [query(panel, ".position").textContent];
   if (shown) {
     const { state, view } = shown;
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
     if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
     if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back at the start");
-    parts.push(`${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
+    parts.push(...events, `${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
   }
   setText(panel, ".announcement", parts.join(", "));
 }

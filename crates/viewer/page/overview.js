@@ -1,42 +1,64 @@
 // @ts-check
-// The chart of a run, which is updated at a slow interval and not for each state.
+// The chart and the events of a run, which are updated at a slow interval and not for each state.
 
 import * as api from "./api.js";
 import { Chart } from "./chart.js";
+import { Marks } from "./marks.js";
 
 export class Overview {
   #chart;
+  #marks;
   /** Number of states in the chart. */
   #states = -1;
+  #isLoading = false;
 
   /** @param {HTMLElement} panel @param {import("./timeline.js").Timeline} timeline */
   constructor(panel, timeline) {
     this.#chart = new Chart(panel, timeline.axis, (index) => timeline.seek(index));
+    this.#marks = new Marks(panel, timeline);
   }
 
-  /** True if nothing is drawn of the current run. */
+  /** True if nothing of the current run is drawn or requested. */
   get isEmpty() {
-    return this.#states < 0;
+    return this.#states < 0 && !this.#isLoading;
   }
 
   /** Begins a new run. */
   clear() {
     this.#states = -1;
+    this.#isLoading = false;
   }
 
   /**
-   * Loads and draws a run, unless this is done already. Returns false if this fails.
+   * Loads and draws a run, unless this is done already or in progress. Returns false if this fails.
    * @param {api.Source} source @param {number} states @param {boolean} isTrial @param {AbortSignal} signal
    */
   async update(source, states, isTrial, signal) {
-    if (this.#states === states) return true;
-    const history = await api.distances(source, signal).catch(() => null);
-    if (!history) return false;
+    if (this.#states === states || this.#isLoading) return true;
+    this.#isLoading = true;
+    const requests = Promise.all([api.distances(source, signal), api.runEvents(source, signal)]);
+    const [history, events] = (await requests.catch(() => null)) ?? [];
+    if (!history || !events) {
+      if (!signal.aborted) this.#isLoading = false;
+      return false;
+    }
     const newest = history.stride > 1 ? api.stateView(source, history.states - 1, signal) : null;
     const view = await newest?.catch(() => null);
     if (signal.aborted) return false;
+    this.#isLoading = false;
     this.#states = states;
     this.#chart.draw(history, view ?? null, isTrial);
+    this.#marks.draw(events);
     return true;
+  }
+
+  /** Describes the events of a state. @param {number} index */
+  describe(index) {
+    return this.#marks.describe(index);
+  }
+
+  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
+  handleKey(event) {
+    return this.#marks.handleKey(event);
   }
 }

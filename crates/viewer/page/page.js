@@ -205,7 +205,9 @@ query(document, "[name=dismiss]").onclick = clearError;
 
 document.addEventListener("keydown", (event) => {
   const { key, target } = event;
-  if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
+  // Some keyboards type brackets with AltGr, which some systems report as Ctrl and Alt.
+  const hasModifier = event.ctrlKey || event.altKey || event.metaKey;
+  if (event.defaultPrevented || (hasModifier && !event.getModifierState("AltGraph"))) return;
   if (!(target instanceof Element) || target.closest("dialog")) return;
   // The focused element keeps the keys that it handles itself.
   if (target.matches("select, input:not([type=range], [type=checkbox])")) return;

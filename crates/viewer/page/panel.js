@@ -64,6 +64,8 @@ export class Panel {
   #slowTimer = 0;
   /** Index of the state that was shown at the end of the previous slow interval. */
   #settled = -1;
+  /** Index of the state that was announced last. */
+  #announced = -1;
   /** The highlighted cell, y * width + x. @type {number | null} */
   #cell = null;
   /** The size of the maze, such as `16 × 16`. */
@@ -99,6 +101,7 @@ export class Panel {
     this.#latest = { run, states };
     if (this.#hasNewRun) return void this.load();
     if (this.#source?.run === run) this.timeline.grow(states);
+    if (this.#shown) this.#showSlowly(); // also draws new states in the chart while an earlier state is shown
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
@@ -156,7 +159,7 @@ export class Panel {
     this.#source = source;
     this.#size = `${source.width} × ${source.height}`;
     this.#shown = null;
-    this.#settled = -1;
+    this.#settled = this.#announced = -1;
     this.#overview.clear();
     this.#map = new MazeMap(drawing, source, this.#style);
     this.#viewport.install(this.#map.svg, source);
@@ -293,9 +296,11 @@ export class Panel {
         const isTrial = source.robot !== null || this.#shown?.view.trial != null;
         if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
         if (source !== this.#source) return;
-        if (this.#settled === index) return announce(this.element, this.#shown);
+        const isSettled = this.#settled === index;
+        if (isSettled && this.#announced !== index) announce(this.element, this.#shown, this.#overview.describe(index));
+        if (isSettled) this.#announced = index;
         this.#settled = index;
-        this.#showSlowly();
+        if (!isSettled || states !== this.timeline.states) this.#showSlowly();
       },
       this.#overview.isEmpty ? 0 : SLOW_INTERVAL,
     );
@@ -316,7 +321,7 @@ export class Panel {
 
   /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event @param {boolean} connected */
   handleKey(event, connected) {
-    return (connected && this.timeline.handleKey(event)) || this.#viewport.handleKey(event);
+    return (connected && (this.timeline.handleKey(event) || this.#overview.handleKey(event))) || this.#viewport.handleKey(event);
   }
 
   /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */

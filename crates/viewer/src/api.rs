@@ -18,6 +18,7 @@ use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
 use crate::page_info::PageInfo;
 use crate::pictures::{self, PictureOptions};
+use crate::run_events::RunEvents;
 use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
@@ -44,6 +45,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
         .route("/api/sources/{id}/costs", get(distances))
+        .route("/api/sources/{id}/events", get(run_events))
         .route("/api/sources/{id}/log", get(log_view::handle))
         .route("/api/sources/{id}/find", get(find::handle))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
@@ -179,6 +181,15 @@ async fn distances(
 ) -> ApiResult<Json<DistanceHistory>> {
     let source = state.source(&id)?;
     state.run_jobs.run(move |cancel| Ok(Json(source.distances(run, cancel)?))).await
+}
+
+async fn run_events(
+    State(state): SharedState,
+    Path(id): Path<String>,
+    Query(RunNumber { run }): Query<RunNumber>,
+) -> ApiResult<Json<RunEvents>> {
+    let source = state.source(&id)?;
+    state.run_jobs.run(move |cancel| Ok(Json(source.events(run, cancel)?))).await
 }
 
 async fn page_svg(

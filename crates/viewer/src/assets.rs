@@ -32,6 +32,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "index.html": HTML,
     "log.js": SCRIPT,
     "map.js": SCRIPT,
+    "marks.js": SCRIPT,
     "mazes.js": SCRIPT,
     "overview.js": SCRIPT,
     "pace.js": SCRIPT,

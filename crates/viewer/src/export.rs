@@ -187,6 +187,7 @@ fn responses(source: &Source, cancel: &CancelToken) -> Result<Value, ApiError> {
         (path(""), json(&SourceInfo::new(ID.into(), source, None)?)?.to_string()),
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
         (path("/costs"), json(&source.distances(run, cancel)?)?.to_string()),
+        (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
     ];
     Ok(responses.into_iter().collect())
 }

@@ -32,6 +32,7 @@ mod page_info;
 mod pictures;
 mod recording_api;
 mod recordings;
+mod run_events;
 mod source;
 mod source_info;
 mod state_view;

@@ -16,6 +16,7 @@ use mmsim_server::{Monitor, MonitorError, Status};
 use crate::api_error::ApiError;
 use crate::distances::{DistanceBounds, DistanceHistory};
 use crate::jobs::CancelToken;
+use crate::run_events::{EventFinder, RunEvents};
 use crate::trails::{self, TrailHistory};
 use crate::trial::trial_status;
 
@@ -56,6 +57,7 @@ struct RunCache {
     /// The cached blocks, in the order in which they were read.
     blocks: VecDeque<Arc<States>>,
     distances: DistanceHistory,
+    events: Arc<Mutex<EventFinder>>,
     /// The times of the states, which may be older than the newest state.
     times: Times,
     trails: Option<Arc<Mutex<TrailHistory>>>,
@@ -94,7 +96,7 @@ fn evict(blocks: &mut VecDeque<Arc<States>>) {
 }
 
 impl RunDescription {
-    fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, ApiError> {
+    pub(crate) fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, ApiError> {
         let invalid = || ApiError::internal("the description of the maze is invalid");
         let unexplored = info.known_maze().ok_or_else(invalid)?;
         Ok(Self { title, size: unexplored.size(), info, unexplored, truth })
@@ -271,6 +273,22 @@ impl Source {
         })?;
         self.cache(run, |cache| cache.distances = distances.clone());
         Ok(distances)
+    }
+
+    /// Returns the events of a run. Reads only the states that have not been read before.
+    pub(crate) fn events(&self, run: u32, cancel: &CancelToken) -> Result<RunEvents, ApiError> {
+        let (description, states) = (self.describe(run)?, self.states(run)?);
+        let finder = self.cache(run, |cache| Arc::clone(&cache.events));
+        loop {
+            cancel.check()?;
+            // Several requests can read the blocks of a long run in turn.
+            let mut finder = finder.lock().unwrap_or_else(PoisonError::into_inner);
+            if finder.states() >= states {
+                return Ok(finder.events());
+            }
+            let block = self.read_block(run, finder.states())?;
+            finder.extend(&description, &block)?;
+        }
     }
 
     /// Returns true if the trail up to a state must be computed from many states.

@@ -1,6 +1,6 @@
 //! The report on one state of a recording.
 
-use mmsim_maze::{Cell, Escaped, Heading, KnownMaze, Maze, MazeSize, Pose, Unknown, WallState};
+use mmsim_maze::{Cell, Escaped, KnownMaze, MazeSize, Pose, Unknown};
 use mmsim_protocol::{Matrix, State};
 use mmsim_recording::{Block, PhaseReport, Recording, Transition};
 use mmsim_solvers::PathBounds;
@@ -71,7 +71,7 @@ impl StateReport {
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
         let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
-        let wrong_walls = recording.maze().map(|maze| wrong_walls(&map, maze));
+        let wrong_walls = recording.maze().map(|maze| map.wrong_walls(maze.walls()).count());
         let visited = counted(map.visited().len() as u64, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
@@ -158,14 +158,4 @@ const fn event(transition: Option<Transition>) -> Option<&'static str> {
 fn columns(size: MazeSize, matrix: Matrix<'_>) -> Vec<Vec<u8>> {
     let column = |x| (0..size.height()).filter_map(|y| matrix.at(Cell::new(x, y))).collect();
     (0..size.width()).map(column).collect()
-}
-
-/// Counts the walls that the client claims incorrectly.
-fn wrong_walls(map: &KnownMaze, maze: &Maze) -> usize {
-    let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
-    let is_wrong = |&(cell, heading): &(Cell, Heading)| {
-        let is_present = maze.walls().has(cell, heading);
-        map.wall(cell, heading) == if is_present { WallState::Absent } else { WallState::Present }
-    };
-    map.size().cells().flat_map(sides).filter(is_wrong).count()
 }

@@ -12,6 +12,7 @@ mod browser;
 mod chart;
 mod drawing;
 mod driver;
+mod events;
 mod export;
 mod foreign_site;
 mod ghost;

@@ -50,6 +50,17 @@ fn check_states(browser: &Browser, panel: Panel<'_>, report: &Value) {
         let upper = text(".pessimistic dd").parse().unwrap_or(usize::MAX);
         assert!(lower <= optimum && optimum <= upper, "state {at}: {lower} to {upper}");
     }
+    let events = wait_for("the events", || {
+        let script = "return [...document.querySelectorAll(arguments[0])]
+            .flatMap((mark) => mark.title.split('\\n'))";
+        let marks: Vec<String> = browser.run(script, &[panel.part(".marks button").into()]);
+        marks.contains(&format!("trial scored, state {}", last + 1)).then_some(marks)
+    });
+    for (event, at) in [("run 1 begins", 0), ("run 2 begins", explore)] {
+        assert!(events.contains(&format!("{event}, state {}", at + 1)), "{events:?}");
+    }
+    assert!(events.iter().any(|event| event.starts_with("goal reached")), "{events:?}");
+    assert!(!events.iter().any(|event| event.starts_with("fast run")), "{events:?}");
     assert_eq!((text(".path-name"), text(".actual dt")), ("Fastest race".into(), "optimum".into()));
 }
 
