@@ -126,7 +126,7 @@ mod tests {
                     prop_assert_eq!(state.index, count);
                     prop_assert_eq!(Some(state.message), block.get(count));
                     prop_assert_eq!(Some(*state.phases), block.phases(count));
-                    prop_assert_eq!(Some(state.context), block.context(count).as_ref());
+                    prop_assert_eq!(state.context, &block.context(count).unwrap());
                     prop_assert!(state.is_context_new || *state.context == previous);
                     let lines = match LISTS.get(states[count].3) {
                         Some([b'A', b'L', .., b'R']) => 2,

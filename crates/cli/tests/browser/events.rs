@@ -96,7 +96,7 @@ fn each_event_of_a_search_has_a_mark_at_its_state() {
             name("put back at the start", last + 1),
             name("jumped to another cell", last + 2)
         );
-        let expected = [&names[..], &[shared.clone()]].concat();
+        let expected = [&names[..], std::slice::from_ref(&shared)].concat();
         wait_for_marks(live, &expected);
         for at in [last + 1, last + 2, last + 1] {
             live.click(".marks .several");
@@ -119,7 +119,7 @@ fn resets_jumps_wrong_walls_and_log_lines_have_marks() {
             TestState { cell, heading: 'N', walls, ..TestState::new(0, maze.size()) }
         };
         let send = |at: usize, x, y, wrong| {
-            if at % 2 == 0 {
+            if at.is_multiple_of(2) {
                 simulator.send(&annotations(&[Annotation::Log("a line")]));
             }
             simulator.send(&state(x, y, wrong).message('C', 'C'));
