@@ -45,7 +45,7 @@ Examples:
   mmsim solve weight-increment         run a bundled strategy against a simulator
   mmsim render run.mcap -o run.gif     animate a recorded search
   mmsim export run.mcap -o run.html    save a recorded search as a web page
-  mmsim compare mazes/                 compare all bundled strategies in a table
+  mmsim compare mazes/                 compare mice in many mazes
   mmsim trial mazes/                   let a robot explore each maze and race in it
   mmsim run --open -- ./my-mouse       run and watch your own mouse
   mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
@@ -68,7 +68,7 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Write a recording as an HTML file that shows it in any browser
     Export(ExportArgs),
-    /// Compare the bundled strategies on collections of mazes
+    /// Compare bundled strategies and your own mice in many mazes
     Compare(CompareArgs),
     /// Run robots in the two-run trial: explore a maze, then race
     Trial(TrialArgs),

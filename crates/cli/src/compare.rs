@@ -14,11 +14,11 @@ mod text;
 mod track;
 mod workers;
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::num::NonZero;
-use std::process;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
 use args::CompareArgs;
@@ -34,20 +34,28 @@ use search::search;
 use track::Track;
 use workers::map_waiting;
 
+use crate::exit;
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
-use crate::output::{print, print_pretty_json, progress, replace, write_charts};
+use crate::output::{
+    check_folder, create_folder, print, print_pretty_json, progress, replace, write_charts,
+};
 use crate::parallel::map_each;
 use crate::selection::Selected;
-use crate::stderr;
 use crate::usage::CommandResult;
+
+/// The limit of open files to request from the system.
+const MAX_FILES: u64 = 4096;
 
 /// If a mouse reaches the time limit in each of its first mazes, its further searches are skipped.
 const FIRST_MAZES: usize = 3;
 
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let candidates = args.candidates()?;
-    let Inputs { mazes, all_readable } = Inputs::read_or_default(&args.mazes);
+    let Inputs { mut mazes, all_readable } = Inputs::read_or_default(&args.mazes);
+    let mut paths = BTreeSet::new();
+    mazes.retain(|selected| paths.insert(selected.path.clone()));
+    prepare_files(args)?;
     let report = compare(&candidates, &mazes, args)?;
     if args.json {
         print_pretty_json(&report.candidates)?;
@@ -68,6 +76,16 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         replace(file, report.html(&mazes).as_bytes())?;
     }
     Ok(all_readable)
+}
+
+/// Creates the folder for charts and checks that of the report, before searches that may take
+/// minutes.
+fn prepare_files(args: &CompareArgs) -> Result<(), String> {
+    args.charts.as_deref().map_or(Ok(()), create_folder)?;
+    match &args.html {
+        Some(file) => check_folder(file),
+        None => Ok(()),
+    }
 }
 
 /// Runs each candidate in each maze and shows a progress bar on a terminal.
@@ -134,55 +152,79 @@ fn search_own(
     if mice.is_empty() || mazes.is_empty() {
         return Ok(Vec::new());
     }
-    let is_interrupted = Arc::new(AtomicBool::new(false));
-    let (interrupt, interrupted) = (Interrupt::catch()?, Arc::clone(&is_interrupted));
-    thread::spawn(move || {
-        interrupt.wait();
-        interrupted.store(true, Ordering::Relaxed);
-    });
+    // Each search needs about twelve files. If the request fails, fewer searches run at a time.
+    let _ = rlimit::increase_nofile_limit(MAX_FILES);
     let slots = match jobs {
         Some(jobs) => jobs.into(),
         None => thread::available_parallelism().map_or(1, NonZero::get),
     };
-    let run = |mice: &[&NamedMouse], mazes: &[Selected]| {
-        let jobs: Vec<_> =
-            mice.iter().flat_map(|&mouse| mazes.iter().map(move |maze| (mouse, maze))).collect();
-        map_waiting(&jobs, slots, |&(mouse, Selected { maze, .. }), slot| {
-            if is_interrupted.load(Ordering::Relaxed) {
-                return skip(maze);
-            }
-            let figures = own_search::search(&mouse.program, maze, limits, slot, &is_interrupted);
+    let jobs: Vec<(usize, usize)> =
+        (0..mice.len()).flat_map(|mouse| (0..mazes.len()).map(move |maze| (mouse, maze))).collect();
+    // The number of the first mazes in which each mouse has reached the time limit.
+    let stuck: Vec<AtomicUsize> = mice.iter().map(|_| AtomicUsize::new(0)).collect();
+    let is_skipped = |(mouse, maze): (usize, usize)| {
+        maze >= FIRST_MAZES && stuck[mouse].load(Ordering::Relaxed) == FIRST_MAZES
+    };
+    let searches = Searches::begin()?;
+    let mut figures = map_waiting(&jobs, slots, |&(mouse, maze), slot| {
+        let selected = &mazes[maze];
+        if searches.are_interrupted() || is_skipped((mouse, maze)) {
             bar.inc(1);
-            figures
-        })
-    };
-    let (first, rest) = mazes.split_at(mazes.len().min(FIRST_MAZES));
-    let searched = run(mice, first);
-    let is_stuck = |figures: &[Figures]| {
-        figures.iter().all(|search| search.ending == Ending::TimeLimit && !search.goal_reached)
-    };
-    let searched: Vec<(&NamedMouse, &[Figures])> =
-        mice.iter().copied().zip(searched.chunks(first.len())).collect();
-    let others: Vec<_> = (searched.iter())
-        .filter_map(|&(mouse, figures)| (!is_stuck(figures)).then_some(mouse))
-        .collect();
-    let mut more = run(&others, rest).into_iter();
-    let figures = searched.into_iter().flat_map(|(_, figures)| {
-        let rest: Vec<Figures> = if is_stuck(figures) {
-            bar.inc(rest.len() as u64);
-            rest.iter().map(|selected| skip(&selected.maze)).collect()
-        } else {
-            more.by_ref().take(rest.len()).collect()
-        };
-        figures.iter().cloned().chain(rest).collect::<Vec<_>>()
+            return skip(&selected.maze);
+        }
+        let program = &mice[mouse].program;
+        let found =
+            own_search::search(program, &selected.maze, limits, slot, &searches.interrupted);
+        let is_stuck = found.ending == Ending::TimeLimit && !found.goal_reached;
+        if is_stuck && maze < FIRST_MAZES {
+            stuck[mouse].fetch_add(1, Ordering::Relaxed);
+        }
+        bar.inc(1);
+        found
     });
-    let figures = figures.collect();
-    if is_interrupted.load(Ordering::Relaxed) {
-        bar.finish_and_clear();
-        stderr::flush();
-        process::exit(Interrupt::CODE);
+    // Some searches may have begun before the mouse was known to be stuck.
+    for (figures, &job) in figures.iter_mut().zip(&jobs).filter(|(_, job)| is_skipped(**job)) {
+        *figures = skip(&mazes[job.1].maze);
     }
+    searches.end();
     Ok(figures)
+}
+
+/// The searches of the user's mice, which Ctrl-C stops.
+struct Searches {
+    interrupted: Arc<AtomicBool>,
+    are_running: Arc<AtomicBool>,
+}
+
+impl Searches {
+    /// Starts catching Ctrl-C. Call this once per process.
+    fn begin() -> Result<Self, Box<dyn Error>> {
+        let interrupt = Interrupt::catch()?;
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let are_running = Arc::new(AtomicBool::new(true));
+        let searches =
+            Self { interrupted: Arc::clone(&interrupted), are_running: Arc::clone(&are_running) };
+        thread::Builder::new().spawn(move || {
+            interrupt.wait();
+            interrupted.store(true, Ordering::SeqCst);
+            if !are_running.load(Ordering::SeqCst) {
+                exit(Interrupt::CODE);
+            }
+        })?;
+        Ok(searches)
+    }
+
+    fn are_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+
+    /// Exits if Ctrl-C has stopped the mice. From now on, Ctrl-C ends the process directly.
+    fn end(self) {
+        self.are_running.store(false, Ordering::SeqCst);
+        if self.are_interrupted() {
+            exit(Interrupt::CODE);
+        }
+    }
 }
 
 /// Returns the figures of a search that was not run.

@@ -126,6 +126,16 @@ pub(crate) fn write_charts(folder: &Path, comparison: &Comparison) -> Result<(),
     })
 }
 
+/// Returns an error if the folder of a file does not exist.
+pub(crate) fn check_folder(file: &Path) -> Result<(), String> {
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    match folder.map_or(Ok(true), |folder| fs::metadata(folder).map(|found| found.is_dir())) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(format!("cannot write {}: not in a folder", file.display())),
+        Err(error) => Err(format!("cannot write {}: {error}", file.display())),
+    }
+}
+
 /// Creates a folder and its parents unless it exists.
 pub(crate) fn create_folder(folder: &Path) -> Result<(), String> {
     let error = |error| format!("cannot create {}: {error}", folder.display());

@@ -148,7 +148,7 @@ impl Comparison {
 
     fn mazes_section(&self) -> Markup {
         html! {
-            section {
+            section class="values" {
                 h2 { "Values in each maze" }
                 @for (measure, values) in self.measures() {
                     details {
@@ -189,7 +189,7 @@ fn explanations() -> Markup {
                 li {
                     "Lower values are better. Means, medians and quartiles refer to the mazes in which every "
                     "candidate has a value, so that all candidates are compared in the same mazes. Candidates "
-                    "without any value are left out of this rule."
+                    "without values are ignored."
                 }
                 li {
                     "Half of the values are in the middle half, which lies between the first and the third "

@@ -28,7 +28,7 @@
 //! let statistics = &comparison.statistics()[0];
 //! assert_eq!(
 //!     statistics.sentences()[0],
-//!     "In the 2 mazes that both solved, mine needs 3.00 steps fewer than flood-fill \
+//!     "In the 2 mazes that both solved, mine needs 3.00 fewer steps to the goal than flood-fill \
 //!      (95 % interval from 41.12 fewer to 35.12 more), which may be due to chance."
 //! );
 //! for row in statistics.table() {

@@ -130,7 +130,7 @@ impl MeasureStatistics {
         };
         let (with, without) = (names(|one| one.mazes > 0), names(|one| one.mazes == 0));
         let who = match &with[..] {
-            [] => return format!("No maze was {verb} by any candidate."),
+            [] => return format!("No candidate {verb} a maze."),
             [one] => one,
             [_, _] => "both",
             _ => "all",
@@ -143,7 +143,15 @@ impl MeasureStatistics {
             0 => {
                 format!("There are no means, because there is no maze that {who} {verb}{without}.")
             }
-            count => format!("Means over the {} that {who} {verb}{without}.", mazes(count)),
+            count if count == self.mazes => {
+                format!("Means over the {} that {who} {verb}{without}.", mazes(count))
+            }
+            count => {
+                format!(
+                    "Means over the {count} of {} that {who} {verb}{without}.",
+                    mazes(self.mazes)
+                )
+            }
         }
     }
 
@@ -178,7 +186,7 @@ impl MeasureStatistics {
     ///     })
     ///     .statistics();
     /// let sentences = statistics[0].sentences();
-    /// assert_eq!(sentences, ["In the one maze that both solved, a needs 1.00 steps fewer than b."]);
+    /// assert_eq!(sentences, ["In the one maze that both solved, a needs 1.00 fewer steps to the goal than b."]);
     /// ```
     pub fn sentences(&self) -> Vec<String> {
         let Some(reference) = &self.reference else { return vec![self.caption()] };
@@ -200,19 +208,23 @@ impl MeasureStatistics {
         if difference.equal == difference.mazes {
             return format!("In the {mazes} that both {verb}, {one} and {two} have equal {name}.");
         }
-        let (less, more) = match unit.len() {
-            0 => ("lower", "higher"),
-            // Symbols, such as ms, are not counted.
-            1..=3 => ("less", "more"),
-            _ => ("fewer", "more"),
-        };
+        if difference.mean == 0.0 {
+            return format!(
+                "In the {mazes} that both {verb}, {one} and {two} have equal mean {name}."
+            );
+        }
+        // Steps are counted, and a score is measured.
+        let is_counted = !unit.is_empty() && name.contains(unit.as_str());
+        let (less, more) = if is_counted { ("fewer", "more") } else { ("lower", "higher") };
         let is_less = difference.mean > 0.0;
         let direction = if is_less { less } else { more };
         let amount = |number: f64| self.format().plain(number.abs());
         let mean = amount(difference.mean);
-        let fact = match unit.as_str() {
-            "" => format!("the {name} of {one} is {mean} {direction} than that of {two}"),
-            unit => format!("{one} needs {mean} {unit} {direction} than {two}"),
+        let fact = if is_counted {
+            format!("{one} needs {mean} {direction} {name} than {two}")
+        } else {
+            let amount = [&mean, unit.as_str()].join(" ");
+            format!("the {name} is {} {direction} for {one} than for {two}", amount.trim_end())
         };
         let chance = match difference.confidence_interval {
             None => String::new(),
@@ -288,13 +300,13 @@ mod tests {
         ];
         insta::assert_snapshot!(captions.join("\n"), @"
         Means over the 4 mazes that a solved.
-        Means over the one maze that both solved.
+        Means over the 1 of 4 mazes that both solved.
         Means over the 4 mazes that all solved.
-        Means over the one maze that both solved (b, d solved none).
+        Means over the 1 of 4 mazes that both solved (b, d solved none).
         Means over the 4 mazes that b solved (a solved none).
         There are no means, because there is no maze that both solved.
-        No maze was solved by any candidate.
-        No maze was solved by any candidate.
+        No candidate solved a maze.
+        No candidate solved a maze.
         ");
     }
 
@@ -317,17 +329,17 @@ mod tests {
         let time = Measure::new("time", "processor time", "µs");
         sentences.extend(statistics(time, &[&A, &d]).sentences());
         insta::assert_snapshot!(sentences.join("\n"), @"
-        In the 4 mazes that both solved, a needs 4.00 steps fewer than b (95 % interval 2.70 to 5.30).
-        In the 4 mazes that both solved, a needs 0.75 steps more than c (95 % interval from 5.66 fewer to 7.16 more), which may be due to chance.
-        In the 4 mazes that both solved, a needs 4.00 steps more than d (95 % interval 2.70 to 5.30).
+        In the 4 mazes that both solved, a needs 4.00 fewer steps to the goal than b (95 % interval 2.70 to 5.30).
+        In the 4 mazes that both solved, a needs 0.75 more steps to the goal than c (95 % interval from 5.66 fewer to 7.16 more), which may be due to chance.
+        In the 4 mazes that both solved, a needs 4.00 more steps to the goal than d (95 % interval 2.70 to 5.30).
         In the 4 mazes that both solved, a and e have equal steps to the goal.
-        In the one maze that both solved, a needs 6.00 steps fewer than f.
+        In the one maze that both solved, a needs 6.00 fewer steps to the goal than f.
         g solved none of the 4 mazes.
         a solved none of the 4 mazes.
         There is no maze that both b and c solved.
-        No maze was solved by any candidate.
-        In the 4 mazes that both scored in, the score of a is 4.00 lower than that of b (95 % interval 2.70 to 5.30).
-        In the 4 mazes that both solved, a needs 4.00 µs more than b (95 % interval 2.70 to 5.30).
+        No candidate solved a maze.
+        In the 4 mazes that both scored in, the score is 4.00 lower for a than for b (95 % interval 2.70 to 5.30).
+        In the 4 mazes that both solved, the processor time is 4.00 µs higher for a than for b (95 % interval 2.70 to 5.30).
         ");
     }
 

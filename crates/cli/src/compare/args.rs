@@ -17,7 +17,7 @@ const AFTER_HELP: &str = "\
 Examples:
   mmsim compare                                   compare all strategies in the default mazes
   mmsim compare mazes/ --mouse mine=./my-mouse    compare your own mouse with the strategies
-  mmsim compare mazes/ --mouse new=./mouse --mouse old='python3 old.py' --strategies none
+  mmsim compare mazes/ --mouse new=./mouse --mouse \"old=python3 old.py\" --strategies none
   mmsim compare mazes/ --html report.html         write a report with charts and pictures
   mmsim compare harbour my-maze.txt --strategies flood-fill,swing
   mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
@@ -26,8 +26,7 @@ Examples:
 A mouse is a program for the simulator mms, or a client that connects to the address in the
 environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the same address. It runs
 once in each maze, in parallel on all processors. A mouse that has reached the goal and not moved for
-a second has finished. A mouse that fails, exceeds a limit or gives up is counted and named, and ends
-nothing else.
+two seconds has finished. Failures are counted and listed; the other searches continue.
 
 Means and medians cover the mazes in which all mice reached the goal. Differences, to the first
 mouse, cover the mazes in which both reached the goal; the middle half lies between the quartiles.
@@ -59,8 +58,8 @@ pub(crate) struct CompareArgs {
     /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
     /// each turn
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
-    max_steps: u32,
-    /// Use N threads; the results do not depend on N [default: the number of processors]
+    max_states: u32,
+    /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
     /// Write a report to FILE: one HTML page with tables, charts and pictures
@@ -107,7 +106,7 @@ impl CompareArgs {
         for (index, candidate) in candidates.iter().enumerate() {
             let name = candidate.name();
             if candidates[..index].iter().any(|other| other.name() == name) {
-                let message = format!("two mice are called {name:?}; give --mouse another name");
+                let message = format!("two mice are called {name:?}; choose another NAME");
                 return Err(UsageError::new("compare", message));
             }
         }
@@ -120,7 +119,7 @@ impl CompareArgs {
 
     /// Returns the limits of the user's mice.
     pub(crate) const fn limits(&self) -> SearchLimits {
-        SearchLimits { time: self.time_limit, states: self.max_steps }
+        SearchLimits { time: self.time_limit, states: self.max_states }
     }
 }
 

@@ -55,11 +55,14 @@ impl FromStr for NamedMouse {
 
     /// Parses `NAME=COMMAND`. The words of the command may be quoted as in a shell.
     fn from_str(text: &str) -> Result<Self, String> {
-        let expected = "expected NAME=COMMAND such as mine='python3 mouse.py'";
+        let expected = "expected NAME=COMMAND such as \"mine=python3 mouse.py\"";
         let (name, command) = text.split_once('=').ok_or(expected)?;
         let name = name.trim();
-        if name.is_empty() || name.len() > MAX_NAME_BYTES || name.chars().any(needs_escape) {
-            return Err(format!("{expected}; a name has 1 to {MAX_NAME_BYTES} bytes"));
+        if name.is_empty() || name.len() > MAX_NAME_BYTES {
+            return Err(format!("expected a NAME of 1 to {MAX_NAME_BYTES} bytes"));
+        }
+        if name.chars().any(needs_escape) {
+            return Err("expected a NAME without control characters".into());
         }
         // On Windows, a backslash separates folders.
         let posix = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };
@@ -86,8 +89,8 @@ mod tests {
         assert!(command.get_args().eq(["a b.py", "--x=1", "c d"]));
         for (text, error) in [
             ("python3", "expected NAME=COMMAND"),
-            ("=python3", "a name has 1 to"),
-            ("a\nb=python3", "a name has 1 to"),
+            ("=python3", "expected a NAME of 1 to 100 bytes"),
+            ("a\nb=python3", "without control characters"),
             ("mine=", "the command is empty"),
             ("mine= ", "the command is empty"),
             ("mine='python3", "expected a closing quotation mark"),

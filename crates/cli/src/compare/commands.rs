@@ -1,6 +1,6 @@
 //! Executes the commands of a mouse that was written for mms.
 
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Read, Write};
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_mms::{Environment, Response, SimulatedMouse};
@@ -9,35 +9,49 @@ use super::own_search::{Kind, Over, Progress, SharedProgress, lock};
 use crate::mms::child::{Line, read_line};
 use crate::mms::invalid_lines::InvalidLine;
 
-/// A mouse that has written this many bytes of invalid lines since its latest command is stopped.
-const MAX_INVALID_BYTES: usize = 4 << 20;
+/// A mouse that has written this many bytes since its latest command is stopped.
+pub(super) const MAX_INVALID_BYTES: usize = 4 << 20;
 
 /// Executes commands until the output of the mouse ends or the search is over. Output of a mouse that
 /// does not write commands is ignored.
 pub(super) fn execute_all(
-    mut output: BufReader<impl Read>,
+    output: impl Read,
     input: impl Write,
     size: MazeSize,
     (start, goals): (Cell, CellSet),
     progress: &SharedProgress,
 ) {
     let mut mouse = SimulatedMouse::new(size, start, goals);
+    let mut output = BufReader::new(Limited { output, left: MAX_INVALID_BYTES });
     let mut replies = BufWriter::new(input);
-    let mut invalid_bytes = 0;
-    // An error ends the output.
-    while let Ok(Some(line)) = read_line(&mut output) {
+    loop {
+        // An error ends the output.
+        let line = read_line(&mut output).ok().flatten();
         let mut progress = lock(progress);
+        let is_client = progress.kind() == Some(Kind::Client);
+        let is_flood = output.get_ref().left == 0;
+        if is_client {
+            output.get_mut().left = MAX_INVALID_BYTES;
+        }
+        let Some(line) = line else {
+            match (is_flood, is_client) {
+                (false, _) => return,
+                (true, true) => continue,
+                (true, false) => return progress.end(Over::Flood),
+            }
+        };
         if progress.is_over {
             return;
         }
-        let Ok(command) = InvalidLine::parse(&line, size) else {
-            invalid_bytes += length(&line);
-            if invalid_bytes > MAX_INVALID_BYTES && progress.kind() != Some(Kind::Client) {
-                return progress.end(Over::Flood(too_many(&line)));
+        let command = match InvalidLine::parse(&line, size) {
+            Ok(command) => command,
+            Err(_) if is_client || is_blank(&line) => continue,
+            Err(error) => {
+                progress.fault = Some(format!("last invalid line: {error}"));
+                continue;
             }
-            continue;
         };
-        invalid_bytes = 0;
+        output.get_mut().left = MAX_INVALID_BYTES;
         if !progress.accept(Kind::Mms) {
             continue;
         }
@@ -58,19 +72,24 @@ pub(super) fn execute_all(
     }
 }
 
-const fn length(line: &Line) -> usize {
-    match line {
-        Line::Whole(line) | Line::TooLong(line) | Line::Unfinished(line) => line.len(),
-    }
+fn is_blank(line: &Line) -> bool {
+    matches!(line, Line::Whole(line) if line.trim_ascii().is_empty())
 }
 
-fn too_many(line: &Line) -> String {
-    let mebibytes = MAX_INVALID_BYTES >> 20;
-    let reason = match InvalidLine::parse(line, MazeSize::CLASSIC) {
-        Err(error) => error.to_string(),
-        Ok(_) => String::new(),
-    };
-    format!("wrote {mebibytes} MiB without a valid command; last line: {reason}")
+/// The output of a mouse, which ends after a number of bytes.
+struct Limited<R> {
+    output: R,
+    /// The number of bytes until the end.
+    left: usize,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let max = buffer.len().min(self.left);
+        let length = self.output.read(&mut buffer[..max])?;
+        self.left -= length;
+        Ok(length)
+    }
 }
 
 impl Environment for Progress {
@@ -110,7 +129,7 @@ mod tests {
         let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, sender)));
         let mut replies = Vec::new();
         let goal = (maze.start().cell, *maze.goals());
-        execute_all(BufReader::new(output), &mut replies, maze.size(), goal, &progress);
+        execute_all(output, &mut replies, maze.size(), goal, &progress);
         (String::from_utf8(replies).unwrap(), progress, over)
     }
 
@@ -139,16 +158,33 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_of_invalid_lines_ends_the_search() {
+    fn a_flood_of_invalid_output_ends_the_search() {
         let line = b"this line is not a command of mms, but it is rather long\n";
         let flood = line.repeat(MAX_INVALID_BYTES / line.len() + 1);
-        let (_, progress, over) = execute(&flood, 1000);
-        assert!(lock(&progress).is_over);
-        let Ok(Over::Flood(reason)) = over.try_recv() else { panic!("no flood") };
-        insta::assert_snapshot!(reason, @r#"wrote 4 MiB without a valid command; last line: unknown command "this line is not a command of mms, but it is rather long""#);
+        for output in [&flood[..], &b"x".repeat(2 * MAX_INVALID_BYTES)] {
+            let (_, progress, over) = execute(output, 1000);
+            assert!(lock(&progress).is_over);
+            assert!(matches!(over.try_recv(), Ok(Over::Flood)));
+        }
         // A command now and then shows that the mouse is at work.
         let half = &flood[..flood.len() / 2];
         let (replies, progress, _) = execute(&[half, b"\nturnLeft\n", half].concat(), 1000);
         assert_eq!((&*replies, lock(&progress).is_over), ("ack\n", false));
+        let (_, progress, _) = execute(b"setColor 9 9 g\n\nturnLeft\n", 1000);
+        let fault = lock(&progress).fault.clone().unwrap();
+        insta::assert_snapshot!(fault, @r#"last invalid line: expected a cell in a maze of 2x1 cells, found "setColor 9 9 g""#);
+    }
+
+    #[test]
+    fn a_client_may_print_anything() {
+        let maze: Maze = MAZE.parse().unwrap();
+        let limits = SearchLimits { time: std::time::Duration::MAX, states: 10 };
+        let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, mpsc::channel().0)));
+        assert!(lock(&progress).accept(Kind::Client));
+        let goal = (maze.start().cell, *maze.goals());
+        let output = [&b"x".repeat(3 * MAX_INVALID_BYTES)[..], b"\nturnLeft\n"].concat();
+        execute_all(&output[..], io::sink(), maze.size(), goal, &progress);
+        let progress = lock(&progress);
+        assert_eq!((progress.is_over, &progress.fault, progress.track.states()), (false, &None, 0));
     }
 }

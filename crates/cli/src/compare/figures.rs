@@ -37,6 +37,10 @@ pub(crate) struct Figures {
     /// True if the mouse correctly reported that the goal is unreachable.
     #[serde(skip)]
     pub(crate) is_rightly_given_up: bool,
+    /// True if the mouse has stopped by itself or begun its fast run, so the figures of the whole
+    /// search are complete.
+    #[serde(skip)]
+    pub(crate) is_complete: bool,
     /// The cells that the mouse entered until it stopped or began its fast run.
     #[serde(skip)]
     pub(crate) path: Vec<Cell>,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use mmsim_maze::{Escaped, Maze, Pose};
 
-use super::commands;
+use super::commands::{self, MAX_INVALID_BYTES};
 use super::figures::{Ending, Figures};
 use super::requests::Endpoint;
 use super::track::Track;
@@ -25,13 +25,17 @@ use crate::run::ENDPOINT_PLACEHOLDER;
 /// The interval between checks of a search in which nothing has ended.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// A mouse that has sent nothing for this time waits and does not compute. Starting an interpreter takes
-/// less.
-const SILENCE: Duration = Duration::from_secs(1);
-
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.
-const IDLE_AT_GOAL: Duration = Duration::from_secs(1);
+const IDLE_AT_GOAL: Duration = Duration::from_secs(2);
+
+/// A mouse that has reached the goal and has not moved for this time lets another search use its
+/// processor.
+const WAITING_AT_GOAL: Duration = Duration::from_millis(200);
+
+/// The time without a command after which the output of a mouse that has exited counts as executed.
+/// If a child process of the mouse keeps the output open, the output does not end.
+const OUTPUT_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The maximum time to wait for the last line of stderr of a process that has exited.
 const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -62,7 +66,8 @@ pub(crate) enum Over {
     /// The output of the mouse has ended.
     OutputEnded,
     StepLimit,
-    Flood(String),
+    /// The mouse has written too many bytes without a command.
+    Flood,
 }
 
 /// The state of a search, which the threads of the search share.
@@ -71,6 +76,8 @@ pub(crate) struct Progress {
     kind: Option<Kind>,
     pub(crate) track: Track,
     pub(crate) crashes: u32,
+    /// The latest invalid line or refused request.
+    pub(crate) fault: Option<String>,
     max_states: u32,
     /// The number of commands and requests.
     messages: u64,
@@ -94,6 +101,7 @@ impl Progress {
             kind: None,
             track: Track::new(maze),
             crashes: 0,
+            fault: None,
             max_states: limits.states,
             messages: 0,
             moved: Instant::now(),
@@ -103,7 +111,7 @@ impl Progress {
     }
 
     /// Notes a command or a request. Returns false if it must be ignored, because the search is over
-    /// or because the mouse communicates in the other way.
+    /// or because the mouse uses the other protocol.
     pub(crate) fn accept(&mut self, kind: Kind) -> bool {
         self.messages += 1;
         !self.is_over && *self.kind.get_or_insert(kind) == kind
@@ -166,7 +174,11 @@ pub(crate) fn search(
         ending,
         error,
         crashes: (progress.kind != Some(Kind::Client)).then_some(progress.crashes),
-        is_rightly_given_up: figures.shortest_path.is_none() && ending == Ending::GaveUp,
+        // A program that does nothing does not know that the goal is unreachable.
+        is_rightly_given_up: figures.shortest_path.is_none()
+            && ending == Ending::GaveUp
+            && progress.kind.is_some(),
+        is_complete: figures.is_complete || ending == Ending::Finished,
         ..figures
     }
 }
@@ -209,19 +221,19 @@ impl Running {
         };
         let (size, progress) = (maze.size(), Arc::clone(progress));
         let goals = (maze.start().cell, *maze.goals());
-        thread::spawn(move || {
-            commands::execute_all(BufReader::new(stdout), stdin, size, goals, &progress);
+        spawn("stdout", move || {
+            commands::execute_all(stdout, stdin, size, goals, &progress);
             let _ = lock(&progress).over.send(Over::OutputEnded);
-        });
+        })?;
         let (sender, last_line) = mpsc::channel();
-        thread::spawn(move || {
+        spawn("stderr", move || {
             // The search may be over.
             let _ = sender.send(read_last_line(BufReader::new(stderr)));
-        });
+        })?;
         Ok(Self { process, last_line, started, endpoint })
     }
 
-    /// Waits until the search is over. If the mouse is silent for a while, releases the slot, so that
+    /// Waits until the search is over. If the mouse waits in the goal, releases the slot, so that
     /// another search can use the processor.
     fn wait(
         &mut self,
@@ -242,33 +254,41 @@ impl Running {
                 Ok(over) => return Ended::Over(over),
                 Err(_) => interval = CHECK_INTERVAL.min(2 * interval),
             }
+            if is_interrupted.load(Ordering::Relaxed) {
+                return Ended::Interrupted;
+            }
             let now = lock(progress).messages;
-            let is_silent = mem::replace(&mut messages, now) == now;
+            if mem::replace(&mut messages, now) != now {
+                heard = Instant::now();
+            }
             match self.process.status() {
-                // The commands of the mouse may not be executed yet. If a child process of the mouse
-                // keeps the output open, it does not end.
-                Ok(Some(status)) if has_output_ended || is_silent => return Ended::Exited(status),
+                Ok(Some(status)) if has_output_ended || heard.elapsed() >= OUTPUT_TIMEOUT => {
+                    return Ended::Exited(status);
+                }
+                // Some commands of the mouse may not be executed yet.
                 Ok(Some(_)) => continue,
                 Ok(None) => {}
                 Err(error) => return Ended::Failed(format!("cannot get the exit status: {error}")),
-            }
-            if is_interrupted.load(Ordering::Relaxed) {
-                return Ended::Interrupted;
             }
             if self.started.elapsed() >= limits.time {
                 return Ended::TimeLimit;
             }
             let progress = lock(progress);
-            if progress.track.is_goal_reached() && progress.moved.elapsed() >= IDLE_AT_GOAL {
+            let waits = |time| progress.track.is_goal_reached() && progress.moved.elapsed() >= time;
+            if waits(IDLE_AT_GOAL) {
                 return Ended::Idle;
             }
-            if !is_silent {
-                heard = Instant::now();
-            } else if heard.elapsed() >= SILENCE {
+            if waits(WAITING_AT_GOAL) {
                 slot.release();
             }
         }
     }
+}
+
+/// Starts a thread that ends when the output of the mouse ends.
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let spawned = thread::Builder::new().name(name.into()).spawn(work);
+    spawned.map(drop).map_err(|error| format!("cannot start a thread: {error}"))
 }
 
 /// Returns how the search ended, and the reason if it ended early.
@@ -283,12 +303,11 @@ fn conclude(
         return (Ending::Failed, Some(reason));
     }
     let is_reached = progress.track.is_goal_reached();
-    let hint = match progress.kind {
-        None => {
-            format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})")
-        }
-        Some(_) => String::new(),
-    };
+    let unheard =
+        format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})");
+    let unheard = if progress.kind.is_none() { unheard } else { String::new() };
+    let fault = progress.fault.as_ref().filter(|_| !is_reached);
+    let hint = unheard + &fault.map(|fault| format!("; {fault}")).unwrap_or_default();
     match ended {
         Ended::Exited(status) if !status.success() => {
             let line = last_line.recv_timeout(LAST_LINE_TIMEOUT).unwrap_or_default();
@@ -307,9 +326,12 @@ fn conclude(
             let limit = counted(limits.states, "state");
             (Ending::StepLimit, Some(format!("stopped after {limit}")))
         }
-        Ended::Over(Over::Flood(reason)) | Ended::Failed(reason) => {
-            (Ending::Failed, Some(reason.clone()))
+        Ended::Over(Over::Flood) => {
+            let limit = MAX_INVALID_BYTES >> 20;
+            let reason = format!("wrote {limit} MiB without a valid command{hint}");
+            (Ending::Failed, Some(reason))
         }
+        Ended::Failed(reason) => (Ending::Failed, Some(reason.clone())),
         Ended::Interrupted => (Ending::Skipped, Some("interrupted".into())),
     }
 }

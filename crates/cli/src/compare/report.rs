@@ -1,6 +1,5 @@
 //! The report on a comparison: a table, CSV and JSON.
 
-use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
@@ -38,12 +37,18 @@ impl SearchReport {
         Self { maze, figures }
     }
 
-    /// Returns the reason why the mouse neither reached the goal nor correctly reported that it is
-    /// unreachable.
+    /// Returns the reason why the mouse did not stop by itself in the goal, unless it correctly
+    /// reported that the goal is unreachable.
     fn failure(&self) -> Option<String> {
         let Figures { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = &self.figures;
-        let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
-        (!goal_reached && !is_rightly_given_up).then(|| error.clone().unwrap_or_else(limit))
+        if *is_rightly_given_up {
+            None
+        } else if *goal_reached {
+            error.as_ref().map(|error| format!("after reaching the goal: {error}"))
+        } else {
+            let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
+            Some(error.clone().unwrap_or_else(limit))
+        }
     }
 }
 
@@ -97,7 +102,11 @@ impl Report {
             searches.map(|(maze, figures)| SearchReport::new(maze, figures)).collect()
         });
         let searches: Vec<Vec<SearchReport>> = searches.collect();
-        let names = mazes.iter().map(|selected| selected.name.clone()).collect();
+        let name = |Selected { name, path, .. }: &Selected| {
+            let is_unique = mazes.iter().filter(|other| other.name == *name).count() == 1;
+            if is_unique { name.clone() } else { path.display().to_string() }
+        };
+        let names = mazes.iter().map(name).collect();
         let described = candidates.iter().map(|candidate| mmsim_report::Candidate {
             name: candidate.name().into(),
             description: candidate.about().into(),
@@ -105,8 +114,9 @@ impl Report {
         let comparison = Comparison::new("Comparison of mice", described.collect(), names)
             .with_failures(|candidate, maze| searches[candidate][maze].failure());
         let comparison = MEASURES.iter().fold(comparison, |comparison, measure| {
-            let SearchMeasure { key, name, unit, value, .. } = *measure;
-            comparison.with_measure(Measure::new(key, name, unit), |candidate, maze| {
+            let SearchMeasure { key, name, unit, verb, value, .. } = *measure;
+            let measure = Measure::new(key, name, unit).with_verb(verb);
+            comparison.with_measure(measure, |candidate, maze| {
                 let figures = &searches[candidate][maze].figures;
                 value(figures).filter(|_| figures.goal_reached)
             })
@@ -127,9 +137,8 @@ impl Report {
             CandidateReport::new(candidate, statistics.collect(), shortest_path, searches)
         });
         let candidates: Vec<CandidateReport> = candidates.collect();
-        let note = limiting_candidate(&comparison);
         let comparison = comparison.with_overview(CandidateReport::rows(&candidates));
-        let comparison = note.into_iter().fold(comparison, Comparison::with_note);
+        let comparison = comparison.with_limiting_candidate();
         Self { comparison, statistics, candidates }
     }
 
@@ -140,24 +149,6 @@ impl Report {
             Some(MousePath { maze: &mazes[maze].maze, cells })
         })
     }
-}
-
-/// Names the candidate without which the means would cover at least twice as many mazes.
-fn limiting_candidate(comparison: &Comparison) -> Option<String> {
-    let (_, values) = comparison.measures().first()?;
-    let rows = values.rows().iter().enumerate();
-    let rows: Vec<_> = rows.filter(|(_, row)| row.iter().any(Option::is_some)).collect();
-    let common_without = |ignored: Option<usize>| {
-        let rows = rows.iter().filter(|(index, _)| Some(*index) != ignored);
-        let is_common = |&maze: &usize| rows.clone().all(|(_, row)| row[maze].is_some());
-        (0..comparison.mazes().len()).filter(is_common).count()
-    };
-    let counts = rows.iter().map(|&(index, _)| (common_without(Some(index)), Reverse(index)));
-    let (count, Reverse(index)) = counts.max()?;
-    let is_limiting = rows.len() > 2 && count >= 2 * common_without(None).max(1);
-    let name = Escaped(&comparison.candidates()[index].name);
-    is_limiting
-        .then(|| format!("Without {name}, the means would cover {count} mazes (see --strategies)."))
 }
 
 impl CandidateReport {
@@ -178,7 +169,9 @@ impl CandidateReport {
             reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
             rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
-            failed: mazes.iter().filter(|search| search.failure().is_some()).count(),
+            failed: searches()
+                .filter(|search| !search.goal_reached && !search.is_rightly_given_up)
+                .count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
             endings: Ending::ALL.into_iter().map(ending).collect(),

@@ -1,6 +1,8 @@
 //! Answers the requests of a mouse that connects over ZeroMQ.
 
+use std::fmt::Display;
 use std::io;
+use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
@@ -12,7 +14,6 @@ use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, RepServer, Service, Waker};
 
 use super::own_search::{Kind, SharedProgress, lock};
-use super::track::Track;
 use crate::local_server::HOST;
 
 /// The address to which the mouse connects, served by a separate thread. Dropping it ends the thread,
@@ -74,8 +75,7 @@ impl Drop for Endpoint {
 struct Requests {
     simulation: Simulation,
     progress: SharedProgress,
-    /// True after a reset. The next state then begins the search anew; a reset at the end of a search
-    /// changes nothing.
+    /// True after a reset, which puts the mouse back at the start before the next state.
     is_reset: bool,
 }
 
@@ -83,23 +83,23 @@ impl Service for Requests {
     fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
         let mut progress = lock(&self.progress);
         if !progress.accept(Kind::Client) {
-            *reply = format!("{ERROR_PREFIX}the search is over").into_bytes();
-            return false;
+            let reason = if progress.is_over {
+                "the search is over"
+            } else {
+                "the mouse has written commands of mms to its stdout"
+            };
+            return refuse(reply, reason);
         }
-        let maze = self.simulation.maze().clone();
-        match Request::decode(request, maze.size()) {
+        match Request::decode(request, self.simulation.maze().size()) {
             Ok(Request::Walls(pose)) => progress.track.read_walls(pose),
             Ok(Request::Reset) => self.is_reset = true,
             Ok(Request::State(state)) => {
-                if std::mem::take(&mut self.is_reset) && progress.track.states() > 0 {
-                    progress.track = Track::new(&maze);
-                }
-                if !progress.add(state.pose(), false) {
-                    *reply = format!("{ERROR_PREFIX}the search is over").into_bytes();
-                    return false;
+                if !progress.add(state.pose(), mem::take(&mut self.is_reset)) {
+                    return refuse(reply, "the search is over");
                 }
             }
-            _ => {}
+            Ok(_) => {}
+            Err(error) => progress.fault = Some(format!("last refused request: {error}")),
         }
         drop(progress);
         self.simulation.handle(request, reply);
@@ -107,8 +107,14 @@ impl Service for Requests {
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
-        *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
+        refuse(reply, reason);
     }
+}
+
+/// Writes an error reply. Returns false, because the request does not count as activity.
+fn refuse(reply: &mut Vec<u8>, reason: impl Display) -> bool {
+    *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
+    false
 }
 
 #[cfg(test)]
@@ -151,10 +157,13 @@ mod tests {
     }
 
     #[test]
-    fn a_state_after_a_reset_begins_the_search_anew() {
-        let (_, progress, _) = answers(&[FIRST, LAST, b"reset", FIRST]);
+    fn a_reset_puts_the_mouse_back_at_the_start() {
+        let (_, progress, _) = answers(&[b"reset", FIRST, LAST, b"reset", FIRST]);
         let mut progress = lock(&progress);
-        assert_eq!((progress.track.states(), progress.track.figures().goal_reached), (1, false));
+        let figures = progress.track.figures();
+        assert_eq!((figures.goal_reached, figures.steps_in_all), (true, 1));
+        let (_, progress, _) = answers(&[FIRST, b"reset", LAST]);
+        assert!(lock(&progress).track.jump().is_some());
     }
 
     #[test]

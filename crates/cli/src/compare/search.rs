@@ -64,6 +64,7 @@ pub(crate) fn search<S: Strategy>(
         ending,
         fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
         crashes: Some(0),
+        is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
         is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
         path: poses.iter().map(|pose| pose.cell).collect(),
     }
@@ -80,7 +81,7 @@ mod tests {
         let maze: Maze = drawing.parse().unwrap();
         let figures = search(&maze, || strategy, max_states);
         assert!(figures.time_us.unwrap() >= 0.);
-        Figures { time_us: None, path: Vec::new(), ..figures }
+        Figures { time_us: None, path: Vec::new(), is_complete: false, ..figures }
     }
 
     const CLOSED: &str = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";

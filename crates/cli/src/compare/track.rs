@@ -114,14 +114,19 @@ impl Track {
 
     fn move_to(&mut self, pose: Pose, is_restart: bool) {
         self.examine_path();
+        let start = self.maze.start().cell;
         let Some(before) = self.pose.replace(pose) else {
+            if pose.cell != start {
+                self.jump = Some([start, pose.cell]);
+            }
             self.states = 1;
             self.path.push(pose.cell);
             self.phases.arrive(&self.course, pose);
             return self.note_goal();
         };
         let transition = match self.course.transition(before, pose) {
-            _ if is_restart => Transition::Restart,
+            _ if is_restart && pose.cell == start => Transition::Restart,
+            _ if is_restart => Transition::Jump,
             transition => transition,
         };
         let state = self.states;
@@ -199,6 +204,7 @@ impl Track {
             path_found,
             shortest_path: steps_between(self.maze.walls(), start, goals),
             fast_run_steps: self.phases.best_run.map(|run| run.steps),
+            is_complete: self.exploration.is_some(),
             path: self.path[..cells.min(self.path.len())].to_vec(),
             ..Figures::default()
         }
@@ -299,6 +305,9 @@ mod tests {
         }
         assert_eq!(jumped.jump(), Some([Cell::new(0, 0), Cell::new(1, 0)]));
         assert!(!jumped.figures().goal_reached);
+        let mut elsewhere = Track::new(&maze);
+        elsewhere.add(poses[2], false);
+        assert_eq!((elsewhere.jump().is_some(), elsewhere.figures().goal_reached), (true, false));
     }
 
     #[test]

@@ -4,8 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
 
-/// The number of threads per slot. A search that waits for a silent mouse needs a thread, but no slot.
-const THREADS_PER_SLOT: usize = 4;
+/// The number of threads per slot. A search that waits for a mouse in the goal needs a thread, but no
+/// slot.
+const THREADS_PER_SLOT: usize = 8;
 
 /// The number of searches that may use a processor at the same time.
 struct Slots {

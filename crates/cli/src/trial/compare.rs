@@ -203,6 +203,7 @@ impl<'a> Trials<'a> {
                 let outcome = &outcomes[robot][maze];
                 (!outcome.succeeded()).then(|| failure(outcome).into())
             })
+            .with_limiting_candidate()
     }
 
     /// Draws a table as a bar chart, with a group of bars for each maze or a single group of means.

@@ -103,55 +103,120 @@ fn failures_are_counted_and_named_and_stop_nothing() {
     for maze in ["a", "b", "c", "d", "e"] {
         home.write(&format!("mazes/{maze}.txt"), MAZE);
     }
+    let hangs = script(&home, "hangs", "import time\ntime.sleep(1000)");
+    let arguments =
+        ["compare", "mazes", "--strategies", "none", "--mouse", &hangs, "--time-limit", "0.3"];
+    let ended = home.run(&[&arguments[..], &["--json"]].concat());
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let reports = ended.json();
+    let hint = "(it has neither written mms commands nor connected to MMSIM_ENDPOINT)";
+    let stopped = format!("stopped after 0.3 s {hint}");
+    let skipped = "skipped: stopped by the time limit in each of the first 3 mazes";
+    for maze in 0..5 {
+        let found = search(&reports, "hangs", maze);
+        let (ending, error) =
+            if maze < 3 { ("time_limit", &*stopped) } else { ("skipped", skipped) };
+        assert_eq!((&found["ending"], &found["error"]), (&json!(ending), &json!(error)));
+    }
+    assert_eq!(reports[0]["endings"]["skipped"], 2);
+
+    let command = "print('mazeWidth', flush=True)\ninput()\n";
     let mice = [
-        script(&home, "hangs", "import time\ntime.sleep(1000)"),
         script(&home, "crashes", "import sys\nsys.exit('a bad day')"),
         script(&home, "floods", "while True: print('hello ' * 100)"),
+        script(&home, "endless", "import sys\nwhile True: sys.stdout.write('hello' * 1000)"),
         script(&home, "stops", ""),
-        "missing=./no-such-mouse".into(),
+        script(&home, "misspells", &format!("{command}print('moveforward', flush=True)")),
+        "missing=no-such-mouse".into(),
     ];
     let mut arguments =
-        vec!["compare", "mazes", "--strategies", "flood-fill", "--time-limit", "0.3"];
+        vec!["compare", "mazes", "--strategies", "flood-fill", "--time-limit", "60"];
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let ended = home.run(&[&arguments[..], &["--json"]].concat());
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let reports = ended.json();
-    let ending = |mouse, maze| {
-        let search = search(&reports, mouse, maze);
-        (search["ending"].as_str().unwrap(), search["error"].as_str().unwrap_or_default())
-    };
-    let hint = "(it has neither written mms commands nor connected to MMSIM_ENDPOINT)";
-    for maze in 0..3 {
-        assert_eq!(ending("hangs", maze), ("time_limit", &*format!("stopped after 0.3 s {hint}")));
-    }
-    let skipped = "skipped: stopped by the time limit in each of the first 3 mazes";
-    for maze in 3..5 {
-        assert_eq!(ending("hangs", maze), ("skipped", skipped));
-    }
     for maze in 0..5 {
-        // A slow machine may stop a mouse before it starts.
-        let is_expected = |(kind, error): (&str, &str), expected: &str| {
-            assert!(
-                error.starts_with(expected) || kind == "time_limit" || kind == "skipped",
-                "{error}"
-            );
-        };
-        is_expected(ending("crashes", maze), "exited with code 1: a bad day");
-        is_expected(ending("floods", maze), "wrote 4 MiB without a valid command; last line: ");
-        is_expected(ending("stops", maze), "exited without reaching the goal");
-        let (kind, error) = ending("missing", maze);
-        assert_eq!(kind, "failed");
-        assert!(error.starts_with("cannot start the mouse ./no-such-mouse: "), "{error}");
-        assert_eq!(ending("flood-fill", maze), ("finished", ""));
+        for (mouse, ending, error) in [
+            ("crashes", "failed", "exited with code 1: a bad day"),
+            ("floods", "failed", "wrote 4 MiB without a valid command (it has neither "),
+            ("endless", "failed", "wrote 4 MiB without a valid command (it has neither "),
+            ("stops", "gave_up", "exited without reaching the goal (it has neither written "),
+            (
+                "misspells",
+                "gave_up",
+                "exited without reaching the goal; last invalid line: unknown command \"moveforward\"",
+            ),
+            ("missing", "failed", "cannot start the mouse no-such-mouse: "),
+            ("flood-fill", "finished", ""),
+        ] {
+            let found = search(&reports, mouse, maze);
+            assert_eq!(found["ending"], ending, "{found}");
+            let found = found["error"].as_str().unwrap_or_default();
+            assert!(found.starts_with(error), "{mouse}: {found}");
+        }
     }
-    assert_eq!(reports[0]["endings"]["skipped"], 2);
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(0), "{ended:?}");
-    for mouse in ["hangs", "crashes", "floods", "stops", "missing"] {
+    for mouse in ["crashes", "floods", "endless", "stops", "misspells", "missing"] {
         assert!(ended.stdout.contains(&format!("\n{mouse} failed in 5 mazes:\n")), "{ended:?}");
     }
     assert!(ended.stdout.contains("and 2 more"), "{}", ended.stdout);
     assert!(!ended.stdout.contains("flood-fill failed"), "{}", ended.stdout);
+}
+
+/// A mouse that writes all commands at once, and exits without reading the replies.
+#[test]
+fn everything_that_a_mouse_has_written_is_executed() {
+    let home = Home::new();
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    for maze in 0..20 {
+        home.write(&format!("mazes/{maze}.txt"), MAZE);
+    }
+    let text = "import sys\nsys.stdout.write('turnRight\\n' * 3000)";
+    let mouse = script(&home, "talks", text);
+    let arguments = ["compare", "mazes", "--strategies", "none", "--mouse", &mouse];
+    let reports = home.run(&[&arguments[..], &["--time-limit", "60", "--json"]].concat()).json();
+    for maze in 0..20 {
+        assert_eq!(search(&reports, "talks", maze)["turns"], 3000);
+    }
+}
+
+#[test]
+fn a_failure_after_the_goal_is_named() {
+    let home = Home::new();
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    home.write("a.txt", MAZE);
+    let drive = "for line in ['moveForward', 'turnRight', 'moveForward', 'turnRight']:\n    \
+        print(line, flush=True)\n    input()\n";
+    let mice = [
+        script(&home, "crashes", &format!("{drive}raise SystemExit('too happy')")),
+        script(
+            &home,
+            "turns",
+            &format!("{drive}while True:\n    print('turnRight', flush=True)\n    input()"),
+        ),
+    ];
+    let mut arguments =
+        vec!["compare", "a.txt", "--strategies", "flood-fill", "--time-limit", "60"];
+    arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
+    let ended = home.run(&arguments);
+    for line in [
+        "a.txt: after reaching the goal: exited with code 1: too happy",
+        "a.txt: after reaching the goal: stopped after 10000 states",
+    ] {
+        assert!(ended.stdout.contains(line), "{}", ended.stdout);
+    }
+    // The numbers of the whole search are not known.
+    let reports = home.run(&[&arguments[..], &["--json"]].concat()).json();
+    for mouse in 0..2 {
+        let statistics = &reports[mouse]["statistics"];
+        assert_eq!(statistics["steps_to_goal"]["mazes"], 1);
+        assert_eq!(statistics["turns"]["mazes"], 0);
+    }
 }
 
 #[test]
@@ -246,14 +311,14 @@ fn ctrl_c_stops_the_mice() {
 fn wrong_mice_are_usage_errors() {
     let home = Home::new();
     for (arguments, error) in [
-        (&["--mouse", "python3"][..], "expected NAME=COMMAND such as mine='python3 mouse.py'"),
+        (&["--mouse", "python3"][..], "expected NAME=COMMAND such as \"mine=python3 mouse.py\""),
         (&["--mouse", "mine="], "the command is empty"),
         (&["--mouse", "mine='a"], "expected a closing quotation mark"),
         (&["--mouse", "a=b", "--mouse", "a=c"], "two mice are called \"a\""),
         (&["--mouse", "swing=b"], "two mice are called \"swing\""),
         (&["--strategies", "none"], "nothing to compare"),
         (&["--time-limit", "0"], "--time-limit"),
-        (&["--max-steps", "0"], "--max-steps"),
+        (&["--max-states", "0"], "--max-states"),
     ] {
         let ended = home.run(&[&["compare"], arguments].concat());
         assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");
