@@ -5,6 +5,8 @@
 //! number of states, and the page fetches only the states it draws. A search never waits for a
 //! page, and a page can fetch every state.
 //!
+//! [`export_html`] writes the page of a recording as one HTML file, which needs no server.
+//!
 //! Other web sites in the same browser can neither read nor control the page. The server requires a
 //! token unless it listens on a loopback address.
 #![forbid(unsafe_code)]
