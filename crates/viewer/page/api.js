@@ -100,7 +100,7 @@ export const runStrategy = (strategy) => post("/api/mouse", { action: "run", str
 /** @param {number | null} pace states per second, or null for no limit */
 export const setPace = (pace) => post("/api/mouse", { action: "set-pace", pace });
 
-/** @param {string} id @param {AbortSignal} signal @returns {Promise<Source>} */
+/** @param {string} id @param {AbortSignal} [signal] @returns {Promise<Source>} */
 export const source = (id, signal) => getJson(`/api/sources/${id}`, signal);
 /** @param {Source} source @param {string} resource @param {string} [query] */
 export const sourceUrl = ({ id, run }, resource, query = "") => `/api/sources/${id}/${resource}?run=${run}${query}`;

@@ -28,6 +28,8 @@ export class CompareBar {
   #panels = new Set();
   /** The panel that was moved last. @type {Panel | null} */
   #leader = null;
+  /** The state that the leader showed before it was moved. @type {import("./figures.js").Shown | null} */
+  #before = null;
   /** @type {LinkKind} */
   #kind = "state";
   #moving = false;
@@ -39,10 +41,10 @@ export class CompareBar {
     for (const button of this.#buttons) {
       const kind = /** @type {LinkKind} */ (button.value);
       button.title = KINDS[kind].join(" ").trim();
-      button.onclick = () => this.setKind(kind);
+      button.onclick = () => this.#link(kind);
     }
     const stored = recall("link");
-    this.#show(isLinkKind(stored) ? stored : "state");
+    this.kind = isLinkKind(stored) ? stored : "state";
   }
 
   get kind() {
@@ -53,25 +55,28 @@ export class CompareBar {
     return [...this.#element.querySelectorAll("button")].filter(({ name }) => name === "link");
   }
 
-  /** Links the panels in another way. They move to the states that correspond to the active panel. @param {LinkKind} kind */
-  setKind(kind) {
-    remember("link", kind);
-    this.#show(kind);
-    this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
-    void this.sync();
-  }
-
-  /** @param {LinkKind} kind */
-  #show(kind) {
+  set kind(kind) {
     this.#kind = kind;
+    remember("link", kind);
     for (const button of this.#buttons) button.ariaPressed = `${button.value === kind}`;
     setText(this.#element, ".about", KINDS[kind][0]);
+  }
+
+  /** Moves the other panels to the states that correspond to the active panel. @param {LinkKind} kind */
+  #link(kind) {
+    this.kind = kind;
+    this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
+    this.#before = null;
+    void this.sync();
   }
 
   /** @param {Panel} panel */
   add(panel) {
     this.#panels.add(panel);
-    panel.timeline.onMove = () => (this.#leader = panel);
+    panel.timeline.onMove = () => {
+      this.#leader = panel;
+      this.#before = panel.shown;
+    };
     this.#element.hidden = this.#panels.size < 2;
   }
 
@@ -92,10 +97,12 @@ export class CompareBar {
       this.#isStale = false;
       const [leader, kind] = [this.#leader, this.#kind];
       if (!leader?.shown || kind === "off") break;
-      const { shown } = leader;
+      const { shown, timeline } = leader;
+      // The leader has not shown its new state yet.
+      if (shown === this.#before && shown.index !== timeline.target) break;
       const others = [...this.#panels].filter((panel) => panel !== leader);
       await Promise.all(others.map((panel) => this.#move(panel, shown, kind)));
-      if (leader.timeline.following) await sleep(FOLLOW_PAUSE);
+      if (timeline.following) await sleep(FOLLOW_PAUSE);
     }
     this.#moving = false;
   }

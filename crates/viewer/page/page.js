@@ -7,6 +7,7 @@ import { clearError, query, setAttributes, setText, showError, sleep } from "./d
 import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
 import { Ghosts } from "./ghost.js";
+import { findRecording, installCopyButton, linkUrl, parseLink } from "./link.js";
 import { MazeList } from "./mazes.js";
 import { Panel } from "./panel.js";
 import { RecordingList } from "./recordings.js";
@@ -38,7 +39,9 @@ const compareBar = new CompareBar();
 const ghosts = new Ghosts();
 const showLiveButton = query(document, "#show-live", HTMLButtonElement);
 showLiveButton.onclick = () => showLive()?.element.focus();
-showLive();
+installCopyButton(query(document, "#compare"), () => linkUrl(info.server, shownPanels(), compareBar.kind));
+// A link to recordings shows no live run.
+if (parseLink(location.hash)?.live !== null) showLive();
 for (const id of info.opened) openPanel(id);
 const mazes = info.live && !info.trial ? new MazeList(confirmMaze) : undefined;
 if (!mazes) query(document, ".bar a").hidden = true;
@@ -46,6 +49,9 @@ mazes?.load().catch(showError);
 const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
 let recordingsVersion = NaN;
 let openIds = info.opened;
+
+void openLink();
+addEventListener("hashchange", openLink);
 
 if (isExported) showExported();
 else listen(
@@ -120,9 +126,44 @@ function updateLive(event) {
 
 /** Asks whether to load a maze, which the live simulation then shows. @param {string} maze */
 async function confirmMaze(maze) {
+  if (!runForm) showLive();
   const choice = (await runForm?.confirmMaze(maze)) ?? "";
   if (choice) showLive();
   return choice;
+}
+
+/** The panels in the order in which they are shown. */
+function shownPanels() {
+  const ids = [...document.querySelectorAll(".panel")].map((element) => element.getAttribute("data-source") ?? "");
+  return ids.flatMap((id) => panels.get(id) ?? []);
+}
+
+/** Shows the runs and states of the link in the address, if there is one. */
+async function openLink() {
+  const link = parseLink(location.hash);
+  if (!link) return;
+  // The link has no effect after a reload, so the page stays as the user left it.
+  history.replaceState(null, "", location.pathname + location.search);
+  const isSameServer = link.server === info.server;
+  if (link.kind) compareBar.kind = link.kind;
+  if (link.live) await openLive(link.live, isSameServer).catch(showError);
+  for (const target of link.recordings) {
+    const id = await findRecording(openIds, target, isSameServer).catch(showError);
+    if (!id) continue;
+    const panel = panels.get(id) ?? openPanel(id);
+    panel.showState(0, target.index);
+    activate(id);
+    panel.element.scrollIntoView({ block: "nearest" });
+  }
+}
+
+/** @param {{ run: number, index: number }} target @param {boolean} isSameServer */
+async function openLive({ run, index }, isSameServer) {
+  const live = showLive();
+  if (!live) throw new Error("The live run of this link is not available: this page shows only recordings.");
+  const isCurrent = isSameServer && (await api.source(LIVE)).run === run;
+  if (!isCurrent) throw new Error("The live run of this link has been reset since, so its states are gone.");
+  live.showState(run, index);
 }
 
 /** @param {string} id */
@@ -135,7 +176,9 @@ function openPanel(id) {
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
   compareBar.add(panel);
   ghosts.add(panel);
+  const copyButton = installCopyButton(element, () => linkUrl(info.server, [panel]));
   panel.onShow = () => {
+    copyButton.disabled = !panel.shown;
     void compareBar.sync();
     void ghosts.update();
   };

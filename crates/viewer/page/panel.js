@@ -58,6 +58,8 @@ export class Panel {
   #nextDraw = 0;
   /** Ends the pause before the next draw. */
   #endPause = () => {};
+  /** The state to show once its run is loaded. @type {{ run: number, index: number } | null} */
+  #start = null;
   /** True while states arrive too fast for anyone to read the weights. */
   #isFast = false;
   #fastTimer = 0;
@@ -182,9 +184,17 @@ export class Panel {
     // An event may have reported more states during loading.
     const states = this.#latest?.run === source.run ? this.#latest.states : 0;
     this.timeline.start(Math.max(source.states, states));
+    if (this.#start?.run === source.run) this.timeline.moveLinked(this.#start.index);
+    this.#start = null;
     // The pointer may still be on the highlighted cell.
     this.#highlight(isSameSize ? this.#cell : null);
     this.#show();
+  }
+
+  /** Shows a state of a run as soon as the run is loaded. Linked panels do not move. @param {number} run @param {number} index */
+  showState(run, index) {
+    if (this.#source?.run === run) this.timeline.moveLinked(index);
+    else this.#start = { run, index };
   }
 
   close() {

@@ -30,6 +30,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "figures.js": SCRIPT,
     "ghost.js": SCRIPT,
     "index.html": HTML,
+    "link.js": SCRIPT,
     "log.js": SCRIPT,
     "map.js": SCRIPT,
     "marks.js": SCRIPT,

@@ -19,6 +19,7 @@ mod ghost;
 mod http;
 mod keyboard;
 mod layout;
+mod link;
 mod linked;
 mod live;
 mod load;

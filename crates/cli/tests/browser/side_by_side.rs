@@ -48,18 +48,20 @@ pub(crate) fn with_two_panels(
     });
 }
 
-#[derive(Debug, Deserialize, PartialEq)]
+/// The edges of an element in pixels.
+#[derive(Debug, Deserialize, PartialEq, Eq)]
 struct Area {
-    left: f64,
-    right: f64,
-    top: f64,
-    bottom: f64,
+    left: i32,
+    right: i32,
+    top: i32,
+    bottom: i32,
 }
 
 fn area(panel: Panel<'_>, part: &str) -> Area {
     let script = "
         const { left, right, top, bottom } = document.querySelector(arguments[0]).getBoundingClientRect();
-        return { left, right, top, bottom };";
+        const [l, r, t, b] = [left, right, top, bottom].map(Math.round);
+        return { left: l, right: r, top: t, bottom: b };";
     panel.browser.run(script, &[json!(panel.part(part))])
 }
 
