@@ -79,8 +79,8 @@ fn has_focus(browser: &Browser, selector: &str) -> bool {
 fn wait_for_layout(panels: [Panel<'_>; 2], are_beside: bool) {
     wait_for("the layout", || {
         let [first, second] = panels.map(|panel| area(panel, ".map"));
-        let is_beside = (first.top - second.top).abs() < 1. && first.right < second.left;
-        let is_below = (first.left - second.left).abs() < 1. && first.bottom < second.top;
+        let is_beside = first.top == second.top && first.right < second.left;
+        let is_below = first.left == second.left && first.bottom < second.top;
         (if are_beside { is_beside } else { is_below }).then_some(())
     });
 }
