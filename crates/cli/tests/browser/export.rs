@@ -159,6 +159,11 @@ fn an_exported_page_opens_at_the_last_state_and_plays() {
             return ['dragover', 'drop'].map((name) => document.body.dispatchEvent(event(name)))
                 .concat(document.body.classList.contains('dropping'));";
         assert_eq!(browser.run::<[bool; 3]>(drop, &[]), [false; 3]);
+        // A link opens the file at a state.
+        let page = format!("file://{}", recording.with_extension("html").display());
+        browser.open("about:blank");
+        browser.open(&format!("{page}#server=&recording=1:run.mcap@2"));
+        panel.wait_for_state(1);
         // Previews of files show pages in a sandbox, without access to any storage.
         let preview = home.write("preview.html", "<iframe sandbox='allow-scripts' src='run.html'>");
         open(browser, &preview);
