@@ -48,6 +48,8 @@ pub struct Scene<'a> {
     /// The letter of the colour of each cell that has one.
     colours: HashMap<Cell, char>,
     pub(crate) trail: Option<&'a Trail>,
+    pub(crate) shortest_path: Vec<Cell>,
+    pub(crate) planned_path: Vec<Cell>,
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
@@ -107,6 +109,8 @@ impl<'a> Scene<'a> {
             texts: HashMap::new(),
             colours: HashMap::new(),
             trail: None,
+            shortest_path: Vec::new(),
+            planned_path: Vec::new(),
             layers: Layers::default(),
             theme: Theme::default(),
         }
@@ -169,6 +173,20 @@ impl<'a> Scene<'a> {
         self
     }
 
+    /// Adds the shortest path as a line through the centres of cells. An empty list adds nothing, and
+    /// cells outside the maze are ignored.
+    pub fn with_shortest_path(mut self, cells: Vec<Cell>) -> Self {
+        self.shortest_path = cells;
+        self
+    }
+
+    /// Adds the path that the mouse plans to take, as a dashed line through the centres of cells. An
+    /// empty list adds nothing, and cells outside the maze are ignored.
+    pub fn with_planned_path(mut self, cells: Vec<Cell>) -> Self {
+        self.planned_path = cells;
+        self
+    }
+
     /// Sets the layers that are visible in a file.
     pub const fn with_layers(mut self, layers: Layers) -> Self {
         self.layers = layers;
@@ -224,6 +242,7 @@ impl<'a> Scene<'a> {
     ///   <g class="colours"> <rect class="colour" data-cell="x,y" fill="#rrggbb"/> for coloured cells
     ///   <g class="marks"> frames and badges of start and goals, which stay
     ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
+    ///   <path class="shortest-route" d="line"/> and <path class="planned-route" d="line"/> if present
     ///   <g class="walls"> <path class="wall [true] [known, missed or mistaken]" data-wall="x,y,NESW"/> …
     ///   <path class="posts"/>
     ///   <g class="numbers"> <path class="number [on-dark or on-light]" data-cell="x,y" d="digits or nothing"/> …

@@ -63,6 +63,7 @@ impl<'a> Svg<'a> {
         svg.colours();
         svg.marks();
         svg.trail();
+        svg.routes();
         svg.walls();
         svg.numbers();
         svg.texts();
@@ -280,6 +281,24 @@ impl<'a> Svg<'a> {
         self.put("</g>\n");
     }
 
+    /// Draws the shortest path and the planned path.
+    fn routes(&mut self) {
+        let Scene { size, shortest_path, planned_path, .. } = self.scene;
+        for (name, path) in [("shortest", shortest_path), ("planned", planned_path)] {
+            let cells = path.iter().filter(|cell| size.contains(**cell));
+            let points: Vec<_> = cells.clone().map(|&cell| centre(*size, cell)).collect();
+            let areas = cells.map(|&cell| cell_area(corner(*size, cell)));
+            let Some(area) = areas.reduce(around) else { continue };
+            let line: Vec<_> = points.iter().map(|(x, y)| format!("{x} {y}")).collect();
+            let line = line.join("L");
+            self.put_part(
+                area,
+                true,
+                format_args!("<path class=\"{name}-route\" d=\"M{line}\"/>\n"),
+            );
+        }
+    }
+
     fn mouse(&mut self) {
         let Scene { size, start, mouse, .. } = *self.scene;
         let class = if mouse.is_some() { "mouse" } else { "mouse absent" };
@@ -318,6 +337,29 @@ pub(crate) mod tests {
         map.set_wall(Cell::new(1, 0), Heading::North, WallState::Present);
         map.set_wall(Cell::new(0, 1), Heading::East, WallState::Present);
         map
+    }
+
+    #[test]
+    fn paths_are_lines_below_the_walls() {
+        let maze = maze();
+        let cells = |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell::new(x, y)).collect();
+        let bare = Scene::from_maze(&maze);
+        assert!(!bare.svg().contains("<path class=\"shortest-route\""));
+        let scene = bare
+            .with_shortest_path(cells(&[(0, 0), (0, 1), (1, 1)]))
+            .with_planned_path(cells(&[(1, 0), (9, 9), (1, 1)]));
+        let height = 20 * u32::from(maze.size().height());
+        let (south, north) = (height - 10, height - 30);
+        for drawing in [scene.svg(), scene.page_svg()] {
+            let lines = format!(
+                "<path class=\"shortest-route\" d=\"M10 {south}L10 {north}L30 {north}\"/>\n\
+                 <path class=\"planned-route\" d=\"M30 {south}L30 {north}\"/>\n\
+                 <g class=\"walls\">"
+            );
+            assert!(drawing.contains(&lines), "{drawing}");
+        }
+        let plain = Scene::from_maze(&maze).png(400).unwrap();
+        assert!(scene.png(400).unwrap() != plain);
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub(crate) struct Colours {
     pub(crate) goal: PlaceColours,
     /// The colours of the oldest and of the newest passages of the trail.
     pub(crate) trail: (Rgb, Rgb),
+    pub(crate) shortest_route: Rgb,
+    pub(crate) planned_route: Rgb,
     pub(crate) number: Rgb,
     pub(crate) mouse: Rgb,
     /// The colour of the mouse's outline.
@@ -94,6 +96,8 @@ impl Theme {
                 start: place(0x00e6_f8f2, 0x00b0_dcd9, 0x0005_6b5c),
                 goal: place(0x00f8_f1fd, 0x00d6_cbf7, 0x007a_2ba8),
                 trail: (rgb(0x0086_a5e8), rgb(0x0025_63eb)),
+                shortest_route: rgb(0x0017_803d),
+                planned_route: rgb(0x00c2_5700),
                 number: rgb(0x002a_3442),
                 mouse: rgb(0x001d_4fd7),
                 rim: rgb(0x00ff_ffff),
@@ -108,6 +112,8 @@ impl Theme {
                 start: place(0x0008_2b26, 0x000e_3f46, 0x006f_e3cd),
                 goal: place(0x0030_1844, 0x003c_3168, 0x00d9_a8f7),
                 trail: (rgb(0x003f_6597), rgb(0x0058_a6ff)),
+                shortest_route: rgb(0x005f_d38d),
+                planned_route: rgb(0x00ff_9d5c),
                 number: rgb(0x00e2_e8f0),
                 mouse: rgb(0x007d_b8ff),
                 rim: rgb(0x000b_0f15),
@@ -121,7 +127,8 @@ impl Colours {
     /// Returns the colours that are drawn without transparency.
     pub(crate) fn areas(&self) -> Vec<Rgb> {
         let Self { floor, visited, wall, unknown, mistaken, number, mouse, rim, .. } = *self;
-        let areas = [floor, visited, wall, unknown, mistaken, number, mouse, rim];
+        let route = self.planned_route;
+        let areas = [floor, visited, wall, unknown, mistaken, number, mouse, rim, route];
         let marks = [self.start, self.goal]
             .into_iter()
             .flat_map(|place| [place.floor, place.visited, place.frame]);
@@ -155,6 +162,8 @@ fn shapes(WallWidths { known, unknown }: WallWidths) -> String {
 .maze .mark{{stroke-width:1.4}}
 .maze .letter{{stroke-width:.95}}
 .maze .passage{{stroke-width:1.6}}
+.maze .shortest-route{{stroke-width:4.4;stroke-opacity:.55}}
+.maze .planned-route{{stroke-width:2;stroke-dasharray:3 4}}
 .maze .faint{{stop-opacity:.22}}
 .maze .number,.maze .text{{stroke-width:{}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
@@ -169,7 +178,7 @@ fn colours(theme: Theme) -> String {
     let Colours {
         floor, visited, wall, unknown, mistaken, start, goal, number, mouse, rim, ..
     } = theme.colours();
-    let post_opacity = theme.colours().post_opacity;
+    let Colours { post_opacity, shortest_route, planned_route, .. } = theme.colours();
     let mut rules = String::new();
     for (what, style) in [
         ("floor", format!("fill:{floor}")),
@@ -183,6 +192,8 @@ fn colours(theme: Theme) -> String {
         ("badge.start", format!("fill:{}", start.frame)),
         ("badge.goal", format!("fill:{}", goal.frame)),
         ("letter", format!("stroke:{floor}")),
+        ("shortest-route", format!("stroke:{shortest_route}")),
+        ("planned-route", format!("stroke:{planned_route}")),
         ("number", format!("stroke:{number}")),
         ("text", format!("stroke:{number}")),
         ("on-dark", "stroke:#fff".into()),
@@ -254,6 +265,7 @@ mod tests {
             let colours = theme.colours();
             let Colours { floor, visited, wall, unknown, mistaken, start, goal, mouse, .. } =
                 colours;
+            let planned_route = colours.planned_route;
             // Heat colours and the colours of mice do not touch walls.
             let newest = colours.trail(AGES - 1);
             for (what, colour, behind) in [
@@ -271,6 +283,8 @@ mod tests {
                 ("S", start.frame, floor),
                 ("G", goal.frame, floor),
                 ("mouse", mouse, visited),
+                ("planned path", planned_route, floor),
+                ("planned path in a visited cell", planned_route, visited),
             ] {
                 let contrast = contrast(colour, behind);
                 assert!(contrast >= 3.0, "{theme:?}: {what} {contrast:.2}");

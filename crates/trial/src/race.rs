@@ -74,6 +74,29 @@ impl RaceSteps {
         Action::towards(pose.heading, heading, cells)
     }
 
+    /// Returns the cell of `pose` and the cells in which the steps of a fastest path from `pose` to a
+    /// target end. Returns an empty list if `pose` is already in a target or if no target is
+    /// reachable.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, Maze, Pose};
+    /// use mmsim_trial::RaceSteps;
+    /// let maze: Maze = "o---o---o---o---o---o\n| S               G |\no---o---o---o---o---o\n".parse()?;
+    /// let path = RaceSteps::flood(maze.walls(), maze.goals()).path(maze.walls(), maze.start());
+    /// assert_eq!(path, [Cell::new(0, 0), Cell::new(3, 0), Cell::new(4, 0)]);
+    /// # Ok::<(), mmsim_maze::ParseMazeError>(())
+    /// ```
+    pub fn path(&self, walls: &Walls, pose: Pose) -> Vec<Cell> {
+        let next = |&pose: &Pose| {
+            let (heading, cells) = self.next_straight(walls, pose)?;
+            let end = straight(walls, pose.cell, heading).nth(cells - 1)?;
+            Some(Pose::new(end, heading))
+        };
+        let path: Vec<Cell> =
+            std::iter::successors(Some(pose), next).map(|pose| pose.cell).collect();
+        if path.len() > 1 { path } else { Vec::new() }
+    }
+
     /// Returns the move of [`next_move`](Self::next_move) as a direction and a number of cells.
     pub(crate) fn next_straight(&self, walls: &Walls, pose: Pose) -> Option<(Heading, usize)> {
         let here = self.at(pose.cell)?;

@@ -15,7 +15,7 @@ import { isExported, respond } from "./embedded.js";
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
- *   shortest_path: number | null, robot: string | null, race_optimum: number | null, note: string | null }} Source
+ *   shortest_path: number | null, route: number[], robot: string | null, race_optimum: number | null, note: string | null }} Source
  * @typedef {{ steps: number, turns: number, ms: number }} RunReport
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
  *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
@@ -24,7 +24,7 @@ import { isExported, respond } from "./embedded.js";
  * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport, leg: [number, number],
  *   trial: TrialReport | null,
  *   event: "restart" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
- *   closed: number | null, solved: boolean, trail: number[],
+ *   closed: number | null, solved: boolean, trail: number[], plan: number[],
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
  * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory

@@ -11,7 +11,7 @@ import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS } from "./state.js
  * @typedef {import("./api.js").Source} Source
  * @typedef {import("./state.js").State} State
  * @typedef {import("./api.js").StateView} StateView
- * @typedef {Record<"numbers" | "heat" | "trail" | "texts" | "colours", boolean>} Layers
+ * @typedef {Record<"numbers" | "heat" | "trail" | "texts" | "colours" | "shortest" | "plan", boolean>} Layers
  */
 
 /** The value of a wall that the mouse reports as absent, although it exists. */
@@ -54,6 +54,11 @@ export class MazeMap {
   /** The element of the passage between two cells, by 2 * the southern or western cell + (1 if the other is east). */
   #passageIndex;
   #mouse;
+  #routes = ["shortest-route", "planned-route"].map((name) => {
+    const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    path.setAttribute("class", name);
+    return path;
+  });
   #cursor = document.createElementNS("http://www.w3.org/2000/svg", "rect");
 
   /** @param {string} drawing @param {Source} source @param {DrawingStyle} style */
@@ -68,6 +73,7 @@ export class MazeMap {
     this.svg = svg;
     this.#annotations = new CellAnnotations(svg, source, style);
     this.#mouse = all(".mouse")[0];
+    all(".walls")[0].before(...this.#routes);
 
     const cells = all(".cell");
     const classes = cells.map((cell) => (cell.getAttribute("class") ?? "").replace(" visited", ""));
@@ -132,6 +138,8 @@ export class MazeMap {
     if (numbers) this.#showNumberClasses(colours);
     this.#showWeights(state.weights, texts, { numbers, heat });
     if (trail) this.#showTrail(view.trail);
+    const routes = [layers.shortest ? this.#source.route : [], layers.plan ? view.plan : []];
+    routes.forEach((cells, i) => setAttributes(this.#routes[i], { d: this.#line(cells) }));
     this.#placeMouse(state.x, state.y, state.heading);
   }
 
@@ -215,6 +223,13 @@ export class MazeMap {
   #placeMouse(x, y, heading) {
     const transform = `translate(${this.#centre(x, y)}) rotate(${heading * 90})`;
     setAttributes(this.#mouse, { class: "mouse", transform });
+  }
+
+  /** Returns the line through the centres of cells. @param {number[]} cells */
+  #line(cells) {
+    const { width } = this.#source;
+    const points = cells.map((cell) => this.#centre(cell % width, Math.floor(cell / width)));
+    return points.length > 0 ? `M${points.join("L")}` : "";
   }
 
   /** @param {number} x @param {number} y */

@@ -178,6 +178,7 @@ export class Panel {
     setText(element, ".about-mouse", "");
     this.#offer("texts", false);
     this.#offer("colours", false);
+    this.#offer("shortest", source.truth);
     this.#log.clear();
     clearTimeout(this.#slowTimer);
     this.#slowTimer = 0;
@@ -273,18 +274,22 @@ export class Panel {
     /** @param {string} name */
     const checked = (name) => query(this.element, `[name=${name}]`, HTMLInputElement).checked;
     const [numbers, heat, trail] = [checked("numbers"), checked("heat"), checked("trail")];
-    return { numbers, heat, trail, texts: checked("texts"), colours: checked("colours") };
+    const [shortest, plan] = [checked("shortest"), checked("plan")];
+    return { numbers, heat, trail, texts: checked("texts"), colours: checked("colours"), shortest, plan };
   }
 
   /** Shows the names of the mouse and its strategy, and the layers that the mouse uses. @param {api.StateView} view */
-  #showAnnotations({ mouse, strategy, trial, texts, colours }) {
+  #showAnnotations({ mouse, strategy, trial, texts, colours, plan }) {
     const names = trial ? [] : [mouse, strategy].filter(Boolean);
     setText(this.element, ".about-mouse", names.join(" · "));
     if (texts.length > 0) this.#offer("texts", true);
     if (colours) this.#offer("colours", true);
+    const title = "The path along which the weights lead: always to the neighbour with the lowest weight, around known walls";
+    const none = plan.length > 0 ? "" : ". None in this state: no reachable neighbour has a lower weight";
+    setAttributes(query(this.element, ".plan-layer"), { title: title + none });
   }
 
-  /** Shows or hides a layer that few mice use and its legend. @param {"texts" | "colours"} layer @param {boolean} offered */
+  /** Shows or hides a layer that is not always available, and its legend. @param {"texts" | "colours" | "shortest"} layer @param {boolean} offered */
   #offer(layer, offered) {
     for (const part of this.element.querySelectorAll(`.${layer}-layer`)) part.toggleAttribute("hidden", !offered);
   }

@@ -34,6 +34,7 @@ mod page_info;
 mod pictures;
 mod recording_api;
 mod recordings;
+mod routes;
 mod run_events;
 mod source;
 mod source_info;

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use crate::api_error::ApiError;
 use crate::jobs::CancelToken;
+use crate::routes;
 use crate::source::{DecodedState, Source};
 
 /// The length of the longer side of a PNG, in pixels.
@@ -25,6 +26,10 @@ pub(crate) struct PictureOptions {
     trail: bool,
     texts: bool,
     colours: bool,
+    /// True to draw the shortest path of the true maze.
+    shortest: bool,
+    /// True to draw the path that the mouse plans to take.
+    plan: bool,
     #[serde(with = "ThemeName")]
     theme: Theme,
 }
@@ -39,13 +44,14 @@ enum ThemeName {
 impl Default for PictureOptions {
     fn default() -> Self {
         let Layers { numbers, heat, trail, texts, colours } = Layers::default();
-        Self { numbers, heat, trail, texts, colours, theme: Theme::default() }
+        let theme = Theme::default();
+        Self { numbers, heat, trail, texts, colours, shortest: false, plan: false, theme }
     }
 }
 
 impl PictureOptions {
     fn apply(self, scene: Scene<'_>) -> Scene<'_> {
-        let Self { numbers, heat, trail, texts, colours, theme } = self;
+        let Self { numbers, heat, trail, texts, colours, theme, .. } = self;
         scene.with_layers(Layers { numbers, heat, trail, texts, colours }).with_theme(theme)
     }
 }
@@ -99,12 +105,18 @@ pub(crate) fn draw_state<T>(
     draw: impl FnOnce(Scene<'_>) -> T,
 ) -> Result<T, ApiError> {
     let description = source.describe(run)?;
+    let shortest_path = |is_trial| {
+        let truth = description.truth.as_ref().filter(|_| options.shortest);
+        truth.map_or_else(Vec::new, |maze| routes::shortest_path(maze, is_trial))
+    };
     if source.states(run)? == 0 {
-        let scene = Scene::from_map(&description.unexplored).with_truth(description.truth.as_ref());
+        let scene = Scene::from_map(&description.unexplored)
+            .with_truth(description.truth.as_ref())
+            .with_shortest_path(shortest_path(false));
         return Ok(draw(options.apply(scene)));
     }
     let states = source.block(run, index)?;
-    let DecodedState { state, map, context, .. } = description.decode(&states, index)?;
+    let DecodedState { state, map, context, is_trial, .. } = description.decode(&states, index)?;
     let (notes, trail) = (context.notes(), source.trail(run, index, cancel)?);
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
@@ -112,6 +124,12 @@ pub(crate) fn draw_state<T>(
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
         .with_texts(|cell| notes.text(cell))
         .with_colours(|cell| notes.colour(cell).map(Colour::letter))
-        .with_trail(&trail);
+        .with_trail(&trail)
+        .with_shortest_path(shortest_path(is_trial))
+        .with_planned_path(if options.plan {
+            routes::planned_path(&map, &state)
+        } else {
+            Vec::new()
+        });
     Ok(draw(options.apply(scene)))
 }

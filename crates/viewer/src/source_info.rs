@@ -7,6 +7,7 @@ use mmsim_trial::race_optimum;
 use serde::Serialize;
 
 use crate::api_error::ApiError;
+use crate::routes;
 use crate::source::Source;
 use crate::trial::trial_status;
 
@@ -30,6 +31,9 @@ pub(crate) struct SourceInfo {
     /// Whether the true maze is known.
     truth: bool,
     shortest_path: Option<u16>,
+    /// The cells of a shortest path of the true maze or, in a two-run trial, the cells in which the
+    /// steps of a fastest race end, as y × width + x.
+    route: Vec<u16>,
     /// The name of the robot, if the source is a two-run trial.
     robot: Option<String>,
     /// The minimum number of steps of a race in a two-run trial.
@@ -80,6 +84,9 @@ impl SourceInfo {
             state_bytes: mmsim_protocol::state_bytes(description.size),
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
+            route: truth.map_or_else(Vec::new, |maze| {
+                routes::cell_numbers(&routes::shortest_path(maze, robot.is_some()), maze.size())
+            }),
             race_optimum: truth.filter(|_| robot.is_some()).and_then(optimum),
             robot,
             ending,

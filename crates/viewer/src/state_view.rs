@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::api_error::ApiError;
 use crate::distances::DistanceBounds;
 use crate::jobs::CancelToken;
+use crate::routes;
 use crate::source::Source;
 use crate::trial::TrialReport;
 
@@ -40,6 +41,9 @@ pub(crate) struct StateView {
     /// 4 × (y × width + x) + the number of its heading, which is 0 for north, 1 for east, 2 for
     /// south and 3 for west.
     trail: Vec<u16>,
+    /// The cells of the path that the mouse plans to take, as y × width + x. Empty if the weights
+    /// lead nowhere.
+    plan: Vec<u16>,
     /// The names of the mouse and of its strategy, if the client has sent them.
     mouse: Option<String>,
     strategy: Option<String>,
@@ -107,6 +111,10 @@ impl StateView {
                     4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
                 })
                 .collect(),
+            plan: routes::cell_numbers(
+                &routes::planned_path(&decoded.map, &decoded.state),
+                description.size,
+            ),
             mouse: notes.mouse().map(String::from),
             strategy: notes.strategy().map(String::from),
             texts: texts(notes, description.size),

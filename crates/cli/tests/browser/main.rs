@@ -34,6 +34,7 @@ mod page;
 mod phases;
 mod policy;
 mod recordings;
+mod routes;
 mod run;
 mod side_by_side;
 mod simulator;
