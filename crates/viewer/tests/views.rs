@@ -29,7 +29,7 @@ fn a_view_contains_the_figures_of_a_state() {
     assert_eq!(
         source,
         json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "start": [0, 0],
-            "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4,
+            "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4, "route": [0, 3, 4, 5, 2],
             "robot": null, "race_optimum": null, "ending": null, "note": null})
     );
     let sent = watched.send_states(700);
@@ -47,7 +47,7 @@ fn a_view_contains_the_figures_of_a_state() {
             "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
-            "trail": [17, 0, 13],
+            "trail": [17, 0, 13], "plan": [4, 3],
             "mouse": null, "strategy": null, "texts": [], "colours": "", "declared_walls": [], "missed_walls": []})
     );
     let view = watched.get("/api/sources/live/moment?run=1&at=4").json();
@@ -55,6 +55,12 @@ fn a_view_contains_the_figures_of_a_state() {
     let view = watched.get("/api/sources/live/moment?run=1&at=699").json();
     assert_eq!(view["trail"], json!([0, 13, 17]));
     assert_eq!(view["phases"]["restarts"], 174);
+    let events = watched.get("/api/sources/live/events?run=1").json();
+    let resets: Vec<usize> = (4..700).step_by(4).collect();
+    let reset = json!({"kind": "reset", "count": 174, "every": 1, "states": resets});
+    assert_eq!(events["states"], 700);
+    assert!(events["events"].as_array().unwrap().contains(&reset), "{events}");
+    assert_eq!(watched.get("/api/sources/live/events?run=2").status, 410);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
     assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);

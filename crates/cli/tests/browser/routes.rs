@@ -11,8 +11,8 @@ use crate::simulator::{Simulator, bundled};
 use crate::test_state::{SIDES, TestState, neighbour};
 
 /// Returns the cells of a line on the map.
-fn cells(live: Panel<'_>, route: &str, size: MazeSize) -> Vec<Cell> {
-    let line = live.attribute(&format!(".map .{route}-route"), "d");
+fn cells(panel: Panel<'_>, route: &str, size: MazeSize) -> Vec<Cell> {
+    let line = panel.attribute(&format!(".map .{route}-route"), "d");
     let points = line.trim_start_matches('M').split('L').filter(|point| !point.is_empty());
     let middle = |text: &str| -> u8 {
         let units: u32 = text.parse().unwrap();
@@ -96,8 +96,8 @@ fn the_shortest_path_and_the_planned_path_can_be_shown() {
         assert!(shown("planned").len() > 5 && !title().contains("None"));
         let picture = saved(browser, simulator);
         for route in ["shortest", "planned"] {
-            let line = live.attribute(&format!(".map .{route}-route"), "d");
-            assert!(picture.contains(&format!("<path class=\"{route}-route\" d=\"{line}\"/>")));
+            let path = live.attribute(&format!(".map .{route}-route"), "d");
+            assert!(picture.contains(&format!("<path class=\"{route}-route\" d=\"{path}\"/>")));
         }
         live.click("[name=shortest]");
         live.click("[name=plan]");

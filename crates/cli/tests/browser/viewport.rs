@@ -74,7 +74,7 @@ fn the_map_zooms_and_moves() {
         // With the wheel, around the pointer.
         let before = middle(browser, "12,18");
         mouse(browser, "mouseWheel", before, &json!({ "deltaX": 0, "deltaY": -400 }));
-        wait_for("the zoom", || (view_box(live)[2] < 500.0).then_some(()));
+        wait_for("the zoom", || (view_box(live)[3] < 500.0).then_some(()));
         let (x, y) = middle(browser, "12,18");
         assert!((x - before.0).abs() < 2.0 && (y - before.1).abs() < 2.0, "{x} {y} {before:?}");
         for axis in ["x", "y"] {
@@ -103,7 +103,7 @@ fn the_map_zooms_and_moves() {
         mouse(browser, "mouseMoved", (x + 2.0, y), &pressed);
         mouse(browser, "mouseReleased", (2.0, 2.0), &pressed);
         mouse(browser, "mouseWheel", (x, y), &json!({ "deltaX": 0, "deltaY": -400 }));
-        wait_for("the zoom", || (view_box(live)[2] < 500.0).then_some(()));
+        wait_for("the zoom", || (view_box(live)[3] < 500.0).then_some(()));
         let before = live.attribute(".map svg", "viewBox");
         for step in 1..4 {
             mouse(browser, "mouseMoved", (x + 15.0 * f64::from(step), y), &json!({}));
