@@ -70,8 +70,9 @@ export class CompareBar {
     void this.sync();
   }
 
-  /** @param {Panel} panel */
+  /** Adds a panel. No panel moves until the user moves one. @param {Panel} panel */
   add(panel) {
+    this.#leader = null;
     this.#panels.add(panel);
     panel.timeline.onMove = () => {
       this.#leader = panel;

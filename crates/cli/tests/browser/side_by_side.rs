@@ -10,6 +10,7 @@ use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled, page_address};
 use crate::test_state::TestState;
 
+const WIDE: (u32, u32) = (1920, 1080);
 const SHOW_LIVE: &str = "#show-live";
 
 /// Sends `count` states of the maze meadow, starting with the state `first`.
@@ -90,11 +91,11 @@ fn two_panels_are_side_by_side_and_aligned() {
     with_two_panels(5, 3, |_, live, recording| {
         let browser = live.browser;
         let parts = [".title h2", ".map", "[name=slider]", "[name=jump]", ".figures"];
-        for (size, are_beside) in [(LAPTOP, true), (SMALL, true), (PHONE, false)] {
+        for (size, are_beside) in [(WIDE, true), (LAPTOP, true), (SMALL, true), (PHONE, false)] {
             resize(browser, size);
             wait_for_layout([live, recording], are_beside);
             assert_no_sideways_scrolling(browser);
-            if size == LAPTOP {
+            if size == LAPTOP || size == WIDE {
                 for panel in [live, recording] {
                     assert_in_sight(browser, panel, &parts);
                 }
