@@ -3,7 +3,7 @@
 pub(crate) mod args;
 mod state_report;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jiff::Timestamp;
@@ -45,16 +45,22 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     Ok(is_undamaged(&args.file, &recording))
 }
 
-/// Shows the recording in a browser.
+/// Shows recordings in a browser.
 fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> CommandResult {
+    let open = |file: &PathBuf| Recording::open_within(file, &budget);
+    let others: Vec<Recording> = args.others.iter().map(open).collect::<Result<_, _>>()?;
+    let title = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().to_string();
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
     let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
     let viewer = page::bind(&viewer_args, "127.0.0.1")?;
     let interrupt = Interrupt::catch()?;
     stderr::write_in_background();
     print(&text(args, &recording, None))?;
-    let title = args.file.file_name().unwrap_or_default().to_string_lossy().to_string();
-    let config = ViewerConfig::default().with_budget(budget).with_recording(&title, recording);
+    let config = ViewerConfig::default().with_budget(budget);
+    let mut config = config.with_recording(&title(&args.file), recording);
+    for (file, other) in args.others.iter().zip(others) {
+        config = config.with_recording(&title(file), other);
+    }
     page::serve(viewer, config, &viewer_args)?;
     interrupt.wait();
     Ok(true)

@@ -102,6 +102,15 @@ pub struct Failure {
     pub reason: String,
 }
 
+/// The mazes in which a candidate failed for the same reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FailureReason<'a> {
+    /// Why the candidate failed.
+    pub text: &'a str,
+    /// The indices of the mazes.
+    pub mazes: Vec<usize>,
+}
+
 impl Comparison {
     /// Creates a comparison of these candidates in the mazes with these names, without measures.
     pub fn new(title: impl Into<String>, candidates: Vec<Candidate>, mazes: Vec<String>) -> Self {
@@ -224,6 +233,29 @@ impl Comparison {
     /// Returns the failures, ordered by candidate and maze.
     pub fn failures(&self) -> &[Failure] {
         &self.failures
+    }
+
+    /// Returns the failures of a candidate by reason, the most frequent reasons first.
+    ///
+    /// ```
+    /// use mmsim_report::Comparison;
+    /// let mazes = ["one", "two", "three"].map(Into::into).into();
+    /// let comparison = Comparison::new("Mice", vec!["a".into()], mazes)
+    ///     .with_failures(|_, maze| Some(["lost", "stuck", "stuck"][maze].into()));
+    /// let reasons = comparison.failure_reasons(0);
+    /// assert_eq!((reasons[0].text, &reasons[0].mazes[..]), ("stuck", &[1, 2][..]));
+    /// ```
+    pub fn failure_reasons(&self, candidate: usize) -> Vec<FailureReason<'_>> {
+        let mut reasons: Vec<FailureReason<'_>> = Vec::new();
+        let failures = self.failures.iter().filter(|failure| failure.candidate == candidate);
+        for Failure { maze, reason, .. } in failures {
+            match reasons.iter_mut().find(|other| other.text == reason) {
+                Some(known) => known.mazes.push(*maze),
+                None => reasons.push(FailureReason { text: reason, mazes: vec![*maze] }),
+            }
+        }
+        reasons.sort_by_key(|reason| Reverse(reason.mazes.len()));
+        reasons
     }
 
     /// Returns the statistics of each measure.

@@ -108,7 +108,7 @@ impl Comparison {
             @if !described.is_empty() {
                 div class="scroll" {
                     table {
-                        thead { tr { th { "candidate" } th class="text" { "description" } } }
+                        thead { tr { th {} th class="text" { "description" } } }
                         tbody {
                             @for Candidate { name, description } in described {
                                 tr { th { (clean(name)) } td class="text" { (clean(description)) } }

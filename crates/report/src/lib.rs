@@ -49,7 +49,7 @@ mod text;
 mod values;
 
 pub use charts::{Bar, BarChart, BarGroup, Chart};
-pub use comparison::{Candidate, Comparison, Failure, Measure};
+pub use comparison::{Candidate, Comparison, Failure, FailureReason, Measure};
 pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics};
 pub use summary::{CandidateStatistics, MeasureStatistics};

@@ -71,7 +71,7 @@ impl MeasureStatistics {
         let is_compared = self.candidates.len() > 1;
         if is_compared {
             let reference = self.reference.as_deref().unwrap_or("the first candidate");
-            head.push(format!("difference to {}", shortened(reference, 24)));
+            head.push(format!("difference from {}", shortened(reference, 24)));
             head.extend(["95 % interval", "better", "equal", "worse"].map(String::from));
         }
         let rows = self.candidates.iter().map(|CandidateStatistics { candidate, statistics }| {
@@ -272,7 +272,7 @@ mod tests {
         let table = steps(&[&A, &b, &NONE_SOLVED]).table();
         let text: Vec<String> = table.iter().map(|row| row.join(" | ")).collect();
         insta::assert_snapshot!(text.join("\n"), @"
-        steps to the goal | solved | mean | median | middle half | difference to a | 95 % interval | better | equal | worse
+        steps to the goal | solved | mean | median | middle half | difference from a | 95 % interval | better | equal | worse
         a | 4 | 24.67 | 20.00 | 15.00 to 32.00 | - | - | - | - | -
         b | 3 | 24.00 | 20.00 | 16.00 to 30.00 | -0.67 | -8.26 to +6.92 | 1 | 1 | 1
         c | 0 | - | - | - | - | - | - | - | -

@@ -28,7 +28,7 @@ environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the 
 once in each maze, in parallel on all processors. A mouse that has reached the goal and not moved for
 two seconds has finished. Failures are counted and listed; the other searches continue.
 
-Means and medians cover the mazes in which all mice reached the goal. Differences, to the first
+Means and medians cover the mazes in which all mice reached the goal. Differences, from the first
 mouse, cover the mazes in which both reached the goal; the middle half lies between the quartiles.
 
 The exit code is 0 if all mazes could be read, whatever the searches found.";
@@ -107,6 +107,12 @@ impl CompareArgs {
             let name = candidate.name();
             if candidates[..index].iter().any(|other| other.name() == name) {
                 let message = format!("two mice are called {name:?}; choose another NAME");
+                return Err(UsageError::new("compare", message));
+            }
+        }
+        for mouse in &self.mouse {
+            if let Some(file) = mouse.program.missing_file() {
+                let message = format!("{}: {} does not exist", mouse.name, file.display());
                 return Err(UsageError::new("compare", message));
             }
         }

@@ -26,7 +26,7 @@ pub(super) const MEASURES: [SearchMeasure; 7] = [
     },
     SearchMeasure {
         key: "steps_in_all",
-        name: "steps of the whole search",
+        name: "steps in all",
         unit: "steps",
         verb: "solved",
         is_in_text: true,
@@ -34,7 +34,7 @@ pub(super) const MEASURES: [SearchMeasure; 7] = [
     },
     SearchMeasure {
         key: "turns",
-        name: "quarter turns of the whole search",
+        name: "quarter turns in all",
         unit: "turns",
         verb: "solved",
         is_in_text: true,
@@ -58,9 +58,9 @@ pub(super) const MEASURES: [SearchMeasure; 7] = [
     },
     SearchMeasure {
         key: "fast_run_steps",
-        name: "steps of the best fast run",
+        name: "steps in the best fast run",
         unit: "steps",
-        verb: "ran fast in",
+        verb: "completed a fast run in",
         is_in_text: false,
         value: |search| search.fast_run_steps.map(f64::from),
     },

@@ -7,15 +7,19 @@ use super::report::{CandidateReport, Report};
 use crate::grid::aligned;
 use crate::output::counted;
 
-/// The number of failures of each mouse that are named.
-const NAMED_FAILURES: usize = 3;
+/// The maximum number of reasons for the failures of a mouse that are listed.
+const MAX_REASONS: usize = 5;
 
 impl Report {
-    /// Returns the tables, and the first failures of each mouse.
+    /// Returns the tables, and the failures of each mouse.
     pub(crate) fn text(&self) -> String {
         let measures = MEASURES.iter().zip(&self.statistics);
         let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
-            format!("{}{}\n", aligned(&statistics.table()), statistics.caption())
+            let differences = match statistics.candidates.len() {
+                0 | 1 => "",
+                _ => " Differences over the mazes that both mice solved.",
+            };
+            format!("{}{}{differences}\n", aligned(&statistics.table()), statistics.caption())
         });
         let notes = self.comparison.notes().iter().map(|note| format!("{note}\n"));
         let failures = (0..self.candidates.len()).filter_map(|candidate| self.failures(candidate));
@@ -27,21 +31,24 @@ impl Report {
         sections.collect::<Vec<_>>().join("\n")
     }
 
-    /// Lists the first failures of a candidate.
+    /// Lists the most frequent reasons why a candidate failed.
     fn failures(&self, candidate: usize) -> Option<String> {
-        let failures = self.comparison.failures().iter();
-        let failures: Vec<_> = failures.filter(|failure| failure.candidate == candidate).collect();
+        let reasons = self.comparison.failure_reasons(candidate);
         let CandidateReport { strategy, mazes, .. } = &self.candidates[candidate];
-        let count = counted(failures.len() as u64, "maze");
-        let mut lines = vec![format!("{} failed in {count}:\n", Escaped(strategy))];
-        lines.extend(failures.iter().take(NAMED_FAILURES).map(|failure| {
-            let maze = &mazes[failure.maze].maze.path;
-            format!("  {}: {}\n", Escaped(maze), Escaped(&failure.reason))
+        let count = |mazes: usize| counted(mazes as u64, "maze");
+        let total = reasons.iter().map(|reason| reason.mazes.len()).sum();
+        let mut lines = vec![format!("{} failed in {}:\n", Escaped(strategy), count(total))];
+        lines.extend(reasons.iter().take(MAX_REASONS).map(|reason| {
+            let example = reason.mazes.first().map_or("", |&maze| &mazes[maze].maze.path);
+            let such_as = if reason.mazes.len() > 1 { ", such as" } else { "" };
+            let (text, example) = (Escaped(reason.text), Escaped(example));
+            format!("  {}{such_as} {example}: {text}\n", count(reason.mazes.len()))
         }));
-        if failures.len() > NAMED_FAILURES {
-            lines.push(format!("  and {} more (see --json)\n", failures.len() - NAMED_FAILURES));
+        if reasons.len() > MAX_REASONS {
+            let others = (reasons.len() - MAX_REASONS) as u64;
+            lines.push(format!("  {} (see --json)\n", counted(others, "other reason")));
         }
-        (!failures.is_empty()).then(|| lines.concat())
+        (!reasons.is_empty()).then(|| lines.concat())
     }
 }
 

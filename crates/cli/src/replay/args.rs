@@ -10,6 +10,9 @@ use crate::args::ReadingArgs;
 pub(crate) struct ReplayArgs {
     /// Recording file; if the file is truncated, the intact part is shown
     pub(crate) file: PathBuf,
+    /// Further recordings to show beside the first one
+    #[arg(value_name = "FILE", requires = "serve")]
+    pub(crate) others: Vec<PathBuf>,
     /// Show state N, counted from 0 [default: the last state]
     #[arg(long, value_name = "N")]
     pub(crate) at: Option<usize>,

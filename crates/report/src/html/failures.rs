@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use crate::comparison::{Comparison, Failure};
+use crate::comparison::{Comparison, FailureReason};
 use crate::text::{clean, shortened};
 
 /// The maximum number of reasons that are listed for a candidate.
@@ -10,19 +10,13 @@ const MAX_REASONS: usize = 10;
 /// The maximum number of mazes that are named for a reason.
 const MAX_EXAMPLES: usize = 3;
 
-/// The failures of a candidate for the same reason.
-struct Reason<'a> {
-    text: &'a str,
-    mazes: Vec<&'a str>,
-}
-
 impl Comparison {
     /// Returns a table of failures, the most frequent reasons first, or nothing if there are no
     /// failures.
     pub(super) fn failures_section(&self) -> Markup {
         let candidates = self.candidates().iter().enumerate();
         let reasons: Vec<_> = candidates
-            .map(|(index, candidate)| (candidate, self.reasons(index)))
+            .map(|(index, candidate)| (candidate, self.failure_reasons(index)))
             .filter(|(_, reasons)| !reasons.is_empty())
             .collect();
         html! {
@@ -33,65 +27,53 @@ impl Comparison {
                         table class="grouped" {
                             thead {
                                 tr {
-                                    th { "candidate" } th { "failures" } th { "mazes" }
+                                    th {} th { "failures" } th { "mazes" }
                                     th class="text" { "reason" } th class="text" { "for example in" }
                                 }
                             }
-                            @for (candidate, reasons) in &reasons { tbody { (rows(&candidate.name, reasons)) } }
+                            @for (candidate, reasons) in &reasons { tbody { (self.reason_rows(&candidate.name, reasons)) } }
                         }
                     }
                 }
             }
         }
     }
-
-    fn reasons(&self, candidate: usize) -> Vec<Reason<'_>> {
-        let mut reasons: Vec<Reason<'_>> = Vec::new();
-        let failures = self.failures().iter().filter(|failure| failure.candidate == candidate);
-        for Failure { maze, reason, .. } in failures {
-            let maze = self.mazes().get(*maze).map_or("", String::as_str);
-            match reasons.iter_mut().find(|other| other.text == reason) {
-                Some(known) => known.mazes.push(maze),
-                None => reasons.push(Reason { text: reason, mazes: vec![maze] }),
-            }
-        }
-        reasons.sort_by_key(|reason| std::cmp::Reverse(reason.mazes.len()));
-        reasons
-    }
 }
 
-fn rows(candidate: &str, reasons: &[Reason<'_>]) -> Markup {
-    let total: usize = reasons.iter().map(|reason| reason.mazes.len()).sum();
-    let (listed, others) = reasons.split_at(MAX_REASONS.min(reasons.len()));
-    let other_mazes: usize = others.iter().map(|reason| reason.mazes.len()).sum();
-    let others = match others.len() {
-        0 => None,
-        1 => Some("another reason".into()),
-        count => Some(format!("{count} other reasons")),
-    };
-    let others = others.map(|text| (other_mazes, text, String::new()));
-    let listed = listed
-        .iter()
-        .map(|Reason { text, mazes }| (mazes.len(), shortened(text, 300), examples(mazes)));
-    html! {
-        @for (index, (count, reason, examples)) in listed.chain(others).enumerate() {
-            tr {
-                @if index == 0 {
-                    th { (clean(candidate)) }
-                    td { data class="failures" value=(total) { (total) } }
-                } @else { th {} td {} }
-                td { (count) }
-                td class="text" { (reason) }
-                td class="text" { (examples) }
+impl Comparison {
+    fn reason_rows(&self, candidate: &str, reasons: &[FailureReason<'_>]) -> Markup {
+        let total: usize = reasons.iter().map(|reason| reason.mazes.len()).sum();
+        let (listed, others) = reasons.split_at(MAX_REASONS.min(reasons.len()));
+        let other_mazes: usize = others.iter().map(|reason| reason.mazes.len()).sum();
+        let others = match others.len() {
+            0 => None,
+            1 => Some("another reason".into()),
+            count => Some(format!("{count} other reasons")),
+        };
+        let others = others.map(|text| (other_mazes, text, String::new()));
+        let listed = listed.iter().map(|FailureReason { text, mazes }| {
+            (mazes.len(), shortened(text, 300), self.examples(mazes))
+        });
+        html! {
+            @for (index, (count, reason, examples)) in listed.chain(others).enumerate() {
+                tr {
+                    @if index == 0 {
+                        th { (clean(candidate)) }
+                        td { data class="failures" value=(total) { (total) } }
+                    } @else { th {} td {} }
+                    td { (count) }
+                    td class="text" { (reason) }
+                    td class="text" { (examples) }
+                }
             }
         }
     }
-}
 
-fn examples(mazes: &[&str]) -> String {
-    let names: Vec<String> = mazes.iter().take(MAX_EXAMPLES).map(|maze| clean(maze)).collect();
-    let more = if mazes.len() > MAX_EXAMPLES { ", …" } else { "" };
-    names.join(", ") + more
+    fn examples(&self, mazes: &[usize]) -> String {
+        let names = mazes.iter().take(MAX_EXAMPLES).filter_map(|&maze| self.mazes().get(maze));
+        let more = if mazes.len() > MAX_EXAMPLES { ", …" } else { "" };
+        names.map(|name| clean(name)).collect::<Vec<_>>().join(", ") + more
+    }
 }
 
 #[cfg(test)]
@@ -118,7 +100,7 @@ mod tests {
             plain += piece.split_once('>').map_or(piece, |(_, text)| text);
         }
         insta::assert_snapshot!(plain, @"
-        Failurescandidate|failures|mazes|reason|for example in|
+        Failures|failures|mazes|reason|for example in|
         mine|6|5|crashed &lt;hard&gt;|m3, m4, m5, …|
         ||1|stopped|m2|
         left-wall|20|2|reason 0|m0, m12|

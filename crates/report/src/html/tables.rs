@@ -27,7 +27,7 @@ fn distributions(statistics: &MeasureStatistics) -> Markup {
                 caption { (statistics.caption()) }
                 thead {
                     tr {
-                        th { "candidate" }
+                        th {}
                         th { (clean(&statistics.measure.verb)) }
                         th { "mean" } th { "median" } th { "middle half" }
                         th { "standard deviation" } th { "minimum" } th { "maximum" }
@@ -74,10 +74,10 @@ fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
     html! {
         div class="scroll" {
             table {
-                caption { "Difference to " (reference) " in the mazes that both " (clean(&statistics.measure.verb)) "." }
+                caption { "Difference from " (reference) " in the mazes that both " (clean(&statistics.measure.verb)) "." }
                 thead {
                     tr {
-                        th { "candidate" } th { "mazes" } th { "mean difference" } th { "95 % interval" }
+                        th {} th { "mazes" } th { "mean difference" } th { "95 % interval" }
                         th { "better than " (reference) } th { "equal" } th { "worse" }
                     }
                 }
