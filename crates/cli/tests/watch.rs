@@ -20,8 +20,12 @@ fn connect(messages: &str) -> (TcpStream, String) {
 
 /// Returns the reply to `GET /`.
 fn page(messages: &str) -> String {
+    get(messages, "/")
+}
+
+fn get(messages: &str, path: &str) -> String {
     let (mut stream, host) = connect(messages);
-    write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
     let mut reply = String::new();
     stream.read_to_string(&mut reply).unwrap();
     reply
@@ -105,6 +109,14 @@ fn a_recording_is_shown_on_the_page() {
     assert!(page(&replay.messages).starts_with("HTTP/1.1 200 OK"));
     replay.kill();
     assert!(replay.stdout().starts_with("own.mcap: "));
+    let two = ["replay", "own.mcap", "own.mcap", "--serve", "--viewer-port", "0"];
+    let mut replay = harness::Serving::start(home.command(&two), "watch at http://");
+    let info = get(&replay.messages, "/api/page");
+    assert!(info.contains(r#""opened":["1","2"]"#), "{info}");
+    replay.kill();
+    let missing = home.run(&["replay", "own.mcap", "missing.mcap", "--serve"]);
+    assert_eq!(missing.code, Some(1), "{missing:?}");
+    assert_eq!(home.run(&["replay", "own.mcap", "own.mcap"]).code, Some(2));
     assert_eq!(home.run(&["replay", "own.mcap", "--viewer-port", "0"]).code, Some(2));
     assert_eq!(home.run(&["replay", "own.mcap", "--serve", "--at", "1"]).code, Some(2));
 }
