@@ -60,7 +60,9 @@ export class Ghosts {
     elements?.showGhost(ghost.checked ? compared : null, source);
     const walls = elements?.showDifferences(shown, differences.checked ? compared : null, source);
     const [here, there] = walls ?? [0, 0];
-    setText(element, ".differences", reason || (walls ? `${pluralize(here, "wall")} known only here, ${there} only there` : ""));
+    const isSameMaze = source?.maze === other?.source?.maze;
+    const counts = walls ? `${pluralize(here, "wall")} known only here, ${there} only there${isSameMaze ? "" : " (another maze)"}` : "";
+    setText(element, ".differences", reason || counts);
   }
 }
 

@@ -14,6 +14,8 @@ import { query, sleep } from "./dom.js";
  * @typedef {{ server: string, live: LiveTarget | null, recordings: RecordingTarget[], kind: LinkKind | null }} Link
  */
 
+/** The maximum number of recordings in a link. */
+const MAX_RECORDINGS = 8;
 /** Milliseconds for which a button says that it has copied a link. */
 const COPIED_TIME = 1500;
 
@@ -43,6 +45,7 @@ export function parseLink(hash) {
     const [, id, name, state] = /^(\d+):(.*)@([1-9]\d*)$/s.exec(text) ?? [];
     return state ? [{ id, name, index: Number(state) - 1 }] : [];
   });
+  recordings.splice(MAX_RECORDINGS);
   if (!live && recordings.length === 0) return null;
   const kind = parameters.get("link");
   return {
@@ -55,7 +58,7 @@ export function parseLink(hash) {
 
 /**
  * Returns the ID of the recording in a link. If the recording is not open, opens it from the folder of recordings.
- * @param {string[]} open the IDs of the open recordings @param {RecordingTarget} target
+ * @param {string[]} open the IDs of the open recordings, without those of earlier targets @param {RecordingTarget} target
  * @param {boolean} isSameServer false if the IDs in the link belong to another server
  */
 export async function findRecording(open, { id, name }, isSameServer) {

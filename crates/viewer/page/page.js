@@ -50,8 +50,9 @@ const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoVie
 let recordingsVersion = NaN;
 let openIds = info.opened;
 
-void openLink();
-addEventListener("hashchange", openLink);
+/** Links are opened one after the other. */
+let opening = openLink();
+addEventListener("hashchange", () => (opening = opening.then(openLink)));
 
 if (isExported) showExported();
 else listen(
@@ -90,7 +91,7 @@ function showConnection(connected, reason) {
     return;
   }
   clearError();
-  for (const { timeline } of panels.values()) if (timeline.playing) timeline.seek(timeline.target);
+  for (const { timeline } of panels.values()) if (timeline.playing) timeline.moveLinked(timeline.target);
   const { activeElement } = document;
   if (activeElement instanceof HTMLElement && activeElement !== document.body) focusedOnline = activeElement;
   for (const part of document.querySelectorAll(NEEDS_SERVER)) part.setAttribute("inert", "");
@@ -147,9 +148,13 @@ async function openLink() {
   const isSameServer = link.server === info.server;
   if (link.kind) compareBar.kind = link.kind;
   if (link.live) await openLive(link.live, isSameServer).catch(showError);
+  /** @type {Set<string>} */
+  const used = new Set();
   for (const target of link.recordings) {
-    const id = await findRecording(openIds, target, isSameServer).catch(showError);
+    const free = openIds.filter((id) => !used.has(id));
+    const id = await findRecording(free, target, isSameServer).catch(showError);
     if (!id) continue;
+    used.add(id);
     const panel = panels.get(id) ?? openPanel(id);
     panel.showState(0, target.index);
     activate(id);

@@ -74,6 +74,7 @@ pub(crate) fn to_file(
     budget: &Arc<MemoryBudget>,
     cancel: &CancelToken,
 ) -> Result<File, ApiError> {
+    source.describe(run)?;
     let source = match source.integrity() {
         Some(_) => Arc::clone(source),
         // The live run may grow or end while it is written.
