@@ -152,7 +152,7 @@ fn search_own(
     if mice.is_empty() || mazes.is_empty() {
         return Ok(Vec::new());
     }
-    // Each search needs about twelve files. If the request fails, fewer searches run at a time.
+    // Each search needs about twelve open files. If the request fails, the limit may still suffice.
     let _ = rlimit::increase_nofile_limit(MAX_FILES);
     let slots = match jobs {
         Some(jobs) => jobs.into(),

@@ -1,4 +1,5 @@
-//! Finding the state of a run in which the mouse has come as far as in a state of another run.
+//! Finds the state of a run in which the mouse has made the same progress as in a state of another
+//! run.
 
 use std::borrow::Borrow;
 use std::sync::Arc;
@@ -25,12 +26,12 @@ pub(crate) struct FindQuery {
 pub(crate) struct FoundState {
     /// The index of the state.
     at: usize,
-    /// False if the mouse has not come that far yet, so that `at` is the last state.
+    /// False if the mouse has not made this progress yet, so `at` is the last state.
     #[serde(rename = "reached")]
     is_reached: bool,
 }
 
-/// How far the mouse must have come.
+/// The progress that the mouse must have made.
 #[derive(Clone, Copy, Debug)]
 enum Target {
     /// The total number of steps.

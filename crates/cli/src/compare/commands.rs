@@ -5,7 +5,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize};
 use mmsim_mms::{Environment, Response, SimulatedMouse};
 
-use super::own_search::{Kind, Over, Progress, SharedProgress, lock};
+use super::own_search::{EndSignal, MouseKind, Progress, SharedProgress, lock};
 use crate::mms::child::{Line, read_line};
 use crate::mms::invalid_lines::InvalidLine;
 
@@ -28,7 +28,7 @@ pub(super) fn execute_all(
         // An error ends the output.
         let line = read_line(&mut output).ok().flatten();
         let mut progress = lock(progress);
-        let is_client = progress.kind() == Some(Kind::Client);
+        let is_client = progress.kind() == Some(MouseKind::Client);
         let is_flood = output.get_ref().left == 0;
         if is_client {
             output.get_mut().left = MAX_INVALID_BYTES;
@@ -37,7 +37,7 @@ pub(super) fn execute_all(
             match (is_flood, is_client) {
                 (false, _) => return,
                 (true, true) => continue,
-                (true, false) => return progress.end(Over::Flood),
+                (true, false) => return progress.end(EndSignal::Flood),
             }
         };
         if progress.is_over {
@@ -52,7 +52,7 @@ pub(super) fn execute_all(
             }
         };
         output.get_mut().left = MAX_INVALID_BYTES;
-        if !progress.accept(Kind::Mms) {
+        if !progress.accept(MouseKind::Mms) {
             continue;
         }
         if progress.track.states() == 0 {
@@ -122,7 +122,7 @@ mod tests {
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
     /// Executes the output of a mouse, and returns the replies and the progress.
-    fn execute(output: &[u8], max_states: u32) -> (String, SharedProgress, Receiver<Over>) {
+    fn execute(output: &[u8], max_states: u32) -> (String, SharedProgress, Receiver<EndSignal>) {
         let maze: Maze = MAZE.parse().unwrap();
         let (sender, over) = mpsc::channel();
         let limits = SearchLimits { time: std::time::Duration::MAX, states: max_states };
@@ -140,7 +140,7 @@ mod tests {
         let (replies, progress, over) = execute(output, 1000);
         assert_eq!(replies, "2\ntrue\nack\nack\ncrash\n");
         let mut progress = lock(&progress);
-        assert_eq!((progress.kind(), progress.crashes), (Some(Kind::Mms), 1));
+        assert_eq!((progress.kind(), progress.crashes), (Some(MouseKind::Mms), 1));
         let figures = progress.track.figures();
         assert_eq!(
             (figures.steps_to_goal, figures.turns, figures.path_found),
@@ -154,7 +154,7 @@ mod tests {
         let (replies, progress, over) = execute(&b"turnRight\n".repeat(10), 4);
         assert_eq!(replies, "ack\nack\nack\n", "the first state is the start");
         assert_eq!(lock(&progress).track.states(), 4);
-        assert!(matches!(over.try_recv(), Ok(Over::StepLimit)));
+        assert!(matches!(over.try_recv(), Ok(EndSignal::StepLimit)));
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
         for output in [&flood[..], &b"x".repeat(2 * MAX_INVALID_BYTES)] {
             let (_, progress, over) = execute(output, 1000);
             assert!(lock(&progress).is_over);
-            assert!(matches!(over.try_recv(), Ok(Over::Flood)));
+            assert!(matches!(over.try_recv(), Ok(EndSignal::Flood)));
         }
         // A command now and then shows that the mouse is at work.
         let half = &flood[..flood.len() / 2];
@@ -180,7 +180,7 @@ mod tests {
         let maze: Maze = MAZE.parse().unwrap();
         let limits = SearchLimits { time: std::time::Duration::MAX, states: 10 };
         let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, mpsc::channel().0)));
-        assert!(lock(&progress).accept(Kind::Client));
+        assert!(lock(&progress).accept(MouseKind::Client));
         let goal = (maze.start().cell, *maze.goals());
         let output = [&b"x".repeat(3 * MAX_INVALID_BYTES)[..], b"\nturnLeft\n"].concat();
         execute_all(&output[..], io::sink(), maze.size(), goal, &progress);

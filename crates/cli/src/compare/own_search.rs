@@ -53,16 +53,16 @@ pub(crate) struct SearchLimits {
 
 /// How a mouse communicates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum MouseKind {
     /// It writes the commands of mms to its stdout.
     Mms,
     /// It sends requests over ZeroMQ.
     Client,
 }
 
-/// The reason why a search is over.
+/// What a thread of a search signals to the thread that waits for the end of the search.
 #[derive(Debug)]
-pub(crate) enum Over {
+pub(crate) enum EndSignal {
     /// The output of the mouse has ended.
     OutputEnded,
     StepLimit,
@@ -73,7 +73,7 @@ pub(crate) enum Over {
 /// The state of a search, which the threads of the search share.
 pub(crate) struct Progress {
     /// `None` until the mouse has sent a command or a request.
-    kind: Option<Kind>,
+    kind: Option<MouseKind>,
     pub(crate) track: Track,
     pub(crate) crashes: u32,
     /// The latest invalid line or refused request.
@@ -84,7 +84,7 @@ pub(crate) struct Progress {
     moved: Instant,
     /// True once the search is over. Further commands and requests are ignored.
     pub(crate) is_over: bool,
-    over: Sender<Over>,
+    over: Sender<EndSignal>,
 }
 
 /// The shared state of a search.
@@ -96,7 +96,7 @@ pub(crate) fn lock(progress: &SharedProgress) -> MutexGuard<'_, Progress> {
 
 impl Progress {
     /// Creates the progress of a search that begins. `over` is notified when the search is over.
-    pub(crate) fn new(maze: &Maze, limits: SearchLimits, over: Sender<Over>) -> Self {
+    pub(crate) fn new(maze: &Maze, limits: SearchLimits, over: Sender<EndSignal>) -> Self {
         Self {
             kind: None,
             track: Track::new(maze),
@@ -112,17 +112,17 @@ impl Progress {
 
     /// Notes a command or a request. Returns false if it must be ignored, because the search is over
     /// or because the mouse uses the other protocol.
-    pub(crate) fn accept(&mut self, kind: Kind) -> bool {
+    pub(crate) fn accept(&mut self, kind: MouseKind) -> bool {
         self.messages += 1;
         !self.is_over && *self.kind.get_or_insert(kind) == kind
     }
 
-    pub(crate) const fn kind(&self) -> Option<Kind> {
+    pub(crate) const fn kind(&self) -> Option<MouseKind> {
         self.kind
     }
 
     /// Ends the search.
-    pub(crate) fn end(&mut self, reason: Over) {
+    pub(crate) fn end(&mut self, reason: EndSignal) {
         if !self.is_over {
             self.is_over = true;
             // The receiver exists as long as the search.
@@ -133,7 +133,7 @@ impl Progress {
     /// Adds a pose. Returns false if the search is over.
     pub(crate) fn add(&mut self, pose: Pose, is_restart: bool) -> bool {
         if self.track.states() >= self.max_states {
-            self.end(Over::StepLimit);
+            self.end(EndSignal::StepLimit);
             return false;
         }
         self.moved = Instant::now();
@@ -157,7 +157,8 @@ pub(crate) fn search(
         let Running { process, last_line, endpoint, .. } = running;
         // Killing the process and its child processes ends their output.
         drop(process);
-        if matches!(ended, Ended::Exited(_)) && lock(&progress).kind == Some(Kind::Client) {
+        if matches!(ended, SearchEnd::Exited(_)) && lock(&progress).kind == Some(MouseKind::Client)
+        {
             slot.release();
             endpoint.finish();
         }
@@ -173,7 +174,7 @@ pub(crate) fn search(
     Figures {
         ending,
         error,
-        crashes: (progress.kind != Some(Kind::Client)).then_some(progress.crashes),
+        crashes: (progress.kind != Some(MouseKind::Client)).then_some(progress.crashes),
         // A program that does nothing does not know that the goal is unreachable.
         is_rightly_given_up: figures.shortest_path.is_none()
             && ending == Ending::GaveUp
@@ -184,12 +185,12 @@ pub(crate) fn search(
 }
 
 /// Why a search has ended.
-enum Ended {
+enum SearchEnd {
     Exited(ExitStatus),
     /// The mouse stays in the goal or does not move after it has reached the goal.
     Idle,
     TimeLimit,
-    Over(Over),
+    Over(EndSignal),
     Interrupted,
     Failed(String),
 }
@@ -223,7 +224,7 @@ impl Running {
         let goals = (maze.start().cell, *maze.goals());
         spawn("stdout", move || {
             commands::execute_all(stdout, stdin, size, goals, &progress);
-            let _ = lock(&progress).over.send(Over::OutputEnded);
+            let _ = lock(&progress).over.send(EndSignal::OutputEnded);
         })?;
         let (sender, last_line) = mpsc::channel();
         spawn("stderr", move || {
@@ -239,44 +240,50 @@ impl Running {
         &mut self,
         limits: SearchLimits,
         progress: &SharedProgress,
-        over: &Receiver<Over>,
+        over: &Receiver<EndSignal>,
         slot: &mut Slot<'_>,
         is_interrupted: &AtomicBool,
-    ) -> Ended {
+    ) -> SearchEnd {
         let (mut messages, mut heard, mut interval) = (0, Instant::now(), CHECK_INTERVAL);
         let mut has_output_ended = false;
         loop {
             match over.recv_timeout(interval) {
                 // The mouse is about to exit, unless it has only closed its output.
-                Ok(Over::OutputEnded) => {
+                Ok(EndSignal::OutputEnded) => {
                     (has_output_ended, interval) = (true, Duration::from_micros(50));
                 }
-                Ok(over) => return Ended::Over(over),
+                Ok(over) => return SearchEnd::Over(over),
                 Err(_) => interval = CHECK_INTERVAL.min(2 * interval),
             }
             if is_interrupted.load(Ordering::Relaxed) {
-                return Ended::Interrupted;
+                return SearchEnd::Interrupted;
             }
             let now = lock(progress).messages;
             if mem::replace(&mut messages, now) != now {
                 heard = Instant::now();
             }
+            let is_late = self.started.elapsed() >= limits.time;
             match self.process.status() {
-                Ok(Some(status)) if has_output_ended || heard.elapsed() >= OUTPUT_TIMEOUT => {
-                    return Ended::Exited(status);
+                // Some commands of a mouse that has exited may not be executed yet. A child process of
+                // the mouse may write commands without end.
+                Ok(Some(status))
+                    if has_output_ended || heard.elapsed() >= OUTPUT_TIMEOUT || is_late =>
+                {
+                    return SearchEnd::Exited(status);
                 }
-                // Some commands of the mouse may not be executed yet.
                 Ok(Some(_)) => continue,
                 Ok(None) => {}
-                Err(error) => return Ended::Failed(format!("cannot get the exit status: {error}")),
+                Err(error) => {
+                    return SearchEnd::Failed(format!("cannot get the exit status: {error}"));
+                }
             }
-            if self.started.elapsed() >= limits.time {
-                return Ended::TimeLimit;
+            if is_late {
+                return SearchEnd::TimeLimit;
             }
             let progress = lock(progress);
             let waits = |time| progress.track.is_goal_reached() && progress.moved.elapsed() >= time;
             if waits(IDLE_AT_GOAL) {
-                return Ended::Idle;
+                return SearchEnd::Idle;
             }
             if waits(WAITING_AT_GOAL) {
                 slot.release();
@@ -293,7 +300,7 @@ fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), String>
 
 /// Returns how the search ended, and the reason if it ended early.
 fn conclude(
-    ended: &Ended,
+    ended: &SearchEnd,
     limits: SearchLimits,
     progress: &Progress,
     last_line: &Receiver<String>,
@@ -309,30 +316,30 @@ fn conclude(
     let fault = progress.fault.as_ref().filter(|_| !is_reached);
     let hint = unheard + &fault.map(|fault| format!("; {fault}")).unwrap_or_default();
     match ended {
-        Ended::Exited(status) if !status.success() => {
+        SearchEnd::Exited(status) if !status.success() => {
             let line = last_line.recv_timeout(LAST_LINE_TIMEOUT).unwrap_or_default();
             let line = if line.is_empty() { hint } else { format!(": {line}") };
             (Ending::Failed, Some(format!("{}{line}", exit_text(*status))))
         }
-        Ended::Exited(_) | Ended::Idle if is_reached => (Ending::Finished, None),
-        Ended::Exited(_) | Ended::Idle => {
+        SearchEnd::Exited(_) | SearchEnd::Idle if is_reached => (Ending::Finished, None),
+        SearchEnd::Exited(_) | SearchEnd::Idle => {
             (Ending::GaveUp, Some(format!("exited without reaching the goal{hint}")))
         }
-        Ended::TimeLimit => {
+        SearchEnd::TimeLimit => {
             let seconds = limits.time.as_secs_f64();
             (Ending::TimeLimit, Some(format!("stopped after {seconds} s{hint}")))
         }
-        Ended::Over(Over::StepLimit | Over::OutputEnded) => {
+        SearchEnd::Over(EndSignal::StepLimit | EndSignal::OutputEnded) => {
             let limit = counted(limits.states, "state");
             (Ending::StepLimit, Some(format!("stopped after {limit}")))
         }
-        Ended::Over(Over::Flood) => {
+        SearchEnd::Over(EndSignal::Flood) => {
             let limit = MAX_INVALID_BYTES >> 20;
             let reason = format!("wrote {limit} MiB without a valid command{hint}");
             (Ending::Failed, Some(reason))
         }
-        Ended::Failed(reason) => (Ending::Failed, Some(reason.clone())),
-        Ended::Interrupted => (Ending::Skipped, Some("interrupted".into())),
+        SearchEnd::Failed(reason) => (Ending::Failed, Some(reason.clone())),
+        SearchEnd::Interrupted => (Ending::Skipped, Some("interrupted".into())),
     }
 }
 

@@ -13,7 +13,7 @@ use mmsim_server::{Simulation, listen};
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, RepServer, Service, Waker};
 
-use super::own_search::{Kind, SharedProgress, lock};
+use super::own_search::{MouseKind, SharedProgress, lock};
 use crate::local_server::HOST;
 
 /// The address to which the mouse connects, served by a separate thread. Dropping it ends the thread,
@@ -82,7 +82,7 @@ struct Requests {
 impl Service for Requests {
     fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
         let mut progress = lock(&self.progress);
-        if !progress.accept(Kind::Client) {
+        if !progress.accept(MouseKind::Client) {
             let reason = if progress.is_over {
                 "the search is over"
             } else {
@@ -126,13 +126,13 @@ mod tests {
     use mmsim_tests::{ask, connect_to};
 
     use super::*;
-    use crate::compare::own_search::{Over, Progress, SearchLimits};
+    use crate::compare::own_search::{EndSignal, Progress, SearchLimits};
 
     const FIRST: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
     const LAST: &[u8] = b"S\x01\x00EC\x01\x00C\x0d\x17";
 
     /// Sends requests to an endpoint with a limit of 3 states, and returns the replies.
-    fn answers(requests: &[&[u8]]) -> (Vec<Vec<u8>>, SharedProgress, mpsc::Receiver<Over>) {
+    fn answers(requests: &[&[u8]]) -> (Vec<Vec<u8>>, SharedProgress, mpsc::Receiver<EndSignal>) {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let (sender, over) = mpsc::channel();
         let limits = SearchLimits { time: Duration::MAX, states: 3 };
@@ -171,12 +171,12 @@ mod tests {
         let (replies, progress, over) = answers(&[FIRST, FIRST, FIRST, FIRST, b"ping"]);
         assert_eq!(replies[3..], [b"error: the search is over"; 2]);
         assert_eq!(lock(&progress).track.states(), 3);
-        assert!(matches!(over.try_recv(), Ok(Over::StepLimit)));
+        assert!(matches!(over.try_recv(), Ok(EndSignal::StepLimit)));
     }
 
     #[test]
     fn commands_of_mms_are_ignored_after_a_request() {
         let (_, progress, _) = answers(&[b"ping"]);
-        assert!(!lock(&progress).accept(Kind::Mms));
+        assert!(!lock(&progress).accept(MouseKind::Mms));
     }
 }

@@ -1,4 +1,4 @@
-//! Mice of the user beside the bundled strategies.
+//! The user's own mice, compared with the bundled strategies.
 
 use std::fs;
 use std::io::Write as _;
@@ -53,6 +53,14 @@ fn search<'r>(reports: &'r Value, mouse: &str, maze: usize) -> &'r Value {
     let reports = reports.as_array().unwrap().iter();
     let report = reports.clone().find(|report| report["strategy"] == mouse).expect("the mouse");
     &report["mazes"][maze]
+}
+
+/// Runs a mouse in the maze `a.txt`, and returns the report on this search.
+fn search_alone(home: &Home, mouse: &str) -> Value {
+    let arguments = ["compare", "a.txt", "--strategies", "none", "--mouse", mouse];
+    let mut reports =
+        home.run(&[&arguments[..], &["--time-limit", "60", "--json"]].concat()).json();
+    reports[0]["mazes"][0].take()
 }
 
 #[test]
@@ -185,6 +193,23 @@ fn everything_that_a_mouse_has_written_is_executed() {
     }
 }
 
+/// The child process keeps the output open and writes commands until it is killed.
+#[cfg(unix)]
+#[test]
+fn a_child_process_of_a_mouse_cannot_prolong_its_search() {
+    let home = Home::new();
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    home.write("a.txt", MAZE);
+    let text = "import os, time\nif os.fork() == 0:\n    while True:\n        \
+        print('setText 0 0 a', flush=True)\n        time.sleep(0.001)\n";
+    let mouse = script(&home, "forks", text);
+    let arguments = ["compare", "a.txt", "--strategies", "none", "--mouse", &mouse];
+    let reports = home.run(&[&arguments[..], &["--time-limit", "2", "--json"]].concat()).json();
+    assert_eq!(search(&reports, "forks", 0)["ending"], "gave_up");
+}
+
 #[test]
 fn a_failure_after_the_goal_is_named() {
     let home = Home::new();
@@ -234,20 +259,7 @@ fn a_mouse_that_stays_in_the_goal_has_finished() {
         "for line in ['moveForward', 'turnRight', 'moveForward']:\n    print(line, flush=True)\n    input()\n\
          while True:\n    print('wasReset', flush=True)\n    input()",
     );
-    let reports = home
-        .run(&[
-            "compare",
-            "a.txt",
-            "--mouse",
-            &mouse,
-            "--strategies",
-            "none",
-            "--time-limit",
-            "60",
-            "--json",
-        ])
-        .json();
-    let found = search(&reports, "waits", 0);
+    let found = search_alone(&home, &mouse);
     assert_eq!((&found["ending"], &found["error"]), (&json!("finished"), &Value::Null));
     assert_eq!(
         (&found["steps_to_goal"], &found["turns"], &found["crashes"]),
@@ -267,20 +279,7 @@ fn a_client_that_passes_through_a_wall_fails() {
         socket.connect(os.environ['MMSIM_ENDPOINT'])\n\
         for state in [b'S\\0\\0NC\\1\\0C\\1\\0', b'S\\1\\0EC\\1\\0C\\1\\1']:\n    socket.send(state)\n    socket.recv()\n";
     let mouse = script(&home, "cheats", cheat);
-    let reports = home
-        .run(&[
-            "compare",
-            "a.txt",
-            "--mouse",
-            &mouse,
-            "--strategies",
-            "none",
-            "--time-limit",
-            "60",
-            "--json",
-        ])
-        .json();
-    let found = search(&reports, "cheats", 0);
+    let found = search_alone(&home, &mouse);
     let error = "jumped from (0, 0) to (1, 0), which no movement can reach";
     assert_eq!((&found["goal_reached"], &found["error"]), (&json!(false), &json!(error)));
 }
