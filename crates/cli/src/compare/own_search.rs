@@ -190,7 +190,7 @@ enum SearchEnd {
     /// The mouse stays in the goal or does not move after it has reached the goal.
     Idle,
     TimeLimit,
-    Over(EndSignal),
+    Signal(EndSignal),
     Interrupted,
     Failed(String),
 }
@@ -252,7 +252,7 @@ impl Running {
                 Ok(EndSignal::OutputEnded) => {
                     (has_output_ended, interval) = (true, Duration::from_micros(50));
                 }
-                Ok(over) => return SearchEnd::Over(over),
+                Ok(over) => return SearchEnd::Signal(over),
                 Err(_) => interval = CHECK_INTERVAL.min(2 * interval),
             }
             if is_interrupted.load(Ordering::Relaxed) {
@@ -329,11 +329,11 @@ fn conclude(
             let seconds = limits.time.as_secs_f64();
             (Ending::TimeLimit, Some(format!("stopped after {seconds} s{hint}")))
         }
-        SearchEnd::Over(EndSignal::StepLimit | EndSignal::OutputEnded) => {
+        SearchEnd::Signal(EndSignal::StepLimit | EndSignal::OutputEnded) => {
             let limit = counted(limits.states, "state");
             (Ending::StepLimit, Some(format!("stopped after {limit}")))
         }
-        SearchEnd::Over(EndSignal::Flood) => {
+        SearchEnd::Signal(EndSignal::Flood) => {
             let limit = MAX_INVALID_BYTES >> 20;
             let reason = format!("wrote {limit} MiB without a valid command{hint}");
             (Ending::Failed, Some(reason))
