@@ -1,0 +1,141 @@
+//! Mice of real contests.
+
+use alloc::borrow::Cow;
+use alloc::vec::Vec;
+
+use crate::line::Line;
+use crate::turn::TurnKind;
+use crate::vehicle::{Arc, Vehicle, VehicleParameters};
+
+/// A line with the same limit for acceleration and braking.
+const fn line(acceleration: f64, top_speed: f64) -> Line {
+    Line { acceleration, braking: acceleration, top_speed, jerk: f64::INFINITY }
+}
+
+fn vehicle(
+    name: &'static str,
+    half_cell: f64,
+    along: Line,
+    diagonal: Option<Line>,
+    turns: &[(&str, f64, f64)],
+) -> Vehicle {
+    let turns: Vec<_> = turns
+        .iter()
+        .filter_map(|&(name, length, speed)| {
+            Some((TurnKind::from_name(name)?, Arc { length, speed }))
+        })
+        .collect();
+    let offset = half_cell / 2.0;
+    let parameters = VehicleParameters {
+        name: Cow::Borrowed(name),
+        half_cell,
+        along,
+        diagonal,
+        turns,
+        start_offset: offset,
+        stop_offset: offset,
+    };
+    // A test creates every preset.
+    Vehicle::new(parameters).expect("the presets are possible")
+}
+
+impl Vehicle {
+    /// The names of the presets, slowest first, and the half-size mouse last.
+    pub const PRESETS: [&'static str; 4] = ["ukmars", "ares", "expert", "kerise"];
+
+    /// Returns the preset with this name.
+    ///
+    /// ```
+    /// use mmsim_fastrun::Vehicle;
+    /// assert_eq!(Vehicle::preset("ares"), Some(Vehicle::ares()));
+    /// assert_eq!(Vehicle::preset("hare"), None);
+    /// ```
+    pub fn preset(name: &str) -> Option<Self> {
+        match name {
+            "ukmars" => Some(Self::ukmars()),
+            "ares" => Some(Self::ares()),
+            "expert" => Some(Self::expert()),
+            "kerise" => Some(Self::kerise()),
+            _ => None,
+        }
+    }
+
+    /// Returns a beginner's mouse, which does not drive diagonally: the default fast run of
+    /// [mazerunner-core](https://github.com/ukmars/mazerunner-core) by UKMARS. The length of its
+    /// turn is that of [`ares`](Self::ares).
+    ///
+    /// # Panics
+    /// This function and the other presets never panic.
+    pub fn ukmars() -> Self {
+        vehicle("ukmars", 90.0, line(3000.0, 2500.0), None, &[("s90", 116.0, 500.0)])
+    }
+
+    /// Returns a hobby mouse: the turns named "APEC 24" of Peter Harrison's
+    /// [ares](https://github.com/micromouseonline/ares), each at most as fast as 10 m/s² of
+    /// centripetal acceleration allow.
+    pub fn ares() -> Self {
+        let turns = [
+            ("s90", 116.0, 500.0),
+            ("l90", 195.0, 909.0),
+            ("180", 370.31, 886.0),
+            ("45in", 100.0, 850.0),
+            ("135in", 230.0, 800.0),
+            ("45out", 100.0, 850.0),
+            ("135out", 220.0, 650.0),
+            ("v90", 125.0, 600.0),
+        ];
+        vehicle("ares", 90.0, line(10_000.0, 5000.0), Some(line(10_000.0, 5000.0)), &turns)
+    }
+
+    /// Returns a contest mouse: the speeds and accelerations that the sixth of an All Japan classic
+    /// expert final [published](https://ameblo.jp/paze-paze3241). The lengths follow from its
+    /// centripetal acceleration of 2.3 g where they fit; `s90` is an assumption.
+    pub fn expert() -> Self {
+        let turns = [
+            ("s90", 116.0, 1050.0),
+            ("l90", 267.0, 1600.0),
+            ("180", 370.31, 1400.0),
+            ("45in", 102.0, 1400.0),
+            ("135in", 280.0, 1400.0),
+            ("45out", 151.0, 1700.0),
+            ("135out", 280.0, 1400.0),
+            ("v90", 177.0, 1300.0),
+        ];
+        vehicle("expert", 90.0, line(17_000.0, 2500.0), Some(line(17_000.0, 2500.0)), &turns)
+    }
+
+    /// Returns a half-size mouse: the parameters of kerikun11's
+    /// [micromouse maze library](https://github.com/kerikun11/micromouse-maze-library) and the
+    /// reference speeds of his slalom shapes. The lengths follow from the tangents of these shapes.
+    pub fn kerise() -> Self {
+        let turns = [
+            ("s90", 72.7, 266.0),
+            ("l90", 115.7, 423.0),
+            ("180", 185.16, 412.0),
+            ("45in", 81.4, 412.0),
+            ("135in", 125.4, 354.0),
+            ("45out", 81.4, 412.0),
+            ("135out", 125.4, 354.0),
+            ("v90", 79.3, 290.0),
+            ("k90", 206.6, 755.0),
+        ];
+        vehicle("kerise", 45.0, line(4200.0, 1500.0), Some(line(3600.0, 1200.0)), &turns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_has_its_name_and_fits() {
+        for name in Vehicle::PRESETS {
+            let vehicle = Vehicle::preset(name).unwrap();
+            assert_eq!(vehicle.name(), name);
+            for kind in TurnKind::ALL {
+                let Some(fitted) = vehicle.arc(kind) else { continue };
+                assert!(fitted.before >= 0.0 && fitted.after >= 0.0, "{name} {kind}");
+            }
+        }
+    }
+}
