@@ -38,6 +38,8 @@ mod run;
 mod trajectory;
 mod turn;
 mod vehicle;
+#[cfg(feature = "std")]
+mod vehicle_file;
 
 pub use lattice::{Direction, Point};
 pub use line::{Line, Piece};
@@ -48,6 +50,8 @@ pub use run::{FastRun, ParseRunError, Turn};
 pub use trajectory::{DriveError, Moment, Segment, Shape, Trajectory};
 pub use turn::{Side, TurnKind};
 pub use vehicle::{Arc, FittedArc, Vehicle, VehicleError, VehicleParameters};
+#[cfg(feature = "std")]
+pub use vehicle_file::{VehicleFileError, VehicleFileFault};
 
 /// Tests the code in the README of this crate.
 #[cfg(doctest)]

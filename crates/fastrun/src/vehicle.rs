@@ -1,6 +1,8 @@
 //! The dynamics of a mouse.
 
 use alloc::borrow::Cow;
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::f64::consts::{PI, SQRT_2};
 use core::ops::RangeInclusive;
@@ -72,10 +74,13 @@ pub struct FittedArc {
 #[non_exhaustive]
 pub enum VehicleError {
     /// A parameter is not within the limits of any micromouse.
-    #[error("{what} of {found} {unit}: expected {} to {} {unit}{}", range.start(), range.end(), hint(*.found, range))]
+    #[error(
+        "{key}: expected {} to {} {unit}, found {found} {unit}{}",
+        range.start(), range.end(), hint(*.found, unit, range)
+    )]
     OutOfRange {
-        /// The parameter.
-        what: Cow<'static, str>,
+        /// The parameter, such as `along.top_speed` or `turns.l90.length`.
+        key: Cow<'static, str>,
         /// Its value.
         found: f64,
         /// Its unit.
@@ -119,7 +124,7 @@ pub enum VehicleError {
         speed: f64,
         /// The top speed, in mm/s.
         top_speed: f64,
-        /// Either `along` or `on diagonals`.
+        /// Either `along rows and columns` or `on diagonals`.
         place: &'static str,
     },
     /// A turn onto or off a diagonal, but no limits for diagonals.
@@ -154,9 +159,40 @@ pub enum VehicleError {
     },
 }
 
-/// Suggests other units if the number fits in them.
-fn hint(found: f64, range: &RangeInclusive<f64>) -> &'static str {
-    if range.contains(&(found * 1000.0)) { " (all lengths are in mm; is it in m?)" } else { "" }
+impl VehicleError {
+    /// Returns the parameter at fault, such as `along.top_speed` or `turns.l90.length`.
+    ///
+    /// ```
+    /// use mmsim_fastrun::{Vehicle, VehicleError};
+    /// assert_eq!(VehicleError::NoSmallTurn.key(), "turns");
+    /// let mut parameters = Vehicle::expert().parameters().clone();
+    /// parameters.half_cell = 45.0;
+    /// assert_eq!(Vehicle::new(parameters).unwrap_err().key(), "turns.s90.length");
+    /// ```
+    pub fn key(&self) -> Cow<'static, str> {
+        match self {
+            Self::OutOfRange { key, .. } => key.clone(),
+            Self::TooLong { kind, .. } => format!("turns.{kind}.length").into(),
+            Self::WrongWidth { .. } => "turns.180.length".into(),
+            Self::FasterThanLine { kind, .. } => format!("turns.{kind}.speed").into(),
+            Self::NoDiagonal { kind } | Self::Twice { kind } => format!("turns.{kind}").into(),
+            Self::NoSmallTurn => "turns".into(),
+            Self::TooWeak { stops: true, .. } => "along.braking".into(),
+            Self::TooWeak { stops: false, .. } => "along.acceleration".into(),
+        }
+    }
+}
+
+/// Suggests millimetres for a number that seems to be in metres.
+fn hint(found: f64, unit: &str, range: &RangeInclusive<f64>) -> String {
+    // The number has so few digits that the product is not exact.
+    let millimetres = libm::round(found * 1e9) / 1e6;
+    match unit.strip_prefix('m') {
+        Some(metres) if range.contains(&millimetres) => {
+            format!(" (if it is in {metres}, write {millimetres})")
+        }
+        _ => String::new(),
+    }
 }
 
 fn tenths_down(length: f64) -> f64 {
@@ -169,7 +205,7 @@ impl Vehicle {
     /// # Errors
     /// Returns an error if a parameter is not plausible, if a turn does not fit on the lattice, or
     /// if the mouse cannot reach every cell that is connected to its start.
-    pub fn new(parameters: VehicleParameters) -> Result<Self, VehicleError> {
+    pub fn new(mut parameters: VehicleParameters) -> Result<Self, VehicleError> {
         check_ranges(&parameters)?;
         let mut arcs = [None; 9];
         for &(kind, arc) in &parameters.turns {
@@ -195,6 +231,10 @@ impl Vehicle {
             if time.is_none() {
                 return Err(VehicleError::TooWeak { speed: slowest, distance, stops });
             }
+        }
+        for (kind, arc) in &mut parameters.turns {
+            // The exact length of the turn by 180° replaces a rounded one.
+            *arc = arcs[*kind as usize].map_or(*arc, |fitted| fitted.arc);
         }
         Ok(Self { parameters, arcs, speeds })
     }
@@ -242,33 +282,33 @@ impl Vehicle {
 }
 
 fn check_ranges(parameters: &VehicleParameters) -> Result<(), VehicleError> {
-    let check = |what: Cow<'static, str>, found, unit, range: RangeInclusive<f64>| {
+    let check = |key: Cow<'static, str>, found, unit, range: RangeInclusive<f64>| {
         // NaN is in no range.
         if range.contains(&found) {
             Ok(())
         } else {
-            Err(VehicleError::OutOfRange { what, found, unit, range })
+            Err(VehicleError::OutOfRange { key, found, unit, range })
         }
     };
     let VehicleParameters { half_cell, along, diagonal, turns, start_offset, stop_offset, .. } =
         parameters;
-    check("half cell".into(), *half_cell, "mm", 5.0..=500.0)?;
-    check("start offset".into(), *start_offset, "mm", 0.0..=*half_cell)?;
-    check("stop offset".into(), *stop_offset, "mm", 0.0..=*half_cell)?;
-    for (line, place) in [(Some(along), "along"), (diagonal.as_ref(), "on diagonals")] {
+    check("half_cell".into(), *half_cell, "mm", 5.0..=500.0)?;
+    check("start_offset".into(), *start_offset, "mm", 0.0..=*half_cell)?;
+    check("stop_offset".into(), *stop_offset, "mm", 0.0..=*half_cell)?;
+    for (line, place) in [(Some(along), "along"), (diagonal.as_ref(), "diagonal")] {
         let Some(line) = line else { continue };
-        let name = |what: &str| Cow::Owned(alloc::format!("{what} {place}"));
-        check(name("acceleration"), line.acceleration, "mm/s²", 100.0..=100_000.0)?;
-        check(name("braking"), line.braking, "mm/s²", 100.0..=100_000.0)?;
-        check(name("top speed"), line.top_speed, "mm/s", 50.0..=20_000.0)?;
+        let key = |field: &str| Cow::Owned(format!("{place}.{field}"));
+        check(key("acceleration"), line.acceleration, "mm/s²", 100.0..=100_000.0)?;
+        check(key("braking"), line.braking, "mm/s²", 100.0..=100_000.0)?;
+        check(key("top_speed"), line.top_speed, "mm/s", 50.0..=20_000.0)?;
         if line.jerk != f64::INFINITY {
-            check(name("jerk"), line.jerk, "mm/s³", 1000.0..=1e9)?;
+            check(key("jerk"), line.jerk, "mm/s³", 1000.0..=1e9)?;
         }
     }
     for (kind, arc) in turns {
-        let name = |what: &str| Cow::Owned(alloc::format!("{what} of turn {kind}"));
-        check(name("length"), arc.length, "mm", 1.0..=10_000.0)?;
-        check(name("speed"), arc.speed, "mm/s", 10.0..=20_000.0)?;
+        let key = |field: &str| Cow::Owned(format!("turns.{kind}.{field}"));
+        check(key("length"), arc.length, "mm", 1.0..=10_000.0)?;
+        check(key("speed"), arc.speed, "mm/s", 10.0..=20_000.0)?;
     }
     Ok(())
 }
@@ -284,7 +324,7 @@ fn check_speed(
         return Err(VehicleError::NoDiagonal { kind });
     }
     let lines = [
-        (uses_along, Some(&parameters.along), "along"),
+        (uses_along, Some(&parameters.along), "along rows and columns"),
         (uses_diagonal, parameters.diagonal.as_ref(), "on diagonals"),
     ];
     for (is_used, line, place) in lines {
@@ -297,11 +337,15 @@ fn check_speed(
     Ok(())
 }
 
+/// Returns the length in mm of the arc that leads to the centre of the neighbouring cell.
+pub(crate) fn length_of_180(half_cell: f64) -> f64 {
+    2.0 * half_cell / arc::displacement(PI, 1.0).1
+}
+
 /// Places an arc between the beginning and the end of its turn.
 fn fit(kind: TurnKind, arc: Arc, half_cell: f64) -> Result<FittedArc, VehicleError> {
     if kind == TurnKind::L180 {
-        let width = arc::displacement(PI, 1.0).1;
-        let expected = 2.0 * half_cell / width;
+        let (width, expected) = (arc::displacement(PI, 1.0).1, length_of_180(half_cell));
         // The published lengths are rounded to 0.01 mm.
         if libm::fabs(arc.length - expected) > 0.01 {
             let off = arc.length * width - 2.0 * half_cell;

@@ -1,0 +1,409 @@
+//! Vehicles as TOML text.
+
+use alloc::borrow::Cow;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write as _;
+use std::collections::HashMap;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
+use toml::de::{DeTable, DeValue};
+
+use crate::line::Line;
+use crate::turn::TurnKind;
+use crate::vehicle::{Arc, Vehicle, VehicleError, VehicleParameters, length_of_180};
+
+/// The size of a cell of a classic maze, in mm.
+const CLASSIC_CELL: f64 = 180.0;
+
+/// The error for a text that does not describe a possible vehicle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}{fault}", line.map_or(String::new(), |line| format!("line {line}: ")))]
+pub struct VehicleFileError {
+    /// The number of the line, beginning with 1, or `None` if the fault is in no particular line.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub fault: VehicleFileFault,
+}
+
+/// A fault in a text that should describe a vehicle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VehicleFileFault {
+    /// The text is not TOML, or has a key or a value of an unexpected kind.
+    #[error("{0}")]
+    Toml(String),
+    /// No preset has the name of the base.
+    #[error("base: expected one of {}, found {found:?}", Vehicle::PRESETS.join(", "))]
+    UnknownBase {
+        /// The name.
+        found: String,
+    },
+    /// A parameter has no value.
+    #[error("{key} is missing (set it, or set base to one of {})", Vehicle::PRESETS.join(", "))]
+    Missing {
+        /// The parameter, such as `along.top_speed`.
+        key: String,
+    },
+    /// The mouse is impossible.
+    #[error("{0}")]
+    Vehicle(VehicleError),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VehicleFile {
+    name: Option<String>,
+    base: Option<String>,
+    cell: Option<f64>,
+    start_offset: Option<f64>,
+    stop_offset: Option<f64>,
+    along: Option<LineTable>,
+    diagonal: Option<LineTable>,
+    #[serde(default)]
+    turns: HashMap<TurnKind, ArcTable>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LineTable {
+    acceleration: Option<f64>,
+    braking: Option<f64>,
+    top_speed: Option<f64>,
+    jerk: Option<f64>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ArcTable {
+    length: Option<f64>,
+    speed: Option<f64>,
+}
+
+impl<'de> Deserialize<'de> for TurnKind {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = Cow::<str>::deserialize(deserializer)?;
+        Self::from_name(&name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            D::Error::custom(format!("unknown turn `{name}`, expected one of {names}"))
+        })
+    }
+}
+
+impl Vehicle {
+    /// Reads a vehicle from TOML text. If the text contains no name, the vehicle has the given one.
+    ///
+    /// All lengths are in mm, speeds in mm/s, accelerations in mm/s² and jerks in mm/s³. The
+    /// defaults are:
+    ///
+    /// | key | default |
+    /// |---|---|
+    /// | `name` | the argument `name` |
+    /// | `base` | none; all other values default to those of the preset with this name |
+    /// | `cell` | 180, the size of a cell |
+    /// | `start_offset`, `stop_offset` | a quarter of `cell` |
+    /// | `along.braking`, `diagonal.braking` | the acceleration |
+    /// | `along.jerk`, `diagonal.jerk` | `inf`, no limit |
+    /// | `diagonal` | none; the mouse does not drive diagonally |
+    /// | `turns.180.length` | the only possible length |
+    ///
+    /// # Errors
+    /// Returns an error with its line if the text is not TOML, if a key is unknown or missing, or
+    /// if the mouse is impossible (see [`Vehicle::new`]).
+    ///
+    /// ```
+    /// use mmsim_fastrun::{TurnKind, Vehicle};
+    /// let text = "
+    ///     [along]
+    ///     acceleration = 6000
+    ///     top_speed = 3000
+    ///
+    ///     [turns]
+    ///     s90 = { length = 116, speed = 600 }
+    /// ";
+    /// let vehicle = Vehicle::from_toml(text, "mine")?;
+    /// assert_eq!(vehicle.name(), "mine");
+    /// assert_eq!(vehicle.parameters().along.braking, 6000.0);
+    ///
+    /// let faster = Vehicle::from_toml("base = 'expert'\nturns.l90.speed = 1700", "faster")?;
+    /// assert_eq!(faster.arc(TurnKind::L90).unwrap().arc.speed, 1700.0);
+    /// # Ok::<(), mmsim_fastrun::VehicleFileError>(())
+    /// ```
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, VehicleFileError> {
+        let file: VehicleFile = toml::from_str(text).map_err(|error| VehicleFileError {
+            line: error.span().map(|span| line_number(text, span.start)),
+            fault: VehicleFileFault::Toml(
+                error.message().replace('\n', ", ").replace("expected f64", "expected a number"),
+            ),
+        })?;
+        file.vehicle(name).map_err(|fault| VehicleFileError { line: fault.line(text), fault })
+    }
+
+    /// Writes the vehicle as TOML text, which [`from_toml`](Self::from_toml) reads.
+    ///
+    /// ```
+    /// use mmsim_fastrun::Vehicle;
+    /// let ares = Vehicle::ares();
+    /// assert_eq!(Vehicle::from_toml(&ares.to_toml(), ""), Ok(ares));
+    /// ```
+    pub fn to_toml(&self) -> String {
+        let VehicleParameters {
+            name, half_cell, along, diagonal, start_offset, stop_offset, ..
+        } = self.parameters();
+        let mut text = format!(
+            "# Lengths in mm, speeds in mm/s, accelerations in mm/s².\n\
+             name = {}\ncell = {}\nstart_offset = {start_offset}\nstop_offset = {stop_offset}\n",
+            quoted(name),
+            2.0 * half_cell
+        );
+        // Writing to a string cannot fail.
+        for (table, line) in [("along", Some(along)), ("diagonal", diagonal.as_ref())] {
+            let Some(Line { acceleration, braking, top_speed, jerk }) = line else { continue };
+            let _ = write!(
+                text,
+                "\n[{table}]\nacceleration = {acceleration}\nbraking = {braking}\n\
+                 top_speed = {top_speed}\n"
+            );
+            if *jerk < f64::INFINITY {
+                let _ = writeln!(text, "jerk = {jerk}");
+            }
+        }
+        text.push_str("\n[turns]\n");
+        for kind in TurnKind::ALL {
+            let Some(Arc { length, speed }) = self.arc(kind).map(|fitted| fitted.arc) else {
+                continue;
+            };
+            let _ = match kind {
+                TurnKind::L180 => writeln!(text, "{kind} = {{ speed = {speed} }}"),
+                _ => writeln!(text, "{kind} = {{ length = {length}, speed = {speed} }}"),
+            };
+        }
+        text
+    }
+}
+
+impl VehicleFile {
+    /// Completes the parameters with those of the base and the defaults, and checks them.
+    fn vehicle(self, name: &str) -> Result<Vehicle, VehicleFileFault> {
+        let base = match self.base {
+            Some(found) => match Vehicle::preset(&found) {
+                Some(vehicle) => Some(vehicle.parameters().clone()),
+                None => return Err(VehicleFileFault::UnknownBase { found }),
+            },
+            None => None,
+        };
+        let base = base.as_ref();
+        let cell = self.cell.or(base.map(|base| 2.0 * base.half_cell)).unwrap_or(CLASSIC_CELL);
+        let half_cell = cell / 2.0;
+        let of_base = |offset: fn(&VehicleParameters) -> f64| {
+            base.filter(|_| self.cell.is_none()).map_or(half_cell / 2.0, offset)
+        };
+        let along = self.along.unwrap_or_default().line("along", base.map(|base| base.along))?;
+        let on_diagonal = base.and_then(|base| base.diagonal);
+        let diagonal = match self.diagonal {
+            Some(table) => Some(table.line("diagonal", on_diagonal)?),
+            None => on_diagonal,
+        };
+        let mut turns = Vec::new();
+        for kind in TurnKind::ALL {
+            let arc = base.and_then(|base| {
+                base.turns.iter().find(|(other, _)| *other == kind).map(|(_, arc)| *arc)
+            });
+            let Some(table) = self.turns.get(&kind).copied().or(arc.map(|_| ArcTable::default()))
+            else {
+                continue;
+            };
+            turns.push((kind, table.arc(kind, arc, half_cell)?));
+        }
+        let parameters = VehicleParameters {
+            name: self.name.unwrap_or_else(|| name.into()).into(),
+            half_cell,
+            along,
+            diagonal,
+            turns,
+            start_offset: self.start_offset.unwrap_or_else(|| of_base(|base| base.start_offset)),
+            stop_offset: self.stop_offset.unwrap_or_else(|| of_base(|base| base.stop_offset)),
+        };
+        Vehicle::new(parameters).map_err(|error| VehicleFileFault::Vehicle(as_cell(error)))
+    }
+}
+
+impl LineTable {
+    fn line(self, table: &str, base: Option<Line>) -> Result<Line, VehicleFileFault> {
+        let value = |own: Option<f64>, base: Option<f64>, key: &str| {
+            own.or(base).ok_or_else(|| VehicleFileFault::Missing { key: format!("{table}.{key}") })
+        };
+        let acceleration =
+            value(self.acceleration, base.map(|base| base.acceleration), "acceleration")?;
+        let braking = base.filter(|_| self.acceleration.is_none()).map(|base| base.braking);
+        Ok(Line {
+            acceleration,
+            braking: self.braking.or(braking).unwrap_or(acceleration),
+            top_speed: value(self.top_speed, base.map(|base| base.top_speed), "top_speed")?,
+            jerk: self.jerk.or(base.map(|base| base.jerk)).unwrap_or(f64::INFINITY),
+        })
+    }
+}
+
+impl ArcTable {
+    fn arc(self, kind: TurnKind, base: Option<Arc>, half: f64) -> Result<Arc, VehicleFileFault> {
+        let missing = |key| VehicleFileFault::Missing { key: format!("turns.{kind}.{key}") };
+        // The length of the turn by 180° depends on the cell only.
+        let length = match kind {
+            TurnKind::L180 => Some(length_of_180(half)),
+            _ => base.map(|base| base.length),
+        };
+        let length = self.length.or(length).ok_or_else(|| missing("length"))?;
+        let speed = self.speed.or(base.map(|base| base.speed)).ok_or_else(|| missing("speed"))?;
+        Ok(Arc { length, speed })
+    }
+}
+
+/// Replaces half a cell in an error by the cell, which is in the text.
+fn as_cell(error: VehicleError) -> VehicleError {
+    match error {
+        VehicleError::OutOfRange { key, found, unit, range } if key == "half_cell" => {
+            let range = 2.0 * range.start()..=2.0 * range.end();
+            VehicleError::OutOfRange { key: "cell".into(), found: 2.0 * found, unit, range }
+        }
+        error => error,
+    }
+}
+
+impl VehicleFileFault {
+    /// Returns the number of the line with the key at fault. If the key is missing, returns the
+    /// line of its table, or `None` if the table is missing too.
+    fn line(&self, text: &str) -> Option<usize> {
+        let key = match self {
+            Self::Toml(_) => return None,
+            Self::UnknownBase { .. } => "base".into(),
+            Self::Missing { key } => key.into(),
+            Self::Vehicle(error) => error.key(),
+        };
+        let root = DeTable::parse(text).ok()?;
+        let (mut table, mut start) = (Some(root.get_ref()), None);
+        for part in key.split('.') {
+            let Some((name, value)) = table.and_then(|table| table.get_key_value(part)) else {
+                break;
+            };
+            start = Some(name.span().start);
+            table = DeValue::as_table(value.get_ref());
+        }
+        Some(line_number(text, start?))
+    }
+}
+
+fn line_number(text: &str, at: usize) -> usize {
+    text.get(..at).unwrap_or(text).matches('\n').count() + 1
+}
+
+/// Returns a text as a TOML string.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            character if character.is_control() => {
+                // Writing to a string cannot fail.
+                let _ = write!(quoted, "\\u{:04X}", u32::from(character));
+            }
+            character => quoted.push(character),
+        }
+    }
+    quoted + "\""
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vehicle, VehicleFileError> {
+        Vehicle::from_toml(text, "mine")
+    }
+
+    fn error(text: &str) -> String {
+        read(text).unwrap_err().to_string()
+    }
+
+    const SIMPLE: &str = "\
+[along]
+acceleration = 6000
+top_speed = 3000
+[turns]
+s90 = { length = 116, speed = 600 }
+";
+
+    #[test]
+    fn presets_read_back() {
+        for name in Vehicle::PRESETS {
+            let vehicle = Vehicle::preset(name).unwrap();
+            assert_eq!(read(&vehicle.to_toml()), Ok(vehicle.clone()), "{}", vehicle.to_toml());
+            let based = read(&format!("name = {name:?}\nbase = {name:?}")).unwrap();
+            assert_eq!(based.parameters(), vehicle.parameters());
+        }
+        let named = "name = 'a \"b\" \\ ü'\nbase = 'ares'\nalong.jerk = 1e6";
+        let vehicle = read(named).unwrap();
+        assert_eq!(vehicle.name(), "a \"b\" \\ ü");
+        assert_eq!(read(&vehicle.to_toml()), Ok(vehicle));
+        let vehicle = Vehicle::from_toml(SIMPLE, "a\nb\u{7f}").unwrap();
+        assert_eq!(read(&vehicle.to_toml()), Ok(vehicle));
+    }
+
+    #[test]
+    fn defaults_follow_from_other_values() {
+        let simple = read(SIMPLE).unwrap();
+        let VehicleParameters {
+            name, half_cell, along, diagonal, start_offset, stop_offset, ..
+        } = simple.parameters();
+        assert_eq!((&**name, *half_cell, *start_offset, *stop_offset), ("mine", 90.0, 45.0, 45.0));
+        let expected =
+            Line { acceleration: 6000.0, braking: 6000.0, top_speed: 3000.0, jerk: f64::INFINITY };
+        assert_eq!((along, diagonal), (&expected, &None));
+        let slower = read("base = 'expert'\nalong.acceleration = 9000\ndiagonal.top_speed = 2000");
+        let slower = slower.unwrap();
+        let along = slower.line(false);
+        assert_eq!((along.acceleration, along.braking), (9000.0, 9000.0));
+        assert_eq!((slower.line(true).braking, slower.line(true).top_speed), (17000.0, 2000.0));
+        let half = read("base = 'kerise'\ncell = 100").unwrap();
+        let VehicleParameters { start_offset, stop_offset, .. } = half.parameters();
+        assert_eq!((*start_offset, *stop_offset), (25.0, 25.0));
+        assert!(half.arc(TurnKind::L180).unwrap().arc.length > 200.0);
+    }
+
+    #[test]
+    fn faults_name_the_line_and_the_key() {
+        insta::assert_snapshot!(error("cell = 180\ncell = 90"), @"line 2: duplicate key");
+        insta::assert_snapshot!(error("cell = 180\n\n[along]\nacceleration = fast"), @"line 4: invalid boolean, expected `false`");
+        insta::assert_snapshot!(error("[along]\nacceleration = 'fast'"), @r#"line 2: invalid type: string "fast", expected a number"#);
+        insta::assert_snapshot!(error("[along]\nacelleration = 9000"), @"line 2: unknown field `acelleration`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
+        insta::assert_snapshot!(error("[turns]\ns90 = { length = 116, speed = 600 }\nl9O = { speed = 3 }"), @"line 3: unknown turn `l9O`, expected one of s90, l90, 180, 45in, 135in, 45out, 135out, v90, k90");
+        insta::assert_snapshot!(error("# mine\nbase = 'export'"), @r#"line 2: base: expected one of ukmars, ares, expert, kerise, found "export""#);
+        insta::assert_snapshot!(error(""), @"along.acceleration is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("\n[along]\nacceleration = 6000"), @"line 2: along.top_speed is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("base = 'ukmars'\n[turns]\nl90 = { speed = 900 }"), @"line 3: turns.l90.length is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("[along]\nacceleration = 6000\ntop_speed = 3000"), @"turn s90 is missing: without it, a mouse cannot reach every cell");
+    }
+
+    #[test]
+    fn impossible_values_are_explained() {
+        let based = |text: &str| error(&format!("base = 'expert'\n{text}"));
+        insta::assert_snapshot!(based("cell = 0.18"), @"line 2: cell: expected 10 to 1000 mm, found 0.18 mm (if it is in m, write 180)");
+        insta::assert_snapshot!(based("cell = -180"), @"line 2: cell: expected 10 to 1000 mm, found -180 mm");
+        insta::assert_snapshot!(based("start_offset = 100"), @"line 2: start_offset: expected 0 to 90 mm, found 100 mm");
+        insta::assert_snapshot!(based("along.top_speed = 2.5"), @"line 2: along.top_speed: expected 50 to 20000 mm/s, found 2.5 mm/s (if it is in m/s, write 2500)");
+        insta::assert_snapshot!(based("\n[diagonal]\ntop_speed = 2000\nacceleration = 9.81"), @"line 5: diagonal.acceleration: expected 100 to 100000 mm/s², found 9.81 mm/s² (if it is in m/s², write 9810)");
+        insta::assert_snapshot!(based("along.braking = nan"), @"line 2: along.braking: expected 100 to 100000 mm/s², found NaN mm/s²");
+        insta::assert_snapshot!(based("along.jerk = -inf"), @"line 2: along.jerk: expected 1000 to 1000000000 mm/s³, found -inf mm/s³");
+        insta::assert_snapshot!(based("turns.l90.length = -1"), @"line 2: turns.l90.length: expected 1 to 10000 mm, found -1 mm");
+        insta::assert_snapshot!(based("turns.l90.speed = 1.6"), @"line 2: turns.l90.speed: expected 10 to 20000 mm/s, found 1.6 mm/s (if it is in m/s, write 1600)");
+        insta::assert_snapshot!(based("[turns]\nv90.length = 177\nl90.length = 400"), @"line 4: turn l90 does not fit: its arc of 400 mm is 102.5 mm too long (at most 297.4 mm)");
+        insta::assert_snapshot!(based("turns.180.length = 380"), @"line 2: turn 180 does not fit: its arc of 380 mm ends 4.7 mm beyond the centre of the neighbouring cell (expected an arc of 370.31 mm)");
+        insta::assert_snapshot!(based("turns.45in.speed = 2600"), @"line 2: turn 45in at 2600 mm/s is faster than the top speed of 2500 mm/s along rows and columns");
+        insta::assert_snapshot!(based("cell = 90"), @"turn s90 does not fit: its arc of 116 mm is 41.6 mm too long (at most 74.3 mm)");
+        insta::assert_snapshot!(based("along.acceleration = 200"), @"line 2: a mouse cannot reach 1050 mm/s, the speed of its slowest turn, within 154.8 mm, the distance before the first turn");
+        insta::assert_snapshot!(error(&format!("{SIMPLE}v90 = {{ length = 100, speed = 600 }}")), @"line 6: turn v90 needs the limits of the mouse on diagonals, which are missing");
+        insta::assert_snapshot!(error(&SIMPLE.replace("s90", "l90")), @"line 4: turn s90 is missing: without it, a mouse cannot reach every cell");
+    }
+}
