@@ -76,12 +76,15 @@ impl FastRun {
         self.turns.is_empty() && self.last == 0
     }
 
-    #[allow(dead_code)]
-    /// Replaces the run, and keeps the memory of its turns.
-    pub(crate) fn reset(&mut self, start: Cell, direction: Direction, last: u8) -> &mut Vec<Turn> {
-        (self.start, self.direction, self.last) = (start, direction, last);
+    /// Replaces the run by one without turns, and keeps the memory of its turns.
+    pub(crate) fn reset(&mut self, start: Cell, last: u8) -> &mut Vec<Turn> {
+        (self.start, self.direction, self.last) = (start, Direction::North, last);
         self.turns.clear();
         &mut self.turns
+    }
+
+    pub(crate) const fn set_direction(&mut self, direction: Direction) {
+        self.direction = direction;
     }
 
     /// Returns the lattice points that the run passes, in order: the start, the points of the

@@ -1,0 +1,197 @@
+//! The openings of a maze without its dead ends, and where turns can begin, as bit rows.
+
+use mmsim_maze::{Cell, CellSet, Walls};
+
+use super::rows::{Line, Rows};
+
+/// The openings of a maze: bit x of line y stands for the cell (x, y).
+#[derive(Clone, Copy)]
+pub(super) struct Openings<L, const N: usize> {
+    /// The cells that are open to the north.
+    north: Rows<L, N>,
+    /// The cells that are open to the east.
+    east: Rows<L, N>,
+    goals: Rows<L, N>,
+}
+
+impl<L: Line, const N: usize> Openings<L, N> {
+    /// Creates the openings of a maze. No goal lies outside of it.
+    pub(super) fn new(walls: &Walls, goals: &CellSet) -> Self {
+        Self {
+            north: !Rows::from_rows(walls.north_rows()),
+            east: !Rows::from_rows(walls.east_rows()),
+            goals: Rows::from_rows(goals.rows()),
+        }
+    }
+
+    /// Closes all dead ends, except for the start and the goals. A mouse cannot turn round, so no
+    /// run enters them.
+    pub(super) fn without_dead_ends(mut self, start: Cell) -> Self {
+        let mut kept = self.goals;
+        kept.0[usize::from(start.y)] =
+            kept.0[usize::from(start.y)] | L::from_low_bits(1).shl(start.x.into());
+        loop {
+            let (north, east) = (self.north, self.east);
+            let (south, west) = (north.below(), east.behind());
+            let (vertical, horizontal) = (north | south, east | west);
+            let passable = (vertical & horizontal) | (north & south) | (east & west) | kept;
+            let closed = (vertical | horizontal) & !passable;
+            if closed.is_empty() {
+                return self;
+            }
+            self.north = north & passable & passable.above();
+            self.east = east & passable & passable.ahead(1);
+        }
+    }
+
+    /// Returns the openings as a mouse sees them that drives east, north, west and south, in the
+    /// order of [`Heading`](mmsim_maze::Heading): north, east, south, west.
+    pub(super) fn frames(&self) -> [Frame<L, N>; 4] {
+        let Self { north, east, goals } = *self;
+        let backwards = |rows: Rows<L, N>| rows.reversed();
+        let (columns_north, columns_east) = (north.transposed(), east.transposed());
+        let columns_goals = goals.transposed();
+        let frame = |forward, aside, goals| Frame { forward, aside, goals };
+        [
+            frame(columns_north, columns_east, columns_goals),
+            frame(east, north, goals),
+            frame(
+                backwards(columns_north.behind()),
+                backwards(columns_east),
+                backwards(columns_goals),
+            ),
+            frame(backwards(east.behind()), backwards(north), backwards(goals)),
+        ]
+    }
+}
+
+/// The openings of a maze as seen by a mouse that drives in one of four directions. The cells of a
+/// line follow each other in this direction. Lines are counted from south to north or from west to
+/// east.
+///
+/// A run can only use a turn that begins where the mouse can come from and ends where the mouse can
+/// go on: either straight, or because the turn ends in a goal.
+#[derive(Clone, Copy)]
+pub(super) struct Frame<L, const N: usize> {
+    /// The cells that are open ahead.
+    pub(super) forward: Rows<L, N>,
+    /// The cells that are open towards the next line.
+    pub(super) aside: Rows<L, N>,
+    pub(super) goals: Rows<L, N>,
+}
+
+/// The cells from which each turn along a line can begin, first to the next line, then to the line
+/// before. The turn `s90` begins at the wall ahead of the cell.
+#[derive(Clone, Copy)]
+pub(super) struct AlongTurns<L, const N: usize> {
+    pub(super) s90: [Rows<L, N>; 2],
+    pub(super) l90: [Rows<L, N>; 2],
+    pub(super) in45: [Rows<L, N>; 2],
+    pub(super) l180: [Rows<L, N>; 2],
+    pub(super) in135: [Rows<L, N>; 2],
+}
+
+/// The walls from which each turn on a diagonal can begin. The diagonal leads forward, and to the
+/// next line or the line before.
+#[derive(Clone, Copy)]
+pub(super) struct DiagonalTurns<L, const N: usize> {
+    /// The walls after which the next wall of the diagonal is open.
+    pub(super) next: Rows<L, N>,
+    pub(super) out45: Rows<L, N>,
+    pub(super) out135: Rows<L, N>,
+    pub(super) v90: Rows<L, N>,
+    pub(super) k90: Rows<L, N>,
+}
+
+impl<L: Line, const N: usize> Frame<L, N> {
+    #[inline(always)]
+    pub(super) fn along_turns(&self) -> AlongTurns<L, N> {
+        let up = self.along_turns_aside(Self::above, self.aside, self.aside.above());
+        let down_aside = self.aside.below();
+        let down = self.along_turns_aside(Self::below, down_aside, down_aside.below());
+        let [s90, l90, in45, l180, in135] = core::array::from_fn(|kind| [up[kind], down[kind]]);
+        AlongTurns { s90, l90, in45, l180, in135 }
+    }
+
+    /// Returns the turns to one side: `aside` are the openings from a cell to the line on this
+    /// side, and `beyond` those from there to the line after it.
+    #[inline(always)]
+    fn along_turns_aside(
+        &self,
+        shift: impl Fn(Rows<L, N>) -> Rows<L, N>,
+        aside: Rows<L, N>,
+        beyond: Rows<L, N>,
+    ) -> [Rows<L, N>; 5] {
+        let (forward, goals) = (shift(self.forward), shift(self.goals));
+        let s90 = self.forward & aside.ahead(1);
+        let l90 = s90 & (beyond | goals).ahead(1);
+        let in45 = s90 & forward.ahead(1);
+        let round = s90 & forward;
+        let l180 = round & (forward.behind() | goals);
+        [s90, l90, in45, l180, round & beyond]
+    }
+
+    #[inline(always)]
+    fn above(rows: Rows<L, N>) -> Rows<L, N> {
+        rows.above()
+    }
+
+    #[inline(always)]
+    fn below(rows: Rows<L, N>) -> Rows<L, N> {
+        rows.below()
+    }
+
+    /// Returns the turns on diagonals that lead forward and to the next line. The first element is
+    /// for the walls ahead of the cells, the second for the walls between the cells and the next
+    /// line.
+    #[inline(always)]
+    pub(super) fn diagonals_up(&self) -> [DiagonalTurns<L, N>; 2] {
+        let Self { forward, aside, goals } = *self;
+        let (above, aside_above, goals_above) = (forward.above(), aside.above(), goals.above());
+        let next = aside.ahead(1);
+        let around = next & above;
+        let from_ahead = DiagonalTurns {
+            next,
+            out45: next & (aside_above | goals_above).ahead(1),
+            out135: around & (above.behind() | goals_above),
+            v90: around & aside_above,
+            k90: next & aside_above.ahead(1) & above.above() & aside_above.above(),
+        };
+        let around = above & aside.ahead(1);
+        let from_aside = DiagonalTurns {
+            next: above,
+            out45: above & (above | goals_above).ahead(1),
+            out135: around & (aside.below() | goals).ahead(1),
+            v90: around & forward.ahead(1),
+            k90: above & above.ahead(1) & aside.ahead(2) & forward.ahead(2),
+        };
+        [from_ahead, from_aside]
+    }
+
+    /// Does the same as [`diagonals_up`](Self::diagonals_up) for the line before.
+    #[inline(always)]
+    pub(super) fn diagonals_down(&self) -> [DiagonalTurns<L, N>; 2] {
+        let Self { forward, aside, goals } = *self;
+        let (below, aside_below, goals_below) = (forward.below(), aside.below(), goals.below());
+        let aside_beyond = aside_below.below();
+        let next = aside_below.ahead(1);
+        let around = next & below;
+        let from_ahead = DiagonalTurns {
+            next,
+            out45: next & (aside_beyond | goals_below).ahead(1),
+            out135: around & (below.behind() | goals_below),
+            v90: around & aside_beyond,
+            k90: next & aside_beyond.ahead(1) & below.below() & aside_beyond.below(),
+        };
+        let around = forward & aside.ahead(1);
+        let (above, goals_above) = (forward.above(), goals.above());
+        let from_aside = DiagonalTurns {
+            next: forward,
+            out45: forward & (forward | goals).ahead(1),
+            out135: around & (aside.above() | goals_above).ahead(1),
+            v90: around & above.ahead(1),
+            k90: forward & forward.ahead(1) & aside.ahead(2) & above.ahead(2),
+        };
+        [from_ahead, from_aside]
+    }
+}
