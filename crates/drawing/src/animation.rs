@@ -72,7 +72,7 @@ impl Animation {
     ///
     /// # Errors
     /// Returns an error if the width is out of range (see [`Scene::png`]) or if the maze
-    /// differs in size from the one in the first frame.
+    /// differs in size from the one in the first frame, or if the legend does.
     pub fn push(&mut self, scene: &Scene<'_>, delay_ms: u32) -> Result<(), PictureError> {
         let Some(begun) = &mut self.begun else {
             self.begun = Some(Begun::new(scene, self.width_px, delay_ms)?);
@@ -156,6 +156,29 @@ fn frame((left, top): (u16, u16), (width, height): (u16, u16), pixels: Vec<u8>) 
 
 fn px(pixels: usize) -> u16 {
     u16::try_from(pixels).unwrap_or(u16::MAX)
+}
+
+/// Returns the times in s of the frames of an animation in real time, and the display time of each
+/// frame in milliseconds: 40 ms, or more if the animation would have more than [`MAX_FRAMES`]
+/// frames. The last time is the duration.
+///
+/// ```
+/// use mmsim_drawing::frame_times;
+/// let (times, frame_ms) = frame_times(0.1);
+/// assert_eq!((times.collect::<Vec<_>>(), frame_ms), (vec![0.0, 0.04, 0.08, 0.1], 40));
+/// let (times, frame_ms) = frame_times(60.0);
+/// assert_eq!((times.count(), frame_ms), (376, 160));
+/// ```
+pub fn frame_times(duration: f64) -> (impl Iterator<Item = f64>, u32) {
+    let duration = duration.clamp(0.0, 3600.0);
+    let frames = (1_u32..).map(|hundredths| 10 * hundredths).skip(3);
+    let count = |frame_ms: u32| duration * 1000.0 / f64::from(frame_ms);
+    #[expect(clippy::cast_precision_loss, reason = "small")]
+    let frame_ms = frames.take(1000).find(|&frame_ms| count(frame_ms) < (MAX_FRAMES - 1) as f64);
+    let frame_ms = frame_ms.unwrap_or(10_000);
+    let times = (0_u32..).map(move |frame| f64::from(frame * frame_ms) / 1000.0);
+    // Rounding must not repeat the last frame.
+    (times.take_while(move |&time| time < duration - 1e-6).chain([duration]), frame_ms)
 }
 
 /// Returns the indices of the states to show in an animation of a search with `states` states: at
@@ -277,6 +300,42 @@ o---o---o---o
         assert_eq!(error, "cannot add a frame of 2x1 cells to an animation of 3x2 cells");
         assert_eq!(Animation::new(100).finish().unwrap_err(), PictureError::NoFrame);
         assert!(Animation::new(8).push(&Scene::from_maze(&maze), 100).is_err());
+    }
+
+    #[test]
+    fn a_race_ends_like_a_picture_of_its_end() {
+        use crate::driven_path::tests::path;
+        let maze = maze();
+        for (theme, names) in [(Theme::Light, &["a"][..]), (Theme::Dark, &["a", "b", "c"])] {
+            let paths: Vec<_> = names.iter().map(|name| path(name)).collect();
+            let scene = Scene::from_maze(&maze).with_paths(&paths).with_theme(theme);
+            let (times, frame_ms) = frame_times(scene.duration());
+            let mut animation = Animation::new(400);
+            for time in times {
+                animation.push(&scene.clone().at_time(time), frame_ms).unwrap();
+            }
+            let error = animation.push(&Scene::from_maze(&maze), frame_ms).unwrap_err();
+            assert_eq!(error, PictureError::OtherLegend);
+            let (shown, delays) = played(&animation.finish().unwrap());
+            assert_eq!(delays.len(), 14, "0.514 s");
+            let last = scene.clone().at_time(scene.duration()).pixmap(400).unwrap();
+            let differences = shown.data().iter().zip(last.data()).map(|(a, b)| a.abs_diff(*b));
+            assert!(differences.max().unwrap() <= 40, "{theme:?}: a blend that the palette lacks");
+        }
+    }
+
+    #[test]
+    fn frames_are_in_real_time_and_not_too_many() {
+        for duration in [0.0, 0.04, 3.583, 15.96, 16.0, 75.0, 1e9] {
+            let (times, frame_ms) = frame_times(duration);
+            let times: Vec<f64> = times.collect();
+            assert!(times.len() <= MAX_FRAMES && frame_ms >= 40, "{duration}: {}", times.len());
+            assert_eq!(times.last().copied(), Some(duration.min(3600.0)));
+            for pair in times.windows(2) {
+                let difference = (pair[1] - pair[0]) * 1000.0;
+                assert!(difference > 0.0 && difference < f64::from(frame_ms) + 1e-6);
+            }
+        }
     }
 
     #[test]

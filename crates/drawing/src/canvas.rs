@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
-use crate::geometry::{Area, MARGIN, PITCH, units};
+use crate::geometry::{Area, MARGIN, PITCH};
 use crate::pixels::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
@@ -19,6 +19,7 @@ const THIN: f64 = 0.5;
 /// the whole scene were redrawn.
 pub(crate) struct Canvas {
     size: MazeSize,
+    extent: (u32, u32),
     drawing: String,
     parts: Vec<Part>,
     pixmap: Pixmap,
@@ -29,7 +30,7 @@ impl Canvas {
     pub(crate) fn new(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
         let (drawing, parts) = Svg::with_parts(scene, View::Pixels { width_px });
         let pixmap = paint(&drawing, scene.blank(width_px)?)?;
-        Ok(Self { size: scene.size, drawing, parts, pixmap })
+        Ok(Self { size: scene.size, extent: scene.extent(), drawing, parts, pixmap })
     }
 
     /// Returns the pixels.
@@ -40,14 +41,17 @@ impl Canvas {
     /// Updates the picture to show this scene.
     ///
     /// # Errors
-    /// Returns an error if the size of the maze has changed.
+    /// Returns an error if the size of the maze or of the legend has changed.
     pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<(), PictureError> {
         let width_px = self.pixmap.width();
         if scene.size != self.size {
             return Err(PictureError::OtherFrame { expected: self.size, found: scene.size });
         }
+        if scene.extent() != self.extent {
+            return Err(PictureError::OtherLegend);
+        }
         let (drawing, parts) = Svg::with_parts(scene, View::Pixels { width_px });
-        let tiles = Tiles::new(self.size, &self.pixmap);
+        let tiles = Tiles::new(self.extent, &self.pixmap);
         let has_thin_lines = tiles.scale.iter().any(|&scale| scale < THIN);
         let is_alike = head(&drawing, &parts) == head(&self.drawing, &self.parts);
         let stale = if is_alike && !has_thin_lines {
@@ -103,8 +107,7 @@ struct Tiles {
 }
 
 impl Tiles {
-    fn new(size: MazeSize, pixmap: &Pixmap) -> Self {
-        let (width, height) = units(size);
+    fn new((width, height): (u32, u32), pixmap: &Pixmap) -> Self {
         Self {
             columns: width.div_ceil(PITCH) as usize,
             rows: height.div_ceil(PITCH) as usize,

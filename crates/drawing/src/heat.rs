@@ -23,16 +23,20 @@ impl std::fmt::Display for Rgb {
 
 /// Returns the colour ramp of a theme, from the smallest weight to the largest weight.
 pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
-    let corners: &[Lch] = match theme {
-        Theme::Light => &LIGHT,
-        Theme::Dark => &DARK,
-    };
+    match theme {
+        Theme::Light => blend(&LIGHT, STEPS),
+        Theme::Dark => blend(&DARK, STEPS),
+    }
+}
+
+/// Returns `steps` equally distant colours on the polyline through `corners`.
+pub(crate) fn blend(corners: &[Lch], steps: usize) -> Vec<Rgb> {
     let corners: Vec<Lab> = corners.iter().copied().map(lab).collect();
     let lengths: Vec<f64> = corners.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
     let total: f64 = lengths.iter().sum();
-    #[expect(clippy::cast_precision_loss, reason = "64 steps")]
-    let at = |step: usize| total * step as f64 / (STEPS - 1) as f64;
-    (0..STEPS).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
+    #[expect(clippy::cast_precision_loss, reason = "few steps")]
+    let at = |step: usize| total * step as f64 / (steps - 1) as f64;
+    (0..steps).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
 /// Returns the index of a weight's colour in the ramp, given the largest weight.
@@ -52,7 +56,7 @@ pub(crate) fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
 
 /// The lightness, chroma and hue (in degrees) of a colour. The colour ramps are polylines through
 /// the colours in `LIGHT` and `DARK`.
-type Lch = (f64, f64, f64);
+pub(crate) type Lch = (f64, f64, f64);
 const LIGHT: [Lch; 5] = [
     (0.955, 0.025, 230.0),
     (0.935, 0.04, 130.0),

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A [`Scene`] describes a picture: a maze or a client's map, and optionally the mouse, numbers in
-//! the cells and the trail. Every scene is first drawn as SVG. PNG files and the frames of an
+//! the cells, the trail, and curves that mice drive. Every scene is first drawn as SVG. PNG files and the frames of an
 //! [`Animation`] are rasterized from that SVG, so all formats look alike.
 //!
 //! [`thumbnail`] and [`two_paths`] draw small pictures of a maze.
@@ -40,10 +40,12 @@
 mod animation;
 mod canvas;
 mod colours;
+mod driven_path;
 mod font;
 mod geometry;
 mod heat;
 mod label;
+mod legend;
 mod marks;
 mod page;
 mod palette;
@@ -51,19 +53,22 @@ mod passages;
 mod paths;
 mod pixels;
 mod scene;
+mod speed;
 mod svg;
 mod theme;
 mod thumbnail;
 mod trail;
 mod walls;
 
-pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices};
+pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices, frame_times};
+pub use driven_path::{DrivenPath, PathPoint};
 pub use font::digits;
 pub use label::weight;
 pub use page::page_json;
 pub use paths::{PATH_COLOURS, two_paths};
 pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::{Layers, Scene};
+pub use speed::MAX_PATHS;
 pub use theme::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
 pub use trail::{Passage, Trail};

@@ -10,6 +10,7 @@ use crate::geometry::units;
 use crate::heat::{Rgb, ramp};
 use crate::pixels::PictureError;
 use crate::scene::Scene;
+use crate::speed::{faint, path_colours, ramp as ramp_of_speeds};
 use crate::trail::Trail;
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
@@ -36,6 +37,9 @@ impl Palette {
     /// have the same theme and layers as `scene`. The colours come from a sample scene with
     /// everything that a scene can contain, so the palette suits all frames of the animation.
     pub(crate) fn like(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
+        if !scene.paths.is_empty() {
+            return Self::for_paths(scene, width_px);
+        }
         let size = MazeSize::CLASSIC;
         // Draw the sample at the scale of the scene, but limit its size.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
@@ -53,6 +57,24 @@ impl Palette {
         if scene.layers.heat {
             chosen.extend(ramp(theme));
         }
+        Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
+    }
+
+    /// Builds a palette for an animation of mice on paths. Its frames differ only in the places of
+    /// the mice and in the parts of the paths that are faint.
+    fn for_paths(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
+        let mut areas = BTreeMap::new();
+        for time in [0.0, scene.duration()] {
+            for &pixel in scene.clone().at_time(time).pixmap(width_px)?.pixels() {
+                *areas.entry(rgb(pixel)).or_insert(0_u32) += 1;
+            }
+        }
+        let theme = scene.theme;
+        let mut chosen = theme.colours().areas();
+        let paths = path_colours(theme).into_iter().take(scene.paths.len());
+        let strong = if scene.paths.len() == 1 { ramp_of_speeds(theme) } else { paths.collect() };
+        chosen.extend(strong.iter().map(|&colour| faint(colour, theme.colours().floor)));
+        chosen.extend(strong);
         Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
     }
 

@@ -4,7 +4,6 @@ use mmsim_maze::MazeSize;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use crate::geometry::units;
 use crate::scene::Scene;
 use crate::svg::{Svg, View};
 
@@ -43,6 +42,9 @@ pub enum PictureError {
         /// The size of the maze in the new frame.
         found: MazeSize,
     },
+    /// The legend of a new frame differs in size from the one in the first frame.
+    #[error("cannot add a frame with another legend to an animation")]
+    OtherLegend,
 }
 
 impl Scene<'_> {
@@ -74,7 +76,7 @@ impl Scene<'_> {
     /// # Ok::<(), mmsim_maze::ParseMazeError>(())
     /// ```
     pub fn width_within(&self, side_px: u32) -> u32 {
-        let (width, height) = units(self.size);
+        let (width, height) = self.extent();
         let side_px = side_px.min(MAX_HEIGHT_PX);
         let width = if width < height { side_px * width / height } else { side_px };
         width.clamp(*WIDTH_PX.start(), *WIDTH_PX.end())
@@ -88,7 +90,7 @@ impl Scene<'_> {
 
     /// Creates an empty picture of this width in pixels.
     pub(crate) fn blank(&self, width_px: u32) -> Result<Pixmap, PictureError> {
-        let (width, height) = (width_px, height_px(self.size, width_px));
+        let (width, height) = (width_px, height_px(self.extent(), width_px));
         let size_error = PictureError::Size { width, height };
         let height = u32::try_from(height).ok().filter(|&height| height <= MAX_HEIGHT_PX);
         let Some(height) = height.filter(|_| WIDTH_PX.contains(&width)) else {
@@ -114,9 +116,8 @@ pub(crate) fn failed(error: impl std::fmt::Display) -> PictureError {
     PictureError::Drawing(error.to_string())
 }
 
-/// Returns the height of a picture of this width, in pixels.
-fn height_px(size: MazeSize, width_px: u32) -> u64 {
-    let (width, height) = units(size);
+/// Returns the height in pixels of a picture of this width and this extent in units.
+fn height_px((width, height): (u32, u32), width_px: u32) -> u64 {
     let (width, height) = (u64::from(width), u64::from(height));
     ((u64::from(width_px) * height + width / 2) / width).max(1)
 }
@@ -127,7 +128,7 @@ mod tests {
 
     use super::*;
     use crate::colours::colour;
-    use crate::geometry::centre;
+    use crate::geometry::{centre, units};
     use crate::heat::tests::contrast;
     use crate::heat::{Rgb, ramp};
     use crate::palette::rgb;

@@ -5,8 +5,10 @@ use std::collections::HashMap;
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
 use crate::colours;
+use crate::driven_path::DrivenPath;
 use crate::heat::Rgb;
 use crate::label::Label;
+use crate::speed::MAX_PATHS;
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
 use crate::trail::Trail;
@@ -50,6 +52,9 @@ pub struct Scene<'a> {
     pub(crate) trail: Option<&'a Trail>,
     pub(crate) shortest_path: Vec<Cell>,
     pub(crate) planned_path: Vec<Cell>,
+    pub(crate) paths: &'a [DrivenPath],
+    /// The time in s at which mice are drawn on the paths.
+    pub(crate) time: Option<f64>,
     pub(crate) layers: Layers,
     pub(crate) theme: Theme,
 }
@@ -111,6 +116,8 @@ impl<'a> Scene<'a> {
             trail: None,
             shortest_path: Vec::new(),
             planned_path: Vec::new(),
+            paths: &[],
+            time: None,
             layers: Layers::default(),
             theme: Theme::default(),
         }
@@ -184,6 +191,21 @@ impl<'a> Scene<'a> {
     /// empty list adds nothing, and cells outside the maze are ignored.
     pub fn with_planned_path(mut self, cells: Vec<Cell>) -> Self {
         self.planned_path = cells;
+        self
+    }
+
+    /// Adds curves that mice drive, with a legend below the maze. A single path is coloured by the
+    /// speed, and has a scale; several paths have distinct colours. Paths after the first
+    /// [`MAX_PATHS`] are ignored. A page contains no curves.
+    pub fn with_paths(mut self, paths: &'a [DrivenPath]) -> Self {
+        self.paths = &paths[..paths.len().min(MAX_PATHS)];
+        self
+    }
+
+    /// Draws a mouse on each path where it is at a time in s, and the time as a clock. The part of
+    /// the path that the mouse has not driven yet is faint.
+    pub fn at_time(mut self, time: f64) -> Self {
+        self.time = Some(time).filter(|_| !self.paths.is_empty());
         self
     }
 

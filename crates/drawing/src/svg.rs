@@ -1,6 +1,7 @@
 //! The SVG drawing.
 
 mod labels;
+mod paths;
 mod walls;
 
 use std::collections::HashMap;
@@ -64,10 +65,17 @@ impl<'a> Svg<'a> {
         svg.marks();
         svg.trail();
         svg.routes();
+        if view != View::Page {
+            svg.driven_paths();
+        }
         svg.walls();
         svg.numbers();
         svg.texts();
         svg.mouse();
+        if view != View::Page {
+            svg.mice_on_paths();
+            svg.legend();
+        }
         svg.text.push_str("</svg>\n");
         (svg.text, svg.parts)
     }
@@ -96,14 +104,16 @@ impl<'a> Svg<'a> {
         match self.view {
             View::Page | View::File => WallWidths::default(),
             View::Pixels { width_px } => {
-                let (width, _) = units(self.scene.size);
+                let (width, _) = self.scene.extent();
                 WallWidths::at_scale(f64::from(width_px) / f64::from(width))
             }
         }
     }
 
     fn head(&mut self) {
-        let (scene, (width, height)) = (self.scene, units(self.scene.size));
+        let scene = self.scene;
+        let is_page = self.view == View::Page;
+        let (width, height) = if is_page { units(scene.size) } else { scene.extent() };
         let mut class = String::from("maze");
         let mut size = String::new();
         if self.view != View::Page {

@@ -1,0 +1,221 @@
+//! The colours of driven paths: a ramp for speeds, and distinct colours for several paths.
+
+use crate::heat::{Lch, Rgb, blend};
+use crate::theme::Theme;
+
+/// The number of colours in the ramp of speeds.
+pub(crate) const LEVELS: usize = 24;
+
+/// The maximum number of paths in a scene.
+pub const MAX_PATHS: usize = 6;
+
+/// The slowest to the fastest colour. Lightness and the difference between blue and yellow grow
+/// with the speed, so colour-blind users can read the ramp.
+const LIGHT: [Lch; 4] =
+    [(0.35, 0.19, 268.0), (0.45, 0.22, 305.0), (0.56, 0.22, 5.0), (0.68, 0.165, 55.0)];
+const DARK: [Lch; 4] =
+    [(0.55, 0.17, 270.0), (0.63, 0.19, 320.0), (0.74, 0.15, 25.0), (0.9, 0.15, 95.0)];
+
+/// Returns the colours of speeds, slowest first.
+pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
+    match theme {
+        Theme::Light => blend(&LIGHT, LEVELS),
+        Theme::Dark => blend(&DARK, LEVELS),
+    }
+}
+
+/// Returns the colours of several paths. They also differ for colour-blind users.
+pub(crate) const fn path_colours(theme: Theme) -> [Rgb; MAX_PATHS] {
+    match theme {
+        Theme::Light => [
+            Rgb(37, 99, 235),
+            Rgb(217, 95, 2),
+            Rgb(135, 60, 105),
+            Rgb(75, 150, 175),
+            Rgb(10, 15, 140),
+            Rgb(20, 12, 30),
+        ],
+        Theme::Dark => [
+            Rgb(88, 156, 255),
+            Rgb(255, 150, 60),
+            Rgb(175, 245, 200),
+            Rgb(150, 60, 255),
+            Rgb(165, 75, 75),
+            Rgb(30, 120, 180),
+        ],
+    }
+}
+
+/// Returns the faint form of a colour, for the part of a path that the mouse has not driven yet.
+pub(crate) fn faint(Rgb(red, green, blue): Rgb, floor: Rgb) -> Rgb {
+    let mix = |colour: u8, floor: u8| {
+        let sum = 3 * u16::from(colour) + 7 * u16::from(floor);
+        u8::try_from(sum / 10).unwrap_or(u8::MAX)
+    };
+    Rgb(mix(red, floor.0), mix(green, floor.1), mix(blue, floor.2))
+}
+
+/// A scale of speeds from 0 to a round number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    /// The distance between two ticks, in mm/s.
+    step: f64,
+    /// The number of steps.
+    steps: u32,
+}
+
+impl Scale {
+    /// The maximum number of steps.
+    const MAX_STEPS: f64 = 8.0;
+
+    /// Returns the shortest scale that includes a speed in mm/s.
+    pub(crate) fn up_to(speed: f64) -> Self {
+        let round =
+            (0..9).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power)));
+        let steps = |step: f64| (speed / step - 1e-9).ceil().max(1.0);
+        let step = round.into_iter().find(|&step| steps(step) <= Self::MAX_STEPS).unwrap_or(1e9);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 8")]
+        let steps = steps(step).min(Self::MAX_STEPS) as u32;
+        Self { step, steps }
+    }
+
+    fn end(self) -> f64 {
+        self.step * f64::from(self.steps)
+    }
+
+    /// Returns the index in the [`ramp`] of the colour of a speed in mm/s.
+    pub(crate) fn level(self, speed: f64) -> usize {
+        #[expect(clippy::cast_precision_loss, reason = "small")]
+        let level = speed / self.end() * LEVELS as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        (level.max(0.0) as usize).min(LEVELS - 1)
+    }
+
+    /// Returns the ticks: the share of the scale, from 0 to 1, and the speed in m/s as text.
+    pub(crate) fn ticks(self) -> impl Iterator<Item = (f64, String)> {
+        (0..=self.steps).map(move |tick| {
+            let metres = (f64::from(tick) * self.step).round() / 1000.0;
+            (f64::from(tick) / f64::from(self.steps), metres.to_string())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heat::luminance;
+    use crate::heat::tests::contrast;
+
+    #[test]
+    fn speeds_are_visible_and_get_lighter() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let (ramp, floor) = (ramp(theme), theme.colours().floor);
+            assert_eq!(ramp.len(), LEVELS);
+            for pair in ramp.windows(2) {
+                assert!(luminance(pair[1]) > luminance(pair[0]), "{theme:?}: {pair:?}");
+            }
+            for colour in ramp {
+                let contrast = contrast(colour, floor);
+                assert!(contrast >= 2.7, "{theme:?}: {colour} {contrast:.2}");
+            }
+        }
+    }
+
+    /// Returns linear light from 0 to 1.
+    fn linear(Rgb(red, green, blue): Rgb) -> [f64; 3] {
+        [red, green, blue].map(|channel| {
+            let share = f64::from(channel) / 255.0;
+            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+
+    /// Returns the difference of two colours in the colour space `OKLab`.
+    fn difference(one: [f64; 3], other: [f64; 3]) -> f64 {
+        let lab = |[r, g, b]: [f64; 3]| {
+            let l = (0.412_221 * r + 0.536_333 * g + 0.051_446 * b).max(0.0).cbrt();
+            let m = (0.211_903 * r + 0.680_700 * g + 0.107_397 * b).max(0.0).cbrt();
+            let s = (0.088_302 * r + 0.281_719 * g + 0.629_979 * b).max(0.0).cbrt();
+            [
+                0.210_454 * l + 0.793_618 * m - 0.004_072 * s,
+                1.977_998 * l - 2.428_592 * m + 0.450_594 * s,
+                0.025_904 * l + 0.782_772 * m - 0.808_676 * s,
+            ]
+        };
+        let (one, other) = (lab(one), lab(other));
+        one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// How people without one kind of cones see linear light, from Machado, Oliveira and Fernandes:
+    /// A Physiologically-based Model for Simulation of Color Vision Deficiency (2009).
+    const VISIONS: [(&str, [[f64; 3]; 3]); 3] = [
+        ("normal", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        (
+            "protanopia",
+            [
+                [0.152_286, 1.052_583, -0.204_868],
+                [0.114_503, 0.786_281, 0.099_216],
+                [-0.003_882, -0.048_116, 1.051_998],
+            ],
+        ),
+        (
+            "deuteranopia",
+            [
+                [0.367_322, 0.860_646, -0.227_968],
+                [0.280_085, 0.672_501, 0.047_413],
+                [-0.011_820, 0.042_940, 0.968_881],
+            ],
+        ),
+    ];
+
+    #[test]
+    fn paths_differ_for_colour_blind_users() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let (colours, floor) = (path_colours(theme), theme.colours().floor);
+            for (name, vision) in VISIONS {
+                let seen = colours.map(|colour| {
+                    let colour = linear(colour);
+                    vision
+                        .map(|row| row.iter().zip(colour).map(|(share, light)| share * light).sum())
+                });
+                for (one, first) in seen.iter().enumerate() {
+                    for (other, second) in seen.iter().enumerate().skip(one + 1) {
+                        let difference = difference(*first, *second);
+                        assert!(
+                            difference > 0.11,
+                            "{theme:?} {name} {one} {other}: {difference:.3}"
+                        );
+                    }
+                }
+            }
+            for colour in colours {
+                assert!(contrast(colour, floor) >= 3.0, "{theme:?} {colour}");
+                let faint = faint(colour, floor);
+                assert!((1.1..3.0).contains(&contrast(faint, floor)), "{theme:?} {faint}");
+            }
+        }
+    }
+
+    #[test]
+    fn scales_end_at_round_numbers() {
+        for (speed, last, count) in [
+            (2500.0, "2.5", 6),
+            (1893.0, "2", 5),
+            (5000.0, "5", 6),
+            (500.0, "0.5", 6),
+            (3100.0, "3.5", 8),
+            (0.0, "0.001", 2),
+        ] {
+            let ticks: Vec<_> = Scale::up_to(speed).ticks().collect();
+            assert_eq!((ticks[0].1.as_str(), ticks[0].0), ("0", 0.0));
+            assert_eq!(
+                (ticks[ticks.len() - 1].1.as_str(), ticks.len()),
+                (last, count),
+                "{ticks:?}"
+            );
+        }
+        let scale = Scale::up_to(2500.0);
+        let levels = [-1.0, 0.0, 1250.0, 2499.9, 2500.0, 1e12].map(|speed| scale.level(speed));
+        assert_eq!(levels, [0, 0, 12, 23, 23, 23]);
+        assert!(Scale::up_to(1e300).ticks().count() <= 9);
+    }
+}

@@ -1,0 +1,369 @@
+//! The drawing of driven paths, their mice and their legend.
+
+use std::fmt::Write as _;
+
+use super::Svg;
+use crate::driven_path::{DrivenPath, PathPoint, Stretch};
+use crate::font::{STROKE, decimals, line};
+use crate::geometry::{Area, MARGIN, PITCH, around, units};
+use crate::heat::Rgb;
+use crate::legend::{GAP, Legend, SAMPLE, length, seconds};
+use crate::marks::MOUSE;
+use crate::speed::{faint, path_colours, ramp};
+
+/// The width of a single path, in units.
+const WIDTH: f64 = 3.0;
+
+/// The width of the uppermost of several paths, in units. Paths are the wider the deeper they are,
+/// so that all of them are visible where they coincide.
+const LEAST_WIDTH: f64 = 1.8;
+
+/// The size of a mouse. The mouse of a search almost fills a cell; on a curve, a mouse has about
+/// the size of real ones.
+const MOUSE_SCALE: f64 = 0.62;
+
+/// How a path is drawn.
+struct Style {
+    /// The colours of speeds, or a single colour.
+    colours: Vec<Rgb>,
+    width: f64,
+}
+
+impl Svg<'_> {
+    /// Draws the paths. The part that a mouse has not driven yet is faint.
+    pub(super) fn driven_paths(&mut self) {
+        let (scene, floor) = (self.scene, self.scene.theme.colours().floor);
+        if scene.paths.is_empty() {
+            return;
+        }
+        self.put("<g class=\"driven-paths\">\n");
+        for is_faint in [true, false] {
+            if is_faint && scene.time.is_none() {
+                continue;
+            }
+            for (index, path) in scene.paths.iter().enumerate() {
+                let Style { mut colours, width } = self.style(index);
+                for colour in colours.iter_mut().filter(|_| is_faint) {
+                    *colour = faint(*colour, floor);
+                }
+                let until = scene.time.filter(|_| !is_faint);
+                self.put(format_args!("<g stroke-width=\"{}\">\n", decimals(width)));
+                for stretch in path.stretches() {
+                    self.stretch(path, stretch, until, &colours, width);
+                }
+                if !is_faint {
+                    self.ends(path, &colours, width);
+                }
+                self.put("</g>\n");
+            }
+        }
+        self.put("</g>\n");
+    }
+
+    fn style(&self, index: usize) -> Style {
+        let (theme, count) = (self.scene.theme, self.scene.paths.len());
+        if count == 1 {
+            return Style { colours: ramp(theme), width: WIDTH };
+        }
+        #[expect(clippy::cast_precision_loss, reason = "few paths")]
+        let (deeper, all) = ((count - 1 - index) as f64, (count - 1) as f64);
+        let step = f64::min(1.9, 5.0 / all);
+        Style { colours: vec![path_colours(theme)[index]], width: LEAST_WIDTH + step * deeper }
+    }
+
+    /// Draws a part of a path, up to a time in s.
+    fn stretch(
+        &mut self,
+        path: &DrivenPath,
+        stretch: &Stretch,
+        until: Option<f64>,
+        colours: &[Rgb],
+        width: f64,
+    ) {
+        let until = until.unwrap_or(f64::INFINITY);
+        let driven = stretch.points.iter().take_while(|point| point.time <= until).copied();
+        let mut points: Vec<PathPoint> = driven.collect();
+        if points.is_empty() {
+            return;
+        }
+        if points.len() < stretch.points.len() {
+            points.extend(path.at(until));
+        }
+        let points: Vec<_> = points.iter().map(|point| self.place(point)).collect();
+        let mut line = String::new();
+        for (index, (x, y)) in points.iter().enumerate() {
+            let command = if index == 0 { 'M' } else { 'L' };
+            let _ = write!(line, "{command}{} {}", decimals(*x), decimals(*y));
+        }
+        let areas = points.iter().map(|&place| area(place, width / 2.0));
+        let Some(area) = areas.reduce(around) else { return };
+        let colour = colours[stretch.level.min(colours.len() - 1)];
+        let element = format_args!("<path stroke=\"{colour}\" d=\"{line}\"/>\n");
+        self.put_part(area, true, element);
+    }
+
+    /// Draws a disc at the end of a path, and a ring at the beginning of a single path.
+    fn ends(&mut self, path: &DrivenPath, colours: &[Rgb], width: f64) {
+        let (Some(first), Some(last)) = (path.first(), path.last()) else { return };
+        let (colour, ring, disc) = (colours[0], width / 2.0 + 1.8, width / 2.0 + 1.2);
+        let mut marks = vec![(last, disc, format!("fill=\"{colour}\""))];
+        if colours.len() > 1 {
+            let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.3\"");
+            marks.push((first, ring, style));
+        }
+        for (point, radius, style) in marks {
+            let (x, y) = self.place(point);
+            let element = format_args!(
+                "<circle {style} cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n",
+                decimals(x),
+                decimals(y),
+                decimals(radius)
+            );
+            self.put_part(area((x, y), radius + 1.0), true, element);
+        }
+    }
+
+    /// Draws the mice on their paths.
+    pub(super) fn mice_on_paths(&mut self) {
+        let Some(time) = self.scene.time else { return };
+        let count = self.scene.paths.len();
+        for (index, path) in self.scene.paths.iter().enumerate() {
+            let Some(point) = path.at(time) else { continue };
+            let (x, y) = self.place(&point);
+            let fill = match count {
+                1 => String::new(),
+                _ => format!(" style=\"fill:{}\"", self.style(index).colours[0]),
+            };
+            let element = format_args!(
+                "<path class=\"mouse\"{fill} transform=\"translate({} {}) rotate({}) \
+                 scale({MOUSE_SCALE})\" d=\"{MOUSE}\"/>\n",
+                decimals(x),
+                decimals(y),
+                decimals(90.0 - point.heading.to_degrees())
+            );
+            self.put_part(area((x, y), 11.0 * MOUSE_SCALE), true, element);
+        }
+    }
+
+    /// Draws the legend below the maze.
+    pub(super) fn legend(&mut self) {
+        let (scene, Some(legend)) = (self.scene, Legend::new(self.scene)) else { return };
+        let top = f64::from(units(scene.size).1 - MARGIN);
+        let number = scene.theme.colours().number;
+        self.put(format_args!(
+            "<g class=\"legend\" transform=\"translate(-{MARGIN} {}) scale({:.4})\" stroke=\"{number}\" \
+             stroke-width=\"{STROKE}\">\n",
+            decimals(top),
+            legend.factor
+        ));
+        let place = Place { legend, top };
+        for (index, path) in scene.paths.iter().enumerate() {
+            let y = Legend::row(index);
+            let Style { colours, width } = self.style(index);
+            if scene.paths.len() > 1 {
+                let sample = format!(
+                    "<path stroke=\"{}\" stroke-width=\"{}\" d=\"M{} {y}h{}\"/>\n",
+                    colours[0],
+                    decimals(width),
+                    decimals(GAP + width / 2.0),
+                    decimals(SAMPLE - width)
+                );
+                self.put_part(place.row(y), true, sample);
+            }
+            let time = seconds(path.duration());
+            self.text(&place, path.name(), legend.names, y);
+            self.text(&place, &time, legend.times - length(time.len()), y);
+        }
+        if let Some(time) = scene.time {
+            let clock = seconds(time);
+            self.text(&place, &clock, legend.width - GAP - length(clock.len()), Legend::row(0));
+        }
+        if let (Some(top), [path]) = (legend.speeds, scene.paths) {
+            self.speeds(&place, path, top);
+        }
+        self.put("</g>\n");
+    }
+
+    /// Draws the scale of speeds.
+    fn speeds(&mut self, place: &Place, path: &DrivenPath, top: f64) {
+        let colours = ramp(self.scene.theme);
+        let (unit, left) = ("m/s", GAP + 2.0);
+        // Half of the last number and a space.
+        let to_unit = 7.5 + 5.0;
+        let width = place.legend.width - left - to_unit - length(unit.len()) - GAP;
+        #[expect(clippy::cast_precision_loss, reason = "few colours")]
+        let share = width / colours.len() as f64;
+        let (mut x, right) = (left, decimals(left + width));
+        for colour in colours {
+            // Each colour continues below the next ones, so that there are no seams.
+            let left = decimals(x);
+            let bar = format!(
+                "<path stroke=\"none\" style=\"fill:{colour}\" d=\"M{left} {top}H{right}v5H{left}z\"/>\n"
+            );
+            self.put_part(place.row(top), true, bar);
+            x += share;
+        }
+        for (share, text) in path.scale().ticks() {
+            let x = left + share * width;
+            let tick = format!("<path d=\"M{} {}v1.5\"/>\n", decimals(x), top + 6.0);
+            self.put_part(place.row(top + 6.0), true, tick);
+            self.text(place, &text, x - length(text.len()) / 2.0, top + 13.5);
+        }
+        self.text(place, unit, left + width + to_unit, top + 13.5);
+    }
+
+    /// Writes a text that begins at (x, y), in units of the legend.
+    fn text(&mut self, place: &Place, text: &str, x: f64, y: f64) {
+        // A line of text is centred.
+        let middle = x + length(text.chars().count()) / 2.0;
+        let line = line(text, 0.0);
+        let element = format!(
+            "<path transform=\"translate({} {})\" d=\"{line}\"/>\n",
+            decimals(middle),
+            decimals(y)
+        );
+        self.put_part(place.row(y), true, element);
+    }
+
+    /// Returns the position of a point in the drawing, in units.
+    fn place(&self, point: &PathPoint) -> (f64, f64) {
+        let (pitch, height) = (f64::from(PITCH), f64::from(self.scene.size.height()));
+        (point.x * pitch, (height - point.y) * pitch)
+    }
+}
+
+/// The place of the legend in the picture.
+struct Place {
+    legend: Legend,
+    top: f64,
+}
+
+impl Place {
+    /// Returns the area of a row, given its middle in units of the legend.
+    fn row(&self, y: f64) -> Area {
+        let Legend { factor, width, .. } = self.legend;
+        let (north, south) = (self.top + factor * (y - 8.0), self.top + factor * (y + 8.0));
+        around(area((0.0, north), 2.0), area((factor * width, south), 2.0))
+    }
+}
+
+/// Returns the area around a point.
+fn area((x, y): (f64, f64), reach: f64) -> Area {
+    #[expect(clippy::cast_possible_truncation, reason = "whole numbers, saturated")]
+    let [west, north, east, south] = [
+        (x - reach).floor() as i32,
+        (y - reach).floor() as i32,
+        (x + reach).ceil() as i32,
+        (y + reach).ceil() as i32,
+    ];
+    [west, north, east, south]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
+    use resvg::usvg::{Options, Tree};
+
+    use super::*;
+    use crate::driven_path::tests::path;
+    use crate::scene::Scene;
+    use crate::svg::tests::maze;
+    use crate::theme::Theme;
+
+    /// Returns the lines of a drawing between two texts.
+    fn between<'a>(svg: &'a str, from: &str, to: &str) -> Vec<&'a str> {
+        let inside = svg.split_once(from).unwrap().1.split_once(to).unwrap().0;
+        inside.lines().collect()
+    }
+
+    #[test]
+    fn a_single_path_is_coloured_by_speed() {
+        let (maze, paths) = (maze(), [path("fastest")]);
+        let scene = Scene::from_maze(&maze).with_paths(&paths);
+        let svg = scene.svg();
+        let lines = between(&svg, "<g class=\"driven-paths\">", "<g class=\"walls\">");
+        let colours: Vec<_> = ramp(Theme::Light).iter().map(ToString::to_string).collect();
+        let levels: Vec<_> = lines
+            .iter()
+            .filter_map(|line| line.strip_prefix("<path stroke=\"")?.split_once('"'))
+            .map(|(colour, _)| colours.iter().position(|other| other == colour).unwrap())
+            .collect();
+        assert!(levels.is_sorted() && levels.len() > 8, "{levels:?}");
+        let place = format!(" d=\"M{} {}", 20.0 * 0.5, 20.0 * 1.5);
+        assert!(lines[2].contains(&place), "it begins in the start cell: {}", lines[2]);
+        assert_eq!(svg.matches("<circle").count(), 2);
+        let legend = between(&svg, "<g class=\"legend\"", "</g>");
+        let bars = legend.iter().filter(|line| line.contains("fill:#")).count();
+        assert_eq!(bars, colours.len());
+        assert!(!svg.contains("scale(0.62)"), "no mouse");
+        assert_eq!(scene.page_svg(), Scene::from_maze(&maze).page_svg());
+    }
+
+    #[test]
+    fn a_mouse_is_where_it_is_at_a_time() {
+        let (maze, paths) = (maze(), [path("fastest")]);
+        let scene = Scene::from_maze(&maze).with_paths(&paths).at_time(0.2 + PI / 20.0);
+        let svg = scene.svg();
+        // After a quarter of a revolution, one cell to the east and half a cell to the north of
+        // the beginning of the arc.
+        assert!(svg.contains("translate(40 20) rotate(0) scale(0.62)"), "{svg}");
+        let lines = between(&svg, "<g class=\"driven-paths\">", "<g class=\"walls\">");
+        let (faint, driven) =
+            lines.split_at(lines.iter().position(|line| line.contains("</g>")).unwrap());
+        let ends = |lines: &[&str]| {
+            let last = lines.iter().rfind(|line| line.starts_with("<path")).unwrap();
+            last.rsplit_once('L').unwrap().1.trim_end_matches("\"/>").to_string()
+        };
+        assert_eq!((ends(faint), ends(driven)), ("30 10".into(), "40 20".into()));
+    }
+
+    #[test]
+    fn several_paths_have_distinct_colours_and_widths() {
+        let maze = maze();
+        let paths: Vec<_> = (0..9).map(|number| path(&number.to_string())).collect();
+        for (count, shown) in [(2, 2), (3, 3), (6, 6), (9, 6)] {
+            let svg = Scene::from_maze(&maze).with_paths(&paths[..count]).at_time(0.1).svg();
+            for colour in &path_colours(Theme::Light)[..shown] {
+                let mouse = format!("style=\"fill:{colour}\" transform");
+                assert_eq!(svg.matches(&mouse).count(), 1, "{count}");
+            }
+            assert_eq!(svg.matches("scale(0.62)").count(), shown);
+            let widths: Vec<f64> =
+                between(&svg, "<g class=\"driven-paths\">", "<g class=\"walls\">")
+                    .iter()
+                    .filter_map(|line| line.strip_prefix("<g stroke-width=\"")?.strip_suffix("\">"))
+                    .map(|width| width.parse().unwrap())
+                    .collect();
+            assert_eq!(widths.len(), 2 * shown, "faint and strong");
+            assert!(widths[..shown].windows(2).all(|pair| pair[0] > pair[1] + 0.9), "{widths:?}");
+        }
+    }
+
+    #[test]
+    fn everything_in_a_legend_is_visible() {
+        let names = ["fastest", "a long name of a mous"];
+        let paths: Vec<_> = names.iter().map(|name| path(name)).collect();
+        for (width, height) in [(1, 1), (2, 2), (16, 16), (32, 5), (1, 32)] {
+            let walls = Walls::open(MazeSize::new(width, height).unwrap());
+            let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
+            for paths in [&paths[1..], &paths] {
+                let scene = Scene::from_maze(&maze).with_paths(paths).at_time(0.3);
+                let svg = scene.svg();
+                let head = svg.split_once("<style>").unwrap().0;
+                let start = svg.find("<g class=\"legend\"").unwrap();
+                let style = ".maze path{fill:none}";
+                let legend = format!("{head}<style>{style}</style>{}", &svg[start..]);
+                let tree = Tree::from_str(&legend, &Options::default()).unwrap();
+                let area = tree.root().abs_stroke_bounding_box();
+                let size = tree.size();
+                assert!(area.left() > 0.0 && area.right() < size.width(), "{width} {area:?}");
+                assert!(area.bottom() < size.height(), "{width} {height} {area:?} {size:?}");
+                // The picture has 2 pixels per unit.
+                let maze_height = 2.0 * f64::from(units(maze.size()).1);
+                assert!(f64::from(area.top()) > maze_height, "{width} {height} {area:?}");
+            }
+        }
+    }
+}
