@@ -12,6 +12,7 @@ use crate::args::VerbosityArgs;
 use crate::compare::args::CompareArgs;
 use crate::demo::args::DemoArgs;
 use crate::export::args::ExportArgs;
+use crate::fast_run::args::FastRunArgs;
 use crate::manual::args::{CompletionsArgs, ManArgs};
 use crate::mazes::args::MazesArgs;
 use crate::mms::args::MmsArgs;
@@ -46,6 +47,7 @@ Examples:
   mmsim render run.mcap -o run.gif     animate a recorded search
   mmsim export run.mcap -o run.html    save a recorded search as a web page
   mmsim compare mazes/                 compare mice in many mazes
+  mmsim fast-run harbour               time the fastest run through a maze
   mmsim trial mazes/                   let a robot explore each maze and race in it
   mmsim run --open -- ./my-mouse       run and watch your own mouse
   mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
@@ -70,6 +72,8 @@ pub(crate) enum Command {
     Export(ExportArgs),
     /// Compare bundled strategies and your own mice in many mazes
     Compare(CompareArgs),
+    /// Find the fastest run through a maze, in seconds
+    FastRun(FastRunArgs),
     /// Run robots in the two-run trial: explore a maze, then race
     Trial(TrialArgs),
     /// List, show, check, convert, fetch and generate mazes

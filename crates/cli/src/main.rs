@@ -10,6 +10,7 @@ mod connection;
 mod demo;
 mod embedded;
 mod export;
+mod fast_run;
 mod grid;
 mod inputs;
 mod interrupt;
@@ -38,6 +39,7 @@ mod stderr;
 mod suggest;
 mod trial;
 mod usage;
+mod vehicle;
 
 use std::env;
 use std::fmt::{self, Debug};
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::FastRun(args)) => fast_run::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
         Some(Command::Run(args)) => run::run(&args).map(|code| exit(code)),

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 /// Calls `work` for each item on the threads of the current pool. Returns the results in the order
 /// of the items.
-pub(crate) fn map_each<T: Sync, R: Send>(
-    items: &[T],
-    work: impl Fn(&T) -> R + Send + Sync,
+pub(crate) fn map_each<'a, T: Sync, R: Send>(
+    items: &'a [T],
+    work: impl Fn(&'a T) -> R + Send + Sync,
 ) -> Vec<R> {
     // Each item is a separate task, because neighbouring items may take a thousand times as long as
     // others.

@@ -56,7 +56,9 @@ fn no_command_prints_control_characters() {
     let [a, hex, closed, rubbish] = ["a", "hex", "closed", "rubbish"].map(file);
     let (run, cut) = (format!("run{EVIL}.mcap"), format!("cut{EVIL}.mcap"));
     let (picture, new) = (format!("{EVIL}.svg"), format!("new{EVIL}"));
-    let none = format!("none {EVIL}");
+    let (none, vehicle) = (format!("none {EVIL}"), format!("vehicle{EVIL}.toml"));
+    let name = r"\u001b[2J\u202e\n";
+    home.write(&vehicle, format!("base = 'ares'\nname = \"{name}\"\n"));
     let (folder, once) = (&folder[..], ["--once", "--port", "0"]);
     let solve = ["solve", "swing", "--timeout", "0.1", "--connect"];
     let robots = ["--robot", "random"];
@@ -82,6 +84,16 @@ fn no_command_prints_control_characters() {
         &["compare", folder, EVIL, "--strategies", "swing"],
         &["compare", folder, "--csv"],
         &["compare", folder, "--json"],
+        &["fast-run", folder, "--vehicle", &vehicle, "--route", "all"],
+        &["fast-run", folder, "--explain"],
+        &["fast-run", folder, "--json", "--vehicle", &vehicle],
+        &["fast-run", &a, "--vehicle", &vehicle, "--c-array", "-"],
+        &["fast-run", &a, "--csv", EVIL],
+        &["fast-run", &a, "--csv", &format!("{none}/{EVIL}")],
+        &["fast-run", &closed],
+        &["fast-run", EVIL, "--vehicle", EVIL],
+        &["fast-run", "--vehicle", &rubbish],
+        &["fast-run", "--print-vehicle", "--vehicle", &vehicle],
         &[&["trial", folder], &robots[..]].concat(),
         &[&["trial", folder, "--path"], &robots[..]].concat(),
         &[&["trial", folder, "--json"], &robots[..]].concat(),

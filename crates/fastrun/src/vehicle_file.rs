@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use core::fmt::Write as _;
 use std::collections::HashMap;
 
+use mmsim_maze::needs_escape;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use toml::de::{DeTable, DeValue};
@@ -305,7 +306,7 @@ fn quoted(text: &str) -> String {
     for character in text.chars() {
         match character {
             '"' | '\\' => quoted.extend(['\\', character]),
-            character if character.is_control() => {
+            character if needs_escape(character) => {
                 // Writing to a string cannot fail.
                 let _ = write!(quoted, "\\u{:04X}", u32::from(character));
             }
@@ -347,7 +348,7 @@ s90 = { length = 116, speed = 600 }
         let vehicle = read(named).unwrap();
         assert_eq!(vehicle.name(), "a \"b\" \\ ü");
         assert_eq!(read(&vehicle.to_toml()), Ok(vehicle));
-        let vehicle = Vehicle::from_toml(SIMPLE, "a\nb\u{7f}").unwrap();
+        let vehicle = Vehicle::from_toml(SIMPLE, "a\nb\u{7f}\u{202e}").unwrap();
         assert_eq!(read(&vehicle.to_toml()), Ok(vehicle));
     }
 

@@ -1,0 +1,121 @@
+//! `mmsim fast-run`: the fastest run through a maze, in seconds.
+
+pub(crate) mod args;
+mod c_array;
+mod driven;
+mod report;
+mod samples;
+mod table;
+mod text;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use mmsim_fastrun::{Planner, Vehicle};
+
+use crate::inputs::Inputs;
+use crate::output::{check_folder, print, print_pretty_json, replace, warn};
+use crate::parallel::map_each;
+use crate::selection::Selected;
+use crate::usage::{CommandResult, UsageError};
+use args::{FastRunArgs, RouteChoice, is_stdout};
+use driven::{Attempt, Driven};
+use report::RunReport;
+
+pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
+    let (vehicles, routes) = (args.vehicles()?, args.routes());
+    if args.print_vehicle {
+        let texts: Vec<String> = vehicles.iter().map(Vehicle::to_toml).collect();
+        print(&texts.join("\n"))?;
+        return Ok(true);
+    }
+    let prints_export = args.exports_to_stdout()?;
+    let Inputs { mut mazes, all_readable } = Inputs::read_or_default(&args.mazes);
+    let mut paths = BTreeSet::new();
+    mazes.retain(|selected| paths.insert(selected.path.clone()));
+    if let Some(option) = args.export() {
+        if mazes.is_empty() {
+            return Ok(false);
+        }
+        check_single(option, mazes.len(), vehicles.len(), routes.len())?;
+        for file in [&args.csv, &args.c_array].into_iter().flatten() {
+            if !is_stdout(file) {
+                check_folder(file)?;
+            }
+        }
+    }
+    let attempts = attempt_all(&mazes, &vehicles, &routes);
+    if let (Some(_), [Attempt { result: Ok(driven), .. }]) = (args.export(), &attempts[..]) {
+        export(args, driven)?;
+    }
+    let have_runs = attempts.iter().all(|attempt| attempt.result.is_ok());
+    if args.json {
+        let reports = attempts.iter().map(|attempt| RunReport::new(attempt, args.explain));
+        print_pretty_json(&reports.collect::<Vec<_>>())?;
+    } else if let [attempt] = &attempts[..] {
+        match &attempt.result {
+            Ok(_) if prints_export => {}
+            Ok(driven) => print(&text::describe(driven, args.explain))?,
+            Err(error) => warn(format_args!("mmsim: {}: {error}", attempt.maze.path.display())),
+        }
+    } else if args.explain {
+        print(&text::describe_all(&attempts))?;
+    } else {
+        print(&table::table(&attempts))?;
+    }
+    Ok(all_readable && have_runs)
+}
+
+/// Plans each route of each vehicle through each maze, in parallel over the mazes.
+fn attempt_all<'a>(
+    mazes: &'a [Selected],
+    vehicles: &'a [Vehicle],
+    routes: &[RouteChoice],
+) -> Vec<Attempt<'a>> {
+    let planners: Vec<(&Vehicle, Planner)> =
+        vehicles.iter().map(|vehicle| (vehicle, Planner::new(vehicle.clone()))).collect();
+    let attempts = map_each(mazes, |maze| {
+        let mut attempts = Vec::with_capacity(planners.len() * routes.len());
+        for (vehicle, planner) in &planners {
+            let mut planner = planner.clone();
+            attempts.extend(Attempt::each_route(maze, vehicle, &mut planner, routes));
+        }
+        attempts
+    });
+    attempts.into_iter().flatten().collect()
+}
+
+/// Returns an error unless there is exactly one run to export.
+fn check_single(
+    option: &str,
+    mazes: usize,
+    vehicles: usize,
+    routes: usize,
+) -> Result<(), UsageError> {
+    let counts = [("maze", mazes), ("vehicle", vehicles), ("route", routes)];
+    match counts.into_iter().find(|(_, count)| *count != 1) {
+        None => Ok(()),
+        Some((thing, count)) => {
+            let message = format!("{option} takes one {thing}, found {count}");
+            Err(UsageError::new("fast-run", message))
+        }
+    }
+}
+
+/// Writes the files that the options name.
+fn export(args: &FastRunArgs, driven: &Driven) -> Result<(), Box<dyn std::error::Error>> {
+    if let Some(file) = &args.csv {
+        write(file, &samples::csv(&driven.trajectory, args.interval.seconds)?)?;
+    }
+    if let Some(file) = &args.c_array {
+        write(file, &c_array::c_array(driven))?;
+    }
+    Ok(())
+}
+
+fn write(file: &Path, text: &str) -> Result<(), Box<dyn std::error::Error>> {
+    if is_stdout(file) {
+        return Ok(print(text)?);
+    }
+    Ok(replace(file, text.as_bytes())?)
+}

@@ -1,0 +1,168 @@
+//! Arguments of `mmsim fast-run`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_fastrun::{Route, Vehicle};
+
+use crate::args::{each_once, one_of};
+use crate::usage::UsageError;
+use crate::vehicle::{VEHICLE_HELP, each_vehicle_once, parse_vehicle};
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim fast-run harbour                          time the fastest run of an expert's mouse
+  mmsim fast-run harbour --explain                list its straights and turns
+  mmsim fast-run harbour --vehicle ares --vehicle my-mouse.toml
+  mmsim fast-run harbour --route all              compare it with the fewest cells and turns
+  mmsim fast-run mazes/                           time the fastest run through each maze of a folder
+  mmsim fast-run harbour --csv run.csv            write pose, speed and acceleration each 1 ms
+  mmsim fast-run harbour --c-array run.h          write straights and turns for firmware
+  mmsim fast-run --vehicle expert --print-vehicle > my-mouse.toml
+
+The time from rest to rest includes the start and the stop. The time from gate to gate, which
+contests measure, begins when the mouse leaves the start cell and ends when it enters the goal.
+
+The exit code is 0 if all mazes could be read and have a run.";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct FastRunArgs {
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
+    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
+    #[arg(value_name = "MAZE")]
+    pub(crate) mazes: Vec<PathBuf>,
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        default_value = "expert",
+        value_parser = parse_vehicle,
+        help = format!("{VEHICLE_HELP}; may be repeated")
+    )]
+    vehicle: Vec<Vehicle>,
+    /// Route to drive; may be repeated
+    #[arg(long, default_value = "fastest", value_parser = routes())]
+    route: Vec<Option<RouteChoice>>,
+    /// List the straights and turns of each run
+    #[arg(long)]
+    pub(crate) explain: bool,
+    /// Print a JSON array
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write the pose, speed and acceleration of the mouse over time to a CSV file; - for stdout
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Time between two lines of the CSV file in milliseconds, 0.1 to 1000
+    #[arg(long, value_name = "MS", default_value = "1", requires = "csv", value_parser = parse_interval)]
+    pub(crate) interval: Interval,
+    /// Write the straights and turns as an array to a C file; - for stdout
+    #[arg(long, value_name = "FILE")]
+    pub(crate) c_array: Option<PathBuf>,
+    /// Print the vehicle as TOML, as a start for a file of your own, and exit
+    #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array"])]
+    pub(crate) print_vehicle: bool,
+}
+
+/// A value of `--route`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RouteChoice {
+    Fastest,
+    Along(Route),
+}
+
+impl RouteChoice {
+    const ALL: [Self; 3] =
+        [Self::Fastest, Self::Along(Route::FewestCells), Self::Along(Route::FewestTurns)];
+
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Fastest => "fastest",
+            Self::Along(route) => route.name(),
+        }
+    }
+
+    const fn about(self) -> &'static str {
+        match self {
+            Self::Fastest => "the fastest run of all",
+            Self::Along(Route::FewestCells) => {
+                "the fastest run along the route with the fewest cells"
+            }
+            Self::Along(Route::FewestTurns) => {
+                "the fastest run along the route with the fewest turns"
+            }
+        }
+    }
+}
+
+/// The time between two lines of a CSV file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Interval {
+    pub(crate) seconds: f64,
+}
+
+impl FastRunArgs {
+    /// Returns the selected vehicles, each once.
+    pub(crate) fn vehicles(&self) -> Result<Vec<Vehicle>, UsageError> {
+        each_vehicle_once(&self.vehicle).map_err(|error| UsageError::new("fast-run", error))
+    }
+
+    /// Returns the selected routes, each once.
+    pub(crate) fn routes(&self) -> Vec<RouteChoice> {
+        each_once(&self.route, &RouteChoice::ALL)
+    }
+
+    /// Returns the option that needs exactly one run, if one is given.
+    pub(crate) fn export(&self) -> Option<&'static str> {
+        match (&self.csv, &self.c_array) {
+            (Some(_), _) => Some("--csv"),
+            (None, Some(_)) => Some("--c-array"),
+            (None, None) => None,
+        }
+    }
+
+    /// Returns true if an option other than `--json` prints to stdout. Returns an error if several
+    /// options do.
+    pub(crate) fn exports_to_stdout(&self) -> Result<bool, UsageError> {
+        let exports = [&self.csv, &self.c_array].map(|file| file.as_deref().is_some_and(is_stdout));
+        let exports = exports.into_iter().filter(|&is_stdout| is_stdout).count();
+        if exports + usize::from(self.json) + usize::from(self.explain) > 1 && exports > 0 {
+            let message =
+                "only one of --json, --explain, --csv - and --c-array - can print to stdout";
+            return Err(UsageError::new("fast-run", message));
+        }
+        Ok(exports > 0)
+    }
+}
+
+/// Returns true if a file on the command line stands for stdout.
+pub(crate) fn is_stdout(file: &Path) -> bool {
+    file == Path::new("-")
+}
+
+fn routes() -> impl TypedValueParser<Value = Option<RouteChoice>> {
+    one_of(RouteChoice::ALL.into_iter().map(Some).chain([None]), |route| match route {
+        Some(route) => PossibleValue::new(route.name()).help(route.about()),
+        None => PossibleValue::new("all").help("all routes"),
+    })
+}
+
+fn parse_interval(text: &str) -> Result<Interval, String> {
+    let milliseconds = text.parse().ok().filter(|ms| (0.1..=1000.0).contains(ms));
+    let milliseconds: f64 =
+        milliseconds.ok_or("expected a number of milliseconds from 0.1 to 1000")?;
+    Ok(Interval { seconds: milliseconds / 1000.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_limited() {
+        assert_eq!(parse_interval("0.5"), Ok(Interval { seconds: 0.0005 }));
+        assert!(
+            ["0", "-1", "0.09", "1001", "nan", "1s"].map(parse_interval).iter().all(Result::is_err)
+        );
+    }
+}

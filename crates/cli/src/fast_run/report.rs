@@ -1,0 +1,108 @@
+//! The JSON report of a run.
+
+use std::collections::BTreeMap;
+
+use mmsim_fastrun::{Segment, Shape};
+use serde::Serialize;
+
+use super::driven::{Attempt, Driven};
+use super::text::segment_name;
+
+/// A maze, a vehicle and a route, with the run or the reason why there is none. The field names are
+/// JSON keys.
+#[derive(Serialize)]
+pub(super) struct RunReport<'a> {
+    maze: String,
+    vehicle: &'a str,
+    route: &'static str,
+    #[serde(flatten)]
+    run: Option<RunFigures>,
+    error: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct RunFigures {
+    /// The time from rest to rest.
+    time_s: f64,
+    gate_to_gate_s: f64,
+    /// By how many percent the run is slower than the fastest one.
+    loss_percent: f64,
+    length_mm: f64,
+    top_speed_mm_s: f64,
+    turns: usize,
+    turns_by_kind: BTreeMap<&'static str, usize>,
+    start: [u8; 2],
+    run: String,
+    cells: Vec<[u8; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    segments: Option<Vec<SegmentReport>>,
+}
+
+/// A straight, a diagonal or the arc of a turn.
+#[derive(Serialize)]
+struct SegmentReport {
+    segment: String,
+    /// The number of lattice steps of a straight.
+    steps: Option<u8>,
+    length_mm: f64,
+    entry_speed_mm_s: f64,
+    top_speed_mm_s: f64,
+    exit_speed_mm_s: f64,
+    duration_s: f64,
+    /// The time at the end of the segment.
+    time_s: f64,
+}
+
+impl<'a> RunReport<'a> {
+    pub(super) fn new(attempt: &'a Attempt, with_segments: bool) -> Self {
+        let result = attempt.result.as_ref();
+        Self {
+            maze: attempt.maze.path.display().to_string(),
+            vehicle: attempt.vehicle.name(),
+            route: attempt.route.name(),
+            run: result.ok().map(|driven| RunFigures::new(driven, with_segments)),
+            error: result.err().map(String::as_str),
+        }
+    }
+}
+
+impl RunFigures {
+    fn new(driven: &Driven, with_segments: bool) -> Self {
+        let Driven { run, trajectory, gate_to_gate, .. } = driven;
+        let start = run.start();
+        let segments = trajectory.segments();
+        Self {
+            time_s: trajectory.duration(),
+            gate_to_gate_s: *gate_to_gate,
+            loss_percent: driven.loss,
+            length_mm: trajectory.length(),
+            top_speed_mm_s: driven.top_speed(),
+            turns: run.turns().len(),
+            turns_by_kind: (driven.turns_by_kind())
+                .map(|(kind, count)| (kind.name(), count))
+                .collect(),
+            start: [start.x, start.y],
+            run: run.to_string(),
+            cells: run.cells().iter().map(|cell| [cell.x, cell.y]).collect(),
+            segments: with_segments.then(|| segments.iter().map(SegmentReport::new).collect()),
+        }
+    }
+}
+
+impl SegmentReport {
+    fn new(segment: &Segment) -> Self {
+        Self {
+            segment: segment_name(segment),
+            steps: match segment.shape {
+                Shape::Straight(steps) => Some(steps),
+                Shape::Turn(..) => None,
+            },
+            length_mm: segment.length,
+            entry_speed_mm_s: segment.entry.speed,
+            top_speed_mm_s: segment.top_speed(),
+            exit_speed_mm_s: segment.exit_speed,
+            duration_s: segment.duration,
+            time_s: segment.entry.time + segment.duration,
+        }
+    }
+}

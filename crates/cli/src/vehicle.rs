@@ -1,0 +1,105 @@
+//! Vehicles named on the command line.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::Path;
+
+use mmsim_fastrun::Vehicle;
+use mmsim_maze::Escaped;
+
+/// The help for `--vehicle`.
+pub(crate) const VEHICLE_HELP: &str = "\
+    Vehicle: ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
+
+/// The maximum size of a vehicle file, in bytes.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Parses a value of `--vehicle`: the name of a preset, or a TOML file.
+pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
+    if let Some(vehicle) = Vehicle::preset(text) {
+        return Ok(vehicle);
+    }
+    let path = Path::new(text);
+    let is_name = path.components().count() == 1 && path.extension().is_none();
+    if is_name && !path.exists() {
+        return Err(unknown(text));
+    }
+    let toml = read(path).map_err(|error| format!("cannot read the file: {error}"))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Vehicle::from_toml(&toml, &Escaped(name).to_string()).map_err(|error| error.to_string())
+}
+
+/// Returns the vehicles that were given, each once. Returns an error if two have the same name.
+pub(crate) fn each_vehicle_once(given: &[Vehicle]) -> Result<Vec<Vehicle>, String> {
+    let mut vehicles: Vec<Vehicle> = Vec::new();
+    for vehicle in given {
+        match vehicles.iter().find(|other| other.name() == vehicle.name()) {
+            None => vehicles.push(vehicle.clone()),
+            Some(other) if other == vehicle => {}
+            Some(_) => {
+                let name = vehicle.name();
+                return Err(format!(
+                    "two vehicles are called {name:?}; set another name in a file"
+                ));
+            }
+        }
+    }
+    Ok(vehicles)
+}
+
+fn unknown(name: &str) -> String {
+    let mut presets = Vehicle::PRESETS.iter();
+    let similar = presets.find(|preset| strsim::damerau_levenshtein(name, preset) <= 2);
+    let hint = similar.map(|preset| format!(" (did you mean {preset}?)")).unwrap_or_default();
+    format!("expected {} or a TOML file{hint}", Vehicle::PRESETS.join(", "))
+}
+
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_BYTES {
+        return Err(io::Error::other("larger than 1 MiB"));
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn names_and_files_are_vehicles() {
+        assert_eq!(parse_vehicle("ares"), Ok(Vehicle::ares()));
+        let error = |text: &str| parse_vehicle(text).unwrap_err();
+        insta::assert_snapshot!(error("exprt"), @"expected ukmars, ares, expert, kerise or a TOML file (did you mean expert?)");
+        insta::assert_snapshot!(error("bicycle"), @"expected ukmars, ares, expert, kerise or a TOML file");
+        assert!(error("no/such/file").starts_with("cannot read the file: "));
+        assert!(error("none.toml").starts_with("cannot read the file: "));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("my mouse.toml");
+        let text = |content: &str| {
+            fs::write(&file, content).unwrap();
+            parse_vehicle(&file.display().to_string())
+        };
+        let vehicle = text("base = 'expert'\nalong.top_speed = 4000").unwrap();
+        assert_eq!((vehicle.name(), vehicle.line(false).top_speed), ("my mouse", 4000.0));
+        assert_eq!(text("base = 'expert'\nname = 'fast'").unwrap().name(), "fast");
+        assert!(text("\nbase = 1").unwrap_err().starts_with("line 2: "));
+        assert!(text(&"#".repeat(2 << 20)).unwrap_err().ends_with("larger than 1 MiB"));
+        fs::write(&file, [0xff]).unwrap();
+        assert!(parse_vehicle(&file.display().to_string()).unwrap_err().contains("UTF-8"));
+        assert!(error(&folder.path().display().to_string()).starts_with("cannot read the file: "));
+    }
+
+    #[test]
+    fn each_name_stands_for_one_vehicle() {
+        let [ares, expert] = [Vehicle::ares(), Vehicle::expert()];
+        let given = [expert.clone(), ares.clone(), expert.clone()];
+        assert_eq!(each_vehicle_once(&given), Ok(vec![expert.clone(), ares]));
+        let other = Vehicle::from_toml("base = 'ares'\nname = 'expert'", "").unwrap();
+        let error = each_vehicle_once(&[expert, other]).unwrap_err();
+        insta::assert_snapshot!(error, @r#"two vehicles are called "expert"; set another name in a file"#);
+    }
+}
