@@ -1,22 +1,25 @@
 //! `mmsim compare`: compare mice on collections of mazes.
 
 pub(crate) mod args;
-mod candidate;
+pub(crate) mod candidate;
 mod commands;
 mod cpu_time;
-mod figures;
+pub(crate) mod figures;
 mod measures;
 mod own_search;
 mod report;
 mod requests;
-mod search;
+pub(crate) mod search;
+pub(crate) mod search_speed;
 mod text;
+pub(crate) mod times;
 mod track;
 mod workers;
 
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
@@ -25,12 +28,16 @@ use args::CompareArgs;
 use candidate::{Candidate, NamedMouse};
 use figures::{Ending, Figures};
 use indicatif::ProgressBar;
-use mmsim_maze::Maze;
+use measures::{MEASURES, TIMED_MEASURES};
+use mmsim_fastrun::Planner;
+use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::BundledStrategy;
-use own_search::SearchLimits;
+pub(crate) use own_search::SearchLimits;
 use rayon::ThreadPoolBuilder;
 use report::Report;
+pub(crate) use report::unique_names;
 use search::search;
+use times::Timing;
 use track::Track;
 use workers::map_waiting;
 
@@ -51,10 +58,8 @@ const MAX_FILES: u64 = 4096;
 const FIRST_MAZES: usize = 3;
 
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
-    let candidates = args.candidates()?;
-    let Inputs { mut mazes, all_readable } = Inputs::read_or_default(&args.mazes);
-    let mut paths = BTreeSet::new();
-    mazes.retain(|selected| paths.insert(selected.path.clone()));
+    let candidates = args.candidates.select("compare")?;
+    let Inputs { mazes, all_readable } = distinct_mazes(&args.mazes);
     prepare_files(args)?;
     let report = compare(&candidates, &mazes, args)?;
     if args.json {
@@ -78,6 +83,14 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     Ok(all_readable)
 }
 
+/// Reads the named mazes, each once.
+pub(crate) fn distinct_mazes(names: &[PathBuf]) -> Inputs {
+    let mut inputs = Inputs::read_or_default(names);
+    let mut paths = BTreeSet::new();
+    inputs.mazes.retain(|selected| paths.insert(selected.path.clone()));
+    inputs
+}
+
 /// Creates the folder for charts and checks that of the report, before searches that may take
 /// minutes.
 fn prepare_files(args: &CompareArgs) -> Result<(), String> {
@@ -88,12 +101,48 @@ fn prepare_files(args: &CompareArgs) -> Result<(), String> {
     }
 }
 
-/// Runs each candidate in each maze and shows a progress bar on a terminal.
+/// Runs each candidate in each maze, and compares the figures.
 fn compare(
     candidates: &[Candidate],
     mazes: &[Selected],
     args: &CompareArgs,
 ) -> Result<Report, Box<dyn Error>> {
+    let mut figures = search_all(candidates, mazes, args.limits(), args.jobs)?;
+    let (mut measures, mut note) = (MEASURES.to_vec(), None);
+    if let Some(vehicle) = args.vehicle.clone() {
+        let timing = Timing { vehicle, search_speed: args.search_speed };
+        measure_times(&mut figures, mazes, &timing);
+        measures.extend(TIMED_MEASURES);
+        let Timing { vehicle, search_speed } = &timing;
+        let name = Escaped(vehicle.name());
+        note = Some(format!("Fast runs with the vehicle {name}; searches at {search_speed}."));
+    }
+    Ok(Report::new(candidates, mazes, figures, measures, note))
+}
+
+/// Calculates the times of all searches. Each maze has one figure of each candidate.
+fn measure_times(figures: &mut [Vec<Figures>], mazes: &[Selected], timing: &Timing) {
+    let planner = Planner::new(timing.vehicle.clone());
+    let indices: Vec<usize> = (0..mazes.len()).collect();
+    let times = map_each(&indices, |&maze| {
+        let searches = figures.iter().map(|figures| &figures[maze]);
+        timing.measure(&mut planner.clone(), &mazes[maze].maze, searches)
+    });
+    for (maze, times) in times.into_iter().enumerate() {
+        for (figures, times) in figures.iter_mut().zip(times) {
+            figures[maze].times = Some(times);
+        }
+    }
+}
+
+/// Runs each candidate in each maze and shows a progress bar on a terminal. Returns the figures of
+/// each candidate in each maze.
+pub(crate) fn search_all(
+    candidates: &[Candidate],
+    mazes: &[Selected],
+    limits: SearchLimits,
+    jobs: Option<u16>,
+) -> Result<Vec<Vec<Figures>>, Box<dyn Error>> {
     let bar = ProgressBar::new((candidates.len() * mazes.len()) as u64);
     let bar = progress(bar, "{wide_bar} {pos} of {len} searches, {eta} left");
     let (mut bundled, mut own) = (Vec::new(), Vec::new());
@@ -103,16 +152,17 @@ fn compare(
             Candidate::Own(mouse) => own.push(mouse),
         }
     }
-    let mut own = search_own(&own, mazes, args.limits(), args.jobs, &bar)?.into_iter();
-    let mut bundled = search_bundled(&bundled, mazes, args.jobs, &bar)?.into_iter();
+    let mut own = search_own(&own, mazes, limits, jobs, &bar)?.into_iter();
+    let mut bundled = search_bundled(&bundled, mazes, jobs, &bar)?.into_iter();
     bar.finish_and_clear();
-    Ok(Report::new(candidates, mazes, |candidate| {
+    let figures = candidates.iter().map(|candidate| {
         let figures: &mut dyn Iterator<Item = Figures> = match candidate {
             Candidate::Bundled(_) => &mut bundled,
             Candidate::Own(_) => &mut own,
         };
         figures.take(mazes.len()).collect()
-    }))
+    });
+    Ok(figures.collect())
 }
 
 /// Runs each strategy in each maze. Uses `threads` threads, or one thread per processor if

@@ -56,7 +56,7 @@ impl<T: Into<String>> From<T> for Candidate {
 /// use mmsim_report::Measure;
 /// let steps = Measure::new("steps_to_goal", "steps to the goal", "steps");
 /// assert_eq!(steps.heading(), "steps to the goal");
-/// assert_eq!(Measure::new("time", "processor time", "µs").heading(), "processor time (µs)");
+/// assert_eq!(Measure::new("time", "search time", "s").heading(), "search time (s)");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Measure {
@@ -87,7 +87,8 @@ impl Measure {
     /// Returns the name, followed by the unit unless the name contains it.
     pub fn heading(&self) -> String {
         let Self { name, unit, .. } = self;
-        if name.contains(unit.as_str()) { name.clone() } else { format!("{name} ({unit})") }
+        let has_unit = unit.is_empty() || name.split(' ').any(|word| word == unit);
+        if has_unit { name.clone() } else { format!("{name} ({unit})") }
     }
 }
 

@@ -5,13 +5,16 @@ use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_fastrun::Vehicle;
 use mmsim_solvers::BundledStrategy;
 
 use super::candidate::{Candidate, NamedMouse};
 use super::own_search::SearchLimits;
+use super::search_speed::SearchSpeed;
 use crate::args::{one_of, parse_seconds};
 use crate::solve::args::strategy_value;
 use crate::usage::UsageError;
+use crate::vehicle::parse_vehicle;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -20,6 +23,7 @@ Examples:
   mmsim compare mazes/ --mouse new=./mouse --mouse \"old=python3 old.py\" --strategies none
   mmsim compare mazes/ --html report.html         write a report with charts and pictures
   mmsim compare harbour my-maze.txt --strategies flood-fill,swing
+  mmsim compare mazes/ --vehicle expert           add the times of fast runs in seconds
   mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
   mmsim compare mazes/ --json                     print searches and statistics as JSON
 
@@ -39,19 +43,8 @@ pub(crate) struct CompareArgs {
     /// Maze files, folders to search recursively, and words from the path of a maze [default: all
     /// mazes in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
-    /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
-    /// COMMAND may be quoted; may be repeated
-    #[arg(long, value_name = "NAME=COMMAND")]
-    mouse: Vec<NamedMouse>,
-    /// Comma-separated list of strategies; may be repeated
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        default_value = "all",
-        value_parser = strategies()
-    )]
-    strategies: Vec<Choice>,
+    #[command(flatten)]
+    pub(crate) candidates: CandidateArgs,
     /// Stop a mouse of your own after S seconds in a maze
     #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
     time_limit: Duration,
@@ -62,6 +55,13 @@ pub(crate) struct CompareArgs {
     /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Calculate the times of fast runs for a vehicle: ukmars (beginner), ares (hobby), expert
+    /// (contest), kerise (half-size), or a TOML file
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle)]
+    pub(crate) vehicle: Option<Vehicle>,
+    /// Seconds per cell and per quarter turn while a mouse searches
+    #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT, requires = "vehicle")]
+    pub(crate) search_speed: SearchSpeed,
     /// Write a report to FILE: one HTML page with tables, charts and pictures
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
@@ -76,6 +76,24 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
+/// The mice to compare.
+#[derive(Debug, Args)]
+pub(crate) struct CandidateArgs {
+    /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
+    /// COMMAND may be quoted; may be repeated
+    #[arg(long, value_name = "NAME=COMMAND")]
+    mouse: Vec<NamedMouse>,
+    /// Comma-separated list of strategies; may be repeated
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "all",
+        value_parser = strategies()
+    )]
+    strategies: Vec<Choice>,
+}
+
 /// A value of `--strategies`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Choice {
@@ -85,8 +103,16 @@ enum Choice {
 }
 
 impl CompareArgs {
-    /// Returns the user's mice and then the selected strategies, each once.
-    pub(crate) fn candidates(&self) -> Result<Vec<Candidate>, UsageError> {
+    /// Returns the limits of the user's mice.
+    pub(crate) const fn limits(&self) -> SearchLimits {
+        SearchLimits { time: self.time_limit, states: self.max_states }
+    }
+}
+
+impl CandidateArgs {
+    /// Returns the user's mice and then the selected strategies, each once. `command` is the command
+    /// for usage errors.
+    pub(crate) fn select(&self, command: &'static str) -> Result<Vec<Candidate>, UsageError> {
         let mut strategies: Vec<BundledStrategy> = Vec::new();
         for choice in &self.strategies {
             let chosen = match choice {
@@ -107,25 +133,20 @@ impl CompareArgs {
             let name = candidate.name();
             if candidates[..index].iter().any(|other| other.name() == name) {
                 let message = format!("two mice are called {name:?}; choose another NAME");
-                return Err(UsageError::new("compare", message));
+                return Err(UsageError::new(command, message));
             }
         }
         for mouse in &self.mouse {
             if let Some(file) = mouse.program.missing_file() {
                 let message = format!("{}: {} does not exist", mouse.name, file.display());
-                return Err(UsageError::new("compare", message));
+                return Err(UsageError::new(command, message));
             }
         }
         if candidates.is_empty() {
-            let message = "nothing to compare: --strategies none requires --mouse";
-            return Err(UsageError::new("compare", message));
+            let message = "no mice: --strategies none requires --mouse";
+            return Err(UsageError::new(command, message));
         }
         Ok(candidates)
-    }
-
-    /// Returns the limits of the user's mice.
-    pub(crate) const fn limits(&self) -> SearchLimits {
-        SearchLimits { time: self.time_limit, states: self.max_states }
     }
 }
 

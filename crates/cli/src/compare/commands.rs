@@ -59,7 +59,7 @@ pub(super) fn execute_all(
             progress.add(mouse.pose(), false);
         }
         let Ok(reply) = mouse.execute(command, &mut *progress) else { return };
-        progress.crashes += u32::from(reply == Some(Response::Crash));
+        progress.track.crashes += u32::from(reply == Some(Response::Crash));
         drop(progress);
         if let Some(reply) = reply {
             // A mouse that has closed its stdin may still write commands.
@@ -140,7 +140,7 @@ mod tests {
         let (replies, progress, over) = execute(output, 1000);
         assert_eq!(replies, "2\ntrue\nack\nack\ncrash\n");
         let mut progress = lock(&progress);
-        assert_eq!((progress.kind(), progress.crashes), (Some(MouseKind::Mms), 1));
+        assert_eq!((progress.kind(), progress.track.crashes), (Some(MouseKind::Mms), 1));
         let figures = progress.track.figures();
         assert_eq!(
             (figures.steps_to_goal, figures.turns, figures.path_found),

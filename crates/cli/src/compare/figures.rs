@@ -1,7 +1,10 @@
 //! The figures of a search.
 
-use mmsim_maze::Cell;
+use mmsim_maze::{Cell, Walls};
 use serde::Serialize;
+
+use super::times::Times;
+use crate::output::counted;
 
 /// The statistics of a search, excluding the fast run unless stated otherwise. The field names
 /// are JSON keys and CSV column names.
@@ -44,6 +47,45 @@ pub(crate) struct Figures {
     /// The cells that the mouse entered until it stopped or began its fast run.
     #[serde(skip)]
     pub(crate) path: Vec<Cell>,
+    /// What the mouse can do after the search.
+    #[serde(skip)]
+    pub(crate) outcome: SearchOutcome,
+    /// The times of a vehicle, if one was given.
+    #[serde(skip)]
+    pub(crate) times: Option<Times>,
+}
+
+/// What a mouse knows and where it is when it stops or begins its fast run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct SearchOutcome {
+    /// The walls that the mouse knows. Unknown walls count as present.
+    pub(crate) known_walls: Option<Walls>,
+    /// The cell in which the mouse is.
+    pub(crate) last_cell: Option<Cell>,
+    /// The cells of the first complete fast run, or no cells if the mouse made none.
+    pub(crate) route: Vec<Cell>,
+    /// The number of quarter turns until the mouse first reached a goal cell, or 0.
+    pub(crate) turns_to_goal: u32,
+    /// The number of times that the mouse was put back at the start or ran into a wall.
+    pub(crate) touches: u32,
+    /// The number of these before the mouse first reached a goal cell.
+    pub(crate) touches_to_goal: u32,
+}
+
+impl Figures {
+    /// Returns the reason why the mouse did not stop by itself in the goal, unless it correctly
+    /// reported that the goal is unreachable.
+    pub(crate) fn failure(&self) -> Option<String> {
+        let Self { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = self;
+        if *is_rightly_given_up {
+            None
+        } else if *goal_reached {
+            error.as_ref().map(|error| format!("after reaching the goal: {error}"))
+        } else {
+            let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
+            Some(error.clone().unwrap_or_else(limit))
+        }
+    }
 }
 
 /// How a search ended.

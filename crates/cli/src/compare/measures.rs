@@ -3,8 +3,9 @@
 use super::figures::Figures;
 
 /// A measure of a search in which the mouse reached the goal.
+#[derive(Clone, Copy)]
 pub(super) struct SearchMeasure {
-    /// The JSON key, which is also that of [`Figures`].
+    /// The JSON key, which is also that of [`Figures`] or [`Times`](super::times::Times).
     pub(super) key: &'static str,
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
@@ -71,5 +72,49 @@ pub(super) const MEASURES: [SearchMeasure; 7] = [
         verb: "had a time in",
         is_in_text: false,
         value: |search| search.time_us,
+    },
+];
+
+/// The measures of a vehicle, in addition to [`MEASURES`].
+pub(super) const TIMED_MEASURES: [SearchMeasure; 5] = [
+    SearchMeasure {
+        key: "search_time_s",
+        name: "time of the search",
+        unit: "s",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| Some(search.times?.search_time_s).filter(|_| search.is_complete),
+    },
+    SearchMeasure {
+        key: "fast_run_time_s",
+        name: "time of the fast run",
+        unit: "s",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| search.times?.fast_run_time_s,
+    },
+    SearchMeasure {
+        key: "fast_run_loss_percent",
+        name: "loss of the fast run",
+        unit: "%",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| search.times?.fast_run_loss_percent,
+    },
+    SearchMeasure {
+        key: "total_time_s",
+        name: "time of the search and the fast run",
+        unit: "s",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| search.times?.total_time_s,
+    },
+    SearchMeasure {
+        key: "known_run_time_s",
+        name: "time of the fastest known run",
+        unit: "s",
+        verb: "solved",
+        is_in_text: false,
+        value: |search| search.times?.known_run_time_s,
     },
 ];

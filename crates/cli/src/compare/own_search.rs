@@ -75,7 +75,6 @@ pub(crate) struct Progress {
     /// `None` until the mouse has sent a command or a request.
     kind: Option<MouseKind>,
     pub(crate) track: Track,
-    pub(crate) crashes: u32,
     /// The latest invalid line or refused request.
     pub(crate) fault: Option<String>,
     max_states: u32,
@@ -100,7 +99,6 @@ impl Progress {
         Self {
             kind: None,
             track: Track::new(maze),
-            crashes: 0,
             fault: None,
             max_states: limits.states,
             messages: 0,
@@ -174,7 +172,7 @@ pub(crate) fn search(
     Figures {
         ending,
         error,
-        crashes: (progress.kind != Some(MouseKind::Client)).then_some(progress.crashes),
+        crashes: (progress.kind != Some(MouseKind::Client)).then_some(progress.track.crashes),
         // A program that does nothing does not know that the goal is unreachable.
         is_rightly_given_up: figures.shortest_path.is_none()
             && ending == Ending::GaveUp

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::figures::{Ending, Figures};
-use super::measures::{MEASURES, SearchMeasure};
-use crate::output::counted;
+use super::measures::SearchMeasure;
+use super::times::Times;
 use crate::selection::Selected;
 
 /// The report on one search. The field names are JSON keys and CSV column names.
@@ -19,6 +19,8 @@ pub(crate) struct SearchReport {
     pub(super) maze: MazeColumns,
     #[serde(flatten)]
     figures: Figures,
+    #[serde(flatten)]
+    times: Option<Times>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -34,27 +36,14 @@ impl SearchReport {
         let (path, name) = (selected.path.display().to_string(), selected.name.clone());
         let size = selected.maze.size();
         let maze = MazeColumns { path, name, width: size.width(), height: size.height() };
-        Self { maze, figures }
-    }
-
-    /// Returns the reason why the mouse did not stop by itself in the goal, unless it correctly
-    /// reported that the goal is unreachable.
-    fn failure(&self) -> Option<String> {
-        let Figures { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = &self.figures;
-        if *is_rightly_given_up {
-            None
-        } else if *goal_reached {
-            error.as_ref().map(|error| format!("after reaching the goal: {error}"))
-        } else {
-            let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
-            Some(error.clone().unwrap_or_else(limit))
-        }
+        Self { maze, times: figures.times, figures }
     }
 }
 
 /// The reports on all candidates.
 pub(crate) struct Report {
     pub(crate) comparison: Comparison,
+    pub(super) measures: Vec<SearchMeasure>,
     pub(super) statistics: Vec<MeasureStatistics>,
     pub(crate) candidates: Vec<CandidateReport>,
 }
@@ -78,6 +67,10 @@ pub(crate) struct CandidateReport {
     /// The number of mazes in which the goal was reached and the path found is as short as the
     /// shortest path in the true maze.
     pub(super) shortest_path_found: usize,
+    /// The number of mazes in which the fast run takes as little time as the fastest run of the true
+    /// maze, if a vehicle was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) fastest_run_found: Option<usize>,
     /// The number of searches with each ending.
     endings: BTreeMap<Ending, usize>,
     /// The mean of each measure over the mazes in which all candidates have a value.
@@ -91,29 +84,28 @@ pub(crate) struct CandidateReport {
 }
 
 impl Report {
-    /// Creates the reports. `figures` returns the figures of a candidate in all mazes.
-    pub(crate) fn new(
+    /// Creates the reports from the figures of each candidate in each maze.
+    pub(super) fn new(
         candidates: &[Candidate],
         mazes: &[Selected],
-        mut figures: impl FnMut(&Candidate) -> Vec<Figures>,
+        figures: Vec<Vec<Figures>>,
+        measures: Vec<SearchMeasure>,
+        note: Option<String>,
     ) -> Self {
-        let searches = candidates.iter().map(|candidate| {
-            let searches = mazes.iter().zip(figures(candidate));
+        let searches = figures.into_iter().map(|figures| {
+            let searches = mazes.iter().zip(figures);
             searches.map(|(maze, figures)| SearchReport::new(maze, figures)).collect()
         });
         let searches: Vec<Vec<SearchReport>> = searches.collect();
-        let name = |Selected { name, path, .. }: &Selected| {
-            let is_unique = mazes.iter().filter(|other| other.name == *name).count() == 1;
-            if is_unique { name.clone() } else { path.display().to_string() }
-        };
-        let names = mazes.iter().map(name).collect();
+        let names = unique_names(mazes);
         let described = candidates.iter().map(|candidate| mmsim_report::Candidate {
             name: candidate.name().into(),
             description: candidate.about().into(),
         });
         let comparison = Comparison::new("Comparison of mice", described.collect(), names)
-            .with_failures(|candidate, maze| searches[candidate][maze].failure());
-        let comparison = MEASURES.iter().fold(comparison, |comparison, measure| {
+            .with_failures(|candidate, maze| searches[candidate][maze].figures.failure());
+        let comparison = note.into_iter().fold(comparison, Comparison::with_note);
+        let comparison = measures.iter().fold(comparison, |comparison, measure| {
             let SearchMeasure { key, name, unit, verb, value, .. } = *measure;
             let measure = Measure::new(key, name, unit).with_verb(verb);
             comparison.with_measure(measure, |candidate, maze| {
@@ -130,7 +122,7 @@ impl Report {
         let shortest_path = Distribution::new(shortest_paths.collect()).map(|paths| paths.mean);
         let candidates = candidates.iter().zip(searches).enumerate();
         let candidates = candidates.map(|(index, (candidate, searches))| {
-            let statistics = MEASURES.iter().zip(&statistics);
+            let statistics = measures.iter().zip(&statistics);
             let statistics = statistics.map(|(measure, statistics)| {
                 (measure.key, statistics.candidates[index].statistics.clone())
             });
@@ -139,7 +131,7 @@ impl Report {
         let candidates: Vec<CandidateReport> = candidates.collect();
         let comparison = comparison.with_overview(CandidateReport::rows(&candidates));
         let comparison = comparison.with_limiting_candidate();
-        Self { comparison, statistics, candidates }
+        Self { comparison, measures, statistics, candidates }
     }
 
     /// Returns the report as an HTML page, with pictures of the searches.
@@ -174,6 +166,9 @@ impl CandidateReport {
                 .count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
+            fastest_run_found: searches()
+                .all(|search| search.times.is_some())
+                .then(|| count(|search| search.times.is_some_and(|times| times.is_optimal()))),
             endings: Ending::ALL.into_iter().map(ending).collect(),
             means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
             shortest_path,
@@ -191,10 +186,22 @@ impl CandidateReport {
         }
         let strategy = StrategyColumn { strategy: &self.strategy };
         let escaped = |text: &String| Escaped(text).to_string();
-        self.mazes.iter().cloned().try_for_each(|SearchReport { mut maze, mut figures }| {
+        self.mazes.iter().cloned().try_for_each(|SearchReport { mut maze, mut figures, times }| {
             (maze.path, maze.name) = (escaped(&maze.path), escaped(&maze.name));
             figures.error = figures.error.as_ref().map(escaped);
-            csv.serialize((&strategy, maze, figures))
+            match times {
+                Some(times) => csv.serialize((&strategy, maze, figures, times)),
+                None => csv.serialize((&strategy, maze, figures)),
+            }
         })
     }
+}
+
+/// Returns the names of the mazes, or the path of a maze if another maze has the same name.
+pub(crate) fn unique_names(mazes: &[Selected]) -> Vec<String> {
+    let name = |Selected { name, path, .. }: &Selected| {
+        let is_unique = mazes.iter().filter(|other| other.name == *name).count() == 1;
+        if is_unique { name.clone() } else { path.display().to_string() }
+    };
+    mazes.iter().map(name).collect()
 }

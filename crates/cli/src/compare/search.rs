@@ -1,13 +1,13 @@
 //! Runs a search in memory and measures it.
 
-use mmsim_maze::{KnownMaze, Maze};
+use mmsim_maze::{KnownMaze, Maze, Unknown};
 use mmsim_solvers::{
     DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
     steps_until_proven,
 };
 
 use super::cpu_time::measure;
-use super::figures::{Ending, Figures};
+use super::figures::{Ending, Figures, SearchOutcome};
 
 /// Searches the maze until the strategy stops or has made `max_states` decisions.
 pub(crate) fn search<S: Strategy>(
@@ -28,8 +28,12 @@ pub(crate) fn search<S: Strategy>(
         (driver, poses, advanced)
     });
     let path_found = PathBounds::new(driver.mouse().map()).pessimistic;
+    let known_walls = driver.mouse().map().walls(Unknown::Closed).clone();
+    let last_cell = driver.mouse().pose().cell;
+    let mut route = vec![last_cell];
     while advanced == Ok(true) {
         advanced = driver.advance_in(maze);
+        route.extend((advanced == Ok(true)).then(|| driver.mouse().pose().cell));
     }
     let (stats, error) = (driver.stats(), advanced.err());
     let shortest_path = steps_between(maze.walls(), maze.start().cell, maze.goals());
@@ -67,6 +71,15 @@ pub(crate) fn search<S: Strategy>(
         is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
         is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
         path: poses.iter().map(|pose| pose.cell).collect(),
+        outcome: SearchOutcome {
+            known_walls: Some(known_walls),
+            last_cell: Some(last_cell),
+            route: if has_fast_run && ending == Ending::Finished { route } else { Vec::new() },
+            turns_to_goal: stats.steps_to_goal.map_or(0, |_| stats.search_run.turns),
+            touches: 0,
+            touches_to_goal: 0,
+        },
+        times: None,
     }
 }
 
@@ -81,7 +94,8 @@ mod tests {
         let maze: Maze = drawing.parse().unwrap();
         let figures = search(&maze, || strategy, max_states);
         assert!(figures.time_us.unwrap() >= 0.);
-        Figures { time_us: None, path: Vec::new(), is_complete: false, ..figures }
+        let (path, outcome) = (Vec::new(), SearchOutcome::default());
+        Figures { time_us: None, path, outcome, is_complete: false, ..figures }
     }
 
     const CLOSED: &str = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";

@@ -2,7 +2,6 @@
 
 use mmsim_maze::Escaped;
 
-use super::measures::MEASURES;
 use super::report::{CandidateReport, Report};
 use crate::grid::aligned;
 use crate::output::counted;
@@ -13,7 +12,7 @@ const MAX_REASONS: usize = 5;
 impl Report {
     /// Returns the tables, and the failures of each mouse.
     pub(crate) fn text(&self) -> String {
-        let measures = MEASURES.iter().zip(&self.statistics);
+        let measures = self.measures.iter().zip(&self.statistics);
         let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
             let differences = match statistics.candidates.len() {
                 0 | 1 => "",
@@ -55,11 +54,13 @@ impl Report {
 impl CandidateReport {
     /// Returns the overview of all candidates, with a header.
     pub(super) fn rows(candidates: &[Self]) -> Vec<Vec<String>> {
-        [Self::head()].into_iter().chain(candidates.iter().map(Self::row)).collect()
+        let has_times = candidates.iter().any(|one| one.fastest_run_found.is_some());
+        let rows = candidates.iter().map(Self::row);
+        [Self::head(has_times)].into_iter().chain(rows).collect()
     }
 
-    fn head() -> Vec<String> {
-        let head = [
+    fn head(has_times: bool) -> Vec<String> {
+        let mut head = vec![
             "mouse",
             "mazes",
             "goal reached",
@@ -69,13 +70,16 @@ impl CandidateReport {
             "shortest path proven",
             "processor time (µs)",
         ];
-        head.map(String::from).into()
+        if has_times {
+            head.insert(head.len() - 1, "fastest run found");
+        }
+        head.into_iter().map(String::from).collect()
     }
 
     fn row(&self) -> Vec<String> {
         let Self { reachable, goal_reached, rightly_given_up, .. } = self;
         let time = self.means.get("time_us").copied().flatten();
-        vec![
+        let mut row = vec![
             self.strategy.clone(),
             self.mazes.len().to_string(),
             format!("{goal_reached}/{reachable}"),
@@ -84,6 +88,10 @@ impl CandidateReport {
             self.shortest_path_found.to_string(),
             self.proven.to_string(),
             time.map_or("-".into(), |time| format!("{time:.1}")),
-        ]
+        ];
+        if let Some(fastest) = self.fastest_run_found {
+            row.insert(row.len() - 1, fastest.to_string());
+        }
+        row
     }
 }

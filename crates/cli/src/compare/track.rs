@@ -1,10 +1,10 @@
 //! The course of a search by a mouse in another process: its poses and the walls that it knows.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose, Unknown, WallState, Walls};
 use mmsim_recording::{Course, Phases, RunPhase, Transition};
 use mmsim_solvers::{PathBounds, steps_between};
 
-use super::figures::Figures;
+use super::figures::{Figures, SearchOutcome};
 
 /// The maximum number of readings that wait for the next pose. Mice need up to two.
 const MAX_READ_AHEAD: usize = 16;
@@ -20,26 +20,36 @@ pub(crate) struct Track {
     has_new_walls: bool,
     path: Vec<Cell>,
     pose: Option<Pose>,
+    /// The number of movements that a wall blocked.
+    pub(crate) crashes: u32,
     /// The poses of readings that belong to the next pose.
     read_ahead: Vec<Pose>,
     states: u32,
     phases: Phases,
     steps_to_goal: Option<u32>,
     steps_until_proven: Option<u32>,
+    turns_to_goal: u32,
+    touches_to_goal: u32,
     /// The figures at the beginning of the first fast run.
     exploration: Option<Exploration>,
+    /// The cells of the current or latest fast run, until one is complete.
+    route: Vec<Cell>,
+    is_route_complete: bool,
     /// The cells of the first jump.
     jump: Option<[Cell; 2]>,
 }
 
 /// The figures of the search run and the return run.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Exploration {
     steps: u32,
     turns: u32,
     path_found: Option<u16>,
     /// The number of entered cells.
     cells: usize,
+    known_walls: Walls,
+    last_cell: Cell,
+    touches: u32,
 }
 
 impl Track {
@@ -51,12 +61,17 @@ impl Track {
             has_new_walls: true,
             path: Vec::new(),
             pose: None,
+            crashes: 0,
             read_ahead: Vec::new(),
             states: 0,
             phases: Phases::default(),
             steps_to_goal: None,
             steps_until_proven: None,
+            turns_to_goal: 0,
+            touches_to_goal: 0,
             exploration: None,
+            route: Vec::new(),
+            is_route_complete: false,
             jump: None,
         }
     }
@@ -141,8 +156,9 @@ impl Track {
         if fast_runs == 0 && self.phases.fast_runs == 1 {
             // The turns in the start cell belong to the fast run.
             let before_leaving = self.phases.total.turns - u64::from(self.phases.fast_run.turns);
-            self.exploration = Some(self.exploration_at(total.steps, before_leaving));
+            self.exploration = Some(self.exploration_at(total.steps, before_leaving, before.cell));
         }
+        self.note_route(before.cell, pose.cell, fast_runs);
         if before.cell != pose.cell {
             self.path.push(pose.cell);
         }
@@ -162,7 +178,33 @@ impl Track {
         let is_reached = self.phases.phase != RunPhase::Search && self.jump.is_none();
         if is_reached && self.steps_to_goal.is_none() {
             self.steps_to_goal = Some(saturate(self.phases.total.steps));
+            self.turns_to_goal = saturate(self.phases.total.turns);
+            self.touches_to_goal = self.touches();
         }
+    }
+
+    /// Notes the cells of the fast run. `fast_runs` is the number of fast runs before this movement.
+    fn note_route(&mut self, from: Cell, to: Cell, fast_runs: u32) {
+        if self.is_route_complete {
+            return;
+        }
+        let Phases { phase, fast_runs: now, .. } = self.phases;
+        let has_begun = now > fast_runs;
+        if has_begun {
+            self.route = vec![from];
+        }
+        let is_complete = phase == RunPhase::AtGoal && !self.route.is_empty();
+        if has_begun || phase == RunPhase::Fast || is_complete {
+            self.route.extend(cells_between(self.maze.walls(), from, to));
+            self.is_route_complete = is_complete;
+        } else {
+            // The mouse was put back at the start.
+            self.route.clear();
+        }
+    }
+
+    const fn touches(&self) -> u32 {
+        self.phases.restarts.saturating_add(self.crashes)
     }
 
     /// Notes whether the known walls prove that the shortest known path is shortest.
@@ -174,12 +216,15 @@ impl Track {
         }
     }
 
-    fn exploration_at(&self, steps: u64, turns: u64) -> Exploration {
+    fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> Exploration {
         Exploration {
             steps: saturate(steps),
             turns: saturate(turns),
             path_found: PathBounds::new(&self.known).pessimistic,
             cells: self.path.len(),
+            known_walls: self.known.walls(Unknown::Closed).clone(),
+            last_cell,
+            touches: self.touches(),
         }
     }
 
@@ -191,10 +236,12 @@ impl Track {
         }
         self.examine_path();
         let total = self.phases.total;
-        let whole = || self.exploration_at(total.steps, total.turns);
-        let Exploration { steps, turns, path_found, cells } =
-            self.exploration.unwrap_or_else(whole);
         let (start, goals) = (self.maze.start().cell, self.maze.goals());
+        let last_cell = self.pose.map_or(start, |pose| pose.cell);
+        let whole = || self.exploration_at(total.steps, total.turns, last_cell);
+        let Exploration { steps, turns, path_found, cells, known_walls, last_cell, touches } =
+            self.exploration.clone().unwrap_or_else(whole);
+        let route = if self.is_route_complete { self.route.clone() } else { Vec::new() };
         Figures {
             goal_reached: self.is_goal_reached(),
             steps_to_goal: self.steps_to_goal,
@@ -206,9 +253,34 @@ impl Track {
             fast_run_steps: self.phases.best_run.map(|run| run.steps),
             is_complete: self.exploration.is_some(),
             path: self.path[..cells.min(self.path.len())].to_vec(),
+            outcome: SearchOutcome {
+                known_walls: Some(known_walls),
+                last_cell: Some(last_cell),
+                route,
+                turns_to_goal: self.turns_to_goal,
+                touches,
+                touches_to_goal: self.touches_to_goal,
+            },
             ..Figures::default()
         }
     }
+}
+
+/// Returns the cells that a mouse enters when it drives from one cell to another, in a straight line
+/// or to a diagonal neighbour.
+fn cells_between(walls: &Walls, from: Cell, to: Cell) -> Vec<Cell> {
+    let distance = |cell: Cell| u16::from(cell.x.abs_diff(to.x)) + u16::from(cell.y.abs_diff(to.y));
+    let nearer =
+        |at: Cell| walls.open_neighbours(at).filter(move |&next| distance(next) < distance(at));
+    let (mut cells, mut at) = (Vec::new(), from);
+    while at != to {
+        // Beside a wall, a mouse can get to a diagonal neighbour only past the other cell.
+        let mut open = nearer(at).filter(|&next| next == to || nearer(next).next().is_some());
+        let Some(next) = open.next() else { break };
+        cells.push(next);
+        at = next;
+    }
+    cells
 }
 
 fn saturate(count: u64) -> u32 {
@@ -267,6 +339,7 @@ mod tests {
                 assert_eq!(figures.path_found, expected.path_found, "{name}");
                 assert_eq!(figures.fast_run_steps, expected.fast_run_steps, "{name}");
                 assert_eq!(figures.path, expected.path, "{name}");
+                assert_eq!(figures.outcome, expected.outcome, "{name}");
             }
         }
     }
@@ -325,6 +398,49 @@ mod tests {
         }
         let figures = track.figures();
         assert_eq!((figures.steps_to_goal, figures.turns, track.states()), (Some(3), 2, 5));
+        let SearchOutcome { touches, touches_to_goal, last_cell, .. } = figures.outcome;
+        assert_eq!((touches, touches_to_goal, last_cell), (1, 1, Some(Cell::new(2, 0))));
         assert_eq!(figures.path_found, Some(2), "the mouse has passed both sides");
+    }
+
+    #[test]
+    fn the_route_is_that_of_the_first_complete_fast_run() {
+        let maze = "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";
+        let maze: Maze = maze.parse().unwrap();
+        let (north, east, west) = (Heading::North, Heading::East, Heading::West);
+        let around = [(0, 0, north), (0, 1, north), (2, 1, east), (2, 0, Heading::South)];
+        let back = [(1, 0, west), (0, 0, west)];
+        let mut track = Track::new(&maze);
+        let mut drive = |poses: &[(u8, u8, Heading)], is_restart: bool| {
+            for &(x, y, heading) in poses {
+                track.add(pose(x, y, heading), is_restart);
+            }
+            let cells = track.figures().outcome.route;
+            cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>()
+        };
+        assert_eq!(drive(&around, false), []);
+        assert_eq!(drive(&back, false), []);
+        // The first fast run ends early.
+        assert_eq!(drive(&[(1, 0, east)], false), []);
+        assert_eq!(drive(&[(0, 0, north)], true), []);
+        // The mouse reports only some of the cells of a straight.
+        let expected = [(0, 0), (0, 1), (1, 1), (2, 1), (2, 0)];
+        assert_eq!(drive(&around[1..], false), expected);
+        drive(&back, false);
+        assert_eq!(drive(&[(1, 0, east), (2, 0, east)], false), expected, "the first one");
+        let outcome = track.figures().outcome;
+        assert_eq!((outcome.last_cell, outcome.touches), (Some(Cell::new(0, 0)), 0));
+    }
+
+    #[test]
+    fn the_cells_between_two_poses_are_connected() {
+        let maze = "o---o---o\n|       |\no   o---o\n| S | G |\no---o---o\n";
+        let maze: Maze = maze.parse().unwrap();
+        let cell = |(x, y)| Cell::new(x, y);
+        let between = |from, to| cells_between(maze.walls(), cell(from), cell(to));
+        assert_eq!(between((0, 0), (1, 1)), [cell((0, 1)), cell((1, 1))]);
+        assert_eq!(between((1, 1), (0, 0)), [cell((0, 1)), cell((0, 0))]);
+        assert_eq!(between((0, 0), (0, 0)), []);
+        assert_eq!(between((0, 0), (1, 0)), [], "there is a wall");
     }
 }

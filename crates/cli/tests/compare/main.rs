@@ -5,6 +5,7 @@ mod harness;
 
 mod own_mice;
 mod report;
+mod times;
 
 use std::collections::BTreeMap;
 use std::fs;

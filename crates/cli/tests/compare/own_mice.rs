@@ -1,7 +1,6 @@
 //! The user's own mice, compared with the bundled strategies.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -9,22 +8,9 @@ use mmsim_tests::{output, wait_for_exit};
 use serde_json::{Value, json};
 
 use crate::harness::Home;
+use crate::harness::mice::{script, works};
 
 const MAZE: &str = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n";
-
-/// Returns true if a program works. If it does not, prints a message, or panics if
-/// `MMSIM_CLIENTS=required` is set.
-fn works(program: &str, arguments: &[&str]) -> bool {
-    let mut command = Command::new(program);
-    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let works = command.spawn().is_ok_and(|mut child| wait_for_exit(&mut child).success());
-    if !works {
-        let wanted = std::env::var("MMSIM_CLIENTS");
-        assert_ne!(wanted.as_deref(), Ok("required"), "{program} {arguments:?} does not work");
-        let _ = writeln!(std::io::stderr(), "skipped, {program} {arguments:?} does not work");
-    }
-    works
-}
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -41,12 +27,6 @@ fn cpp_mouse(home: &Home) -> Option<PathBuf> {
     let ended = output(command.current_dir(env!("CARGO_MANIFEST_DIR")));
     assert!(ended.status.success(), "{ended:?}");
     Some(mouse)
-}
-
-/// Returns the option value for a mouse whose program is a Python script with this text.
-fn script(home: &Home, name: &str, text: &str) -> String {
-    let path = home.write(&format!("{name}.py"), text);
-    format!("{name}=python3 '{}'", path.display())
 }
 
 fn search<'r>(reports: &'r Value, mouse: &str, maze: usize) -> &'r Value {
@@ -317,7 +297,7 @@ fn wrong_mice_are_usage_errors() {
         (&["--mouse", "mine='a"], "expected a closing quotation mark"),
         (&["--mouse", "a=b", "--mouse", "a=c"], "two mice are called \"a\""),
         (&["--mouse", "swing=b"], "two mice are called \"swing\""),
-        (&["--strategies", "none"], "nothing to compare"),
+        (&["--strategies", "none"], "no mice: --strategies none"),
         (&["--time-limit", "0"], "--time-limit"),
         (&["--max-states", "0"], "--max-states"),
     ] {

@@ -1,6 +1,7 @@
 //! Helpers for tests that run the `mmsim` command.
 #![allow(dead_code, unreachable_pub, missing_docs)] // each test file uses its part
 
+pub mod mice;
 pub mod noise;
 
 use std::io::{BufRead, BufReader, Read};
