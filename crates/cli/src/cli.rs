@@ -10,6 +10,7 @@ use mmsim_maze::Escaped;
 
 use crate::args::VerbosityArgs;
 use crate::compare::args::CompareArgs;
+use crate::contest::args::ContestArgs;
 use crate::demo::args::DemoArgs;
 use crate::export::args::ExportArgs;
 use crate::fast_run::args::FastRunArgs;
@@ -48,6 +49,7 @@ Examples:
   mmsim export run.mcap -o run.html    save a recorded search as a web page
   mmsim compare mazes/                 compare mice in many mazes
   mmsim fast-run harbour               time the fastest run through a maze
+  mmsim contest mazes/                 let mice compete under the rules of a contest
   mmsim trial mazes/                   let a robot explore each maze and race in it
   mmsim run --open -- ./my-mouse       run and watch your own mouse
   mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
@@ -74,6 +76,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Find the fastest run through a maze, in seconds
     FastRun(FastRunArgs),
+    /// Let strategies and your own mice compete under the rules of a contest
+    Contest(ContestArgs),
     /// Run robots in the two-run trial: explore a maze, then race
     Trial(TrialArgs),
     /// List, show, check, convert, fetch and generate mazes

@@ -7,6 +7,7 @@ mod args;
 mod cli;
 mod compare;
 mod connection;
+mod contest;
 mod demo;
 mod embedded;
 mod export;
@@ -71,6 +72,7 @@ fn main() -> ExitCode {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::FastRun(args)) => fast_run::run(&args),
+        Some(Command::Contest(args)) => contest::run(&args),
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
         Some(Command::Run(args)) => run::run(&args).map(|code| exit(code)),

@@ -1,0 +1,95 @@
+//! Arguments of `mmsim contest`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use mmsim_fastrun::Vehicle;
+
+use super::rules::{RuleSet, Rules};
+use crate::args::{one_of, parse_seconds};
+use crate::compare::SearchLimits;
+use crate::compare::args::CandidateArgs;
+use crate::compare::search_speed::SearchSpeed;
+use crate::vehicle::{VEHICLE_HELP, parse_vehicle};
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim contest harbour                            let all strategies compete in a bundled maze
+  mmsim contest mazes/ --rules apec                compete in each maze of a folder, add up scores
+  mmsim contest harbour --mouse mine=./my-mouse    let your own mouse compete with the strategies
+  mmsim contest harbour --vehicle ares --search-speed 0.2,0.1
+  mmsim contest harbour --json                     print all runs as JSON
+
+Each mouse searches the maze, returns to the start, and then runs as often as the rules and the time
+allow. Steps and turns of the search are timed by --search-speed, fast runs by --vehicle. A mouse that
+does not return to the start by itself, is reset or runs into a wall counts as touched.
+docs/contest.md describes the model.
+
+The exit code is 0 if all mazes could be read, whatever the scores.";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct ContestArgs {
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
+    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
+    pub(crate) mazes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) candidates: CandidateArgs,
+    /// Rules for the score
+    #[arg(
+        long,
+        value_name = "RULES",
+        default_value = RuleSet::BestRun.name(),
+        value_parser = one_of(RuleSet::ALL, RuleSet::value)
+    )]
+    pub(crate) rules: RuleSet,
+    /// Limit the contest of each mouse to S seconds of simulated time, including its search
+    /// [default: by the rules]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    time_limit: Option<Duration>,
+    /// Limit the number of runs, including the search run [default: by the rules]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_runs: Option<u32>,
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        default_value = "expert",
+        value_parser = parse_vehicle,
+        help = VEHICLE_HELP
+    )]
+    pub(crate) vehicle: Vehicle,
+    /// Seconds per cell and per quarter turn while a mouse searches or returns
+    #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT)]
+    pub(crate) search_speed: SearchSpeed,
+    /// Stop the program of a mouse of your own after S seconds in a maze
+    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    timeout: Duration,
+    /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
+    /// each turn
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
+    max_states: u32,
+    /// Run N searches at a time [default: the number of processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl ContestArgs {
+    /// Returns the rules with the given limits.
+    pub(crate) fn rules(&self) -> Rules {
+        let rules = self.rules.rules();
+        Rules {
+            time_limit: self.time_limit.map_or(rules.time_limit, |limit| limit.as_secs_f64()),
+            max_runs: self.max_runs.or(rules.max_runs),
+            ..rules
+        }
+    }
+
+    /// Returns the limits of the user's mice.
+    pub(crate) const fn limits(&self) -> SearchLimits {
+        SearchLimits { time: self.timeout, states: self.max_states }
+    }
+}

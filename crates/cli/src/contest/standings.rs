@@ -1,0 +1,151 @@
+//! The ranks of the mice, in each maze and in total.
+
+use serde::Serialize;
+
+use super::attempt::Attempt;
+use crate::compare::times::tenth_of_ms;
+use crate::selection::Selected;
+
+/// The result of one maze, best mice first. The field names are JSON keys.
+#[derive(Debug, Serialize)]
+pub(super) struct MazeResult {
+    path: String,
+    pub(super) name: String,
+    width: u8,
+    height: u8,
+    pub(super) entries: Vec<Entry>,
+}
+
+/// The attempt of a mouse and its rank. The field names are JSON keys.
+#[derive(Debug, Serialize)]
+pub(super) struct Entry {
+    /// The number of mice with a better score, plus one. `None` without a score.
+    pub(super) rank: Option<usize>,
+    pub(super) mouse: String,
+    #[serde(flatten)]
+    pub(super) attempt: Attempt,
+}
+
+/// The total of a mouse over all mazes. The field names are JSON keys.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Standing {
+    pub(super) rank: usize,
+    pub(super) mouse: String,
+    /// The number of mazes in which the mouse has a score.
+    pub(super) scored: usize,
+    /// The number of mazes in which no mouse has a better score.
+    pub(super) wins: usize,
+    /// The sum of the scores in s.
+    pub(super) total_score_s: f64,
+}
+
+impl MazeResult {
+    /// Ranks the attempts of all mice in a maze.
+    pub(super) fn new(selected: &Selected, name: &str, attempts: Vec<(String, Attempt)>) -> Self {
+        let scores: Vec<f64> = attempts.iter().filter_map(|(_, attempt)| attempt.score_s).collect();
+        let rank = |score: f64| 1 + scores.iter().filter(|&&other| other < score).count();
+        let entry = |(mouse, attempt): (String, Attempt)| Entry {
+            rank: attempt.score_s.map(rank),
+            mouse,
+            attempt,
+        };
+        let mut entries: Vec<Entry> = attempts.into_iter().map(entry).collect();
+        // Mice without a score come last, in the given order.
+        entries.sort_by_key(|entry| entry.rank.unwrap_or(usize::MAX));
+        let size = selected.maze.size();
+        Self {
+            path: selected.path.display().to_string(),
+            name: name.into(),
+            width: size.width(),
+            height: size.height(),
+            entries,
+        }
+    }
+
+    /// Returns the attempt of a mouse.
+    pub(super) fn entry(&self, mouse: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.mouse == mouse)
+    }
+}
+
+impl Standing {
+    /// Returns the totals, best mice first. A mouse with a score in more mazes is better; among mice
+    /// with as many, the one with the lower total.
+    pub(super) fn all<'m>(
+        mice: impl Iterator<Item = &'m str>,
+        results: &[MazeResult],
+    ) -> Vec<Self> {
+        let total = |mouse: &str| {
+            let entries = || results.iter().filter_map(|result| result.entry(mouse));
+            let scores = entries().filter_map(|entry| entry.attempt.score_s);
+            Self {
+                rank: 0,
+                mouse: mouse.into(),
+                scored: scores.clone().count(),
+                wins: entries().filter(|entry| entry.rank == Some(1)).count(),
+                total_score_s: tenth_of_ms(scores.sum()),
+            }
+        };
+        let mut standings: Vec<Self> = mice.map(total).collect();
+        let is_better = |a: &Self, b: &Self| {
+            b.scored.cmp(&a.scored).then(a.total_score_s.total_cmp(&b.total_score_s))
+        };
+        standings.sort_by(is_better);
+        let sorted = standings.clone();
+        for standing in &mut standings {
+            let better = sorted.iter().filter(|other| is_better(other, standing).is_lt());
+            standing.rank = 1 + better.count();
+        }
+        standings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    fn result(scores: &[(&str, Option<f64>)]) -> MazeResult {
+        let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let selected = Selected { path: PathBuf::from("a.txt"), name: "a".into(), maze };
+        let attempt = |&(mouse, score_s): &(&str, Option<f64>)| {
+            let (error, runs) = (None, Vec::new());
+            let attempt = Attempt { score_s, search_time_s: 1.0, touched: false, error, runs };
+            (mouse.to_string(), attempt)
+        };
+        MazeResult::new(&selected, "a", scores.iter().map(attempt).collect())
+    }
+
+    #[test]
+    fn equal_scores_share_a_rank() {
+        let result = result(&[
+            ("a", None),
+            ("b", Some(9.0)),
+            ("c", Some(8.0)),
+            ("d", Some(9.0)),
+            ("e", Some(10.0)),
+        ]);
+        let ranks: Vec<_> =
+            result.entries.iter().map(|entry| (&*entry.mouse, entry.rank)).collect();
+        let expected =
+            [("c", Some(1)), ("b", Some(2)), ("d", Some(2)), ("e", Some(4)), ("a", None)];
+        assert_eq!(ranks, expected);
+    }
+
+    #[test]
+    fn more_scores_rank_before_a_lower_total() {
+        let results = [
+            result(&[("a", Some(3.0)), ("b", Some(9.0)), ("c", Some(4.0)), ("d", None)]),
+            result(&[("a", None), ("b", Some(9.0)), ("c", Some(14.0)), ("d", None)]),
+        ];
+        let standings = Standing::all(["a", "b", "c", "d"].into_iter(), &results);
+        let found: Vec<_> = standings
+            .iter()
+            .map(|one| (one.rank, &*one.mouse, one.scored, one.wins, one.total_score_s))
+            .collect();
+        let expected =
+            [(1, "b", 2, 1, 18.0), (1, "c", 2, 0, 18.0), (3, "a", 1, 1, 3.0), (4, "d", 0, 0, 0.0)];
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,281 @@
+//! `mmsim contest`: mice compete under the rules of a contest.
+
+mod harness;
+
+use std::fs;
+use std::path::Path;
+
+use harness::Home;
+use harness::mice::{commands, script, works};
+use serde_json::{Value, json};
+
+const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
+
+/// The goal is two cells east of the start. Another path leads around a wall.
+const LOOP: &str = "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";
+const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
+
+/// Returns the words of each line that has any.
+fn words(text: &str) -> Vec<Vec<&str>> {
+    let lines = text.lines().map(|line| line.split_whitespace().collect());
+    lines.filter(|words: &Vec<_>| !words.is_empty()).collect()
+}
+
+#[test]
+fn the_tables_are_those_of_the_documentation() {
+    let home = Home::new();
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/contest.md");
+    let page = fs::read_to_string(page).unwrap();
+    let shown = words(&page);
+    for arguments in [&["harbour", "--rules", "apec"][..], &["--rules", "uk"]] {
+        let arguments = [&["contest", "--strategies", STRATEGIES], arguments].concat();
+        let ended = home.run(&arguments);
+        assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+        for line in words(&ended.stdout) {
+            assert!(shown.contains(&line), "{line:?} is missing in docs/contest.md");
+        }
+    }
+}
+
+fn entry<'r>(contest: &'r Value, maze: usize, mouse: &str) -> &'r Value {
+    let mut entries = contest["mazes"][maze]["entries"].as_array().unwrap().iter();
+    entries.find(|entry| entry["mouse"] == mouse).expect("the mouse")
+}
+
+fn assert_close(found: &Value, expected: f64) {
+    let number = found.as_f64().unwrap_or_else(|| panic!("{found} instead of {expected}"));
+    assert!((number - expected).abs() < 2e-4, "{number} instead of {expected}");
+}
+
+/// Returns the times of the run to the east, from rest to rest and from gate to gate: 450 mm with
+/// 17 m/s² and 2.5 m/s. The gates are 135 mm from the ends.
+fn straight() -> (f64, f64) {
+    let rest_to_rest = 5.0 / 17.0 + (0.45 - 6.25 / 17.0) / 2.5;
+    (rest_to_rest, rest_to_rest - 2.0 * (2.0 * 0.135_f64 / 17.0).sqrt())
+}
+
+#[test]
+fn json_has_every_run_of_every_mouse() {
+    let home = Home::new();
+    home.write("a.txt", LOOP);
+    let arguments = ["contest", "a.txt", "--rules", "apec", "--search-speed", "1,0.5", "--json"];
+    let mice = ["--strategies", "flood-fill,shortest-path-search"];
+    let contest = home.run(&[&arguments[..], &mice].concat()).json();
+    let (rest_to_rest, gate_to_gate) = straight();
+    for (key, value) in [
+        ("rules", json!("apec")),
+        ("time_limit_s", json!(420.0)),
+        ("max_runs", json!(5)),
+        ("touch_penalty_s", json!(2.0)),
+        ("vehicle", json!("expert")),
+        ("search_speed", json!({"cell_s": 1.0, "turn_s": 0.5})),
+        ("skipped", json!([])),
+    ] {
+        assert_eq!(contest[key], value);
+    }
+    assert_close(&contest["search_share"], 1.0 / 30.0);
+    let flood = entry(&contest, 0, "flood-fill");
+    let search_run = flood["runs"][0]["time_s"].as_f64().unwrap();
+    assert_eq!((&flood["runs"][0]["kind"], &flood["touched"]), (&json!("search"), &json!(true)));
+    assert_close(&flood["runs"][0]["score_s"], search_run);
+    let begins = search_run + 2.0 + 4.0 * 0.5;
+    assert_close(&flood["search_time_s"], begins);
+    let mut start = begins;
+    for run in 1..5 {
+        let found = &flood["runs"][run];
+        assert_eq!((&found["kind"], &found["touched"]), (&json!("fast"), &json!(true)));
+        assert_close(&found["start_s"], start);
+        assert_close(&found["time_s"], gate_to_gate);
+        assert_close(&found["rest_to_rest_s"], rest_to_rest);
+        assert_close(&found["score_s"], gate_to_gate + start / 30.0 + 2.0);
+        start += rest_to_rest + 2.0 + 4.0 * 0.5;
+    }
+    assert_eq!(flood["runs"].as_array().unwrap().len(), 5);
+    let best = entry(&contest, 0, "shortest-path-search");
+    assert_eq!(
+        (&best["touched"], &best["rank"], &flood["rank"]),
+        (&json!(false), &json!(1), &json!(2))
+    );
+    assert_close(&best["score_s"], gate_to_gate + best["search_time_s"].as_f64().unwrap() / 30.0);
+    let standings = contest["standings"].as_array().unwrap();
+    assert_eq!(standings[0]["mouse"], "shortest-path-search");
+    assert_eq!((&standings[0]["scored"], &standings[0]["wins"]), (&json!(1), &json!(1)));
+    assert_eq!(standings[1]["total_score_s"], flood["score_s"]);
+}
+
+#[test]
+fn scores_of_several_mazes_are_added() {
+    let home = Home::new();
+    home.write("mazes/a.txt", LOOP);
+    home.write("mazes/b.txt", "o---o---o\n| S   G |\no---o---o\n");
+    home.write("mazes/closed.txt", CLOSED);
+    home.write("mazes/rubbish.txt", "rubbish");
+    let arguments = ["contest", "mazes", "--strategies", "swing,left-wall"];
+    let ended = home.run(&arguments);
+    assert_eq!(ended.code, Some(1), "a maze cannot be read");
+    assert!(ended.stderr.contains("rubbish.txt"), "{}", ended.stderr);
+    assert!(ended.stdout.contains("\nSkipped 1 maze with an unreachable goal: closed\n"));
+    let contest = home.run(&[&arguments[..], &["--json"]].concat()).json();
+    assert_eq!(
+        (contest["mazes"].as_array().unwrap().len(), &contest["skipped"]),
+        (2, &json!(["closed"]))
+    );
+    for standing in contest["standings"].as_array().unwrap() {
+        let mouse = standing["mouse"].as_str().unwrap();
+        let scores = [0, 1].map(|maze| entry(&contest, maze, mouse)["score_s"].as_f64().unwrap());
+        assert_close(&standing["total_score_s"], scores[0] + scores[1]);
+        assert_eq!(standing["scored"], 2);
+    }
+    let ended = home.run(&["contest", "mazes/closed.txt"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    assert!(ended.stdout.ends_with("\nSkipped 1 maze with an unreachable goal: closed\n"));
+    let ended = home.run(&["contest", "mazes/rubbish.txt"]);
+    assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""));
+}
+
+#[test]
+fn a_slow_search_leaves_time_for_fewer_runs() {
+    let home = Home::new();
+    home.write("a.txt", LOOP);
+    let runs = |options: &[&str]| {
+        let arguments = ["contest", "a.txt", "--strategies", "shortest-path-search", "--json"];
+        let contest = home.run(&[&arguments[..], options].concat()).json();
+        let found = entry(&contest, 0, "shortest-path-search").clone();
+        (found["runs"].as_array().unwrap().len(), found["error"].clone(), found)
+    };
+    let (count, error, found) = runs(&["--search-speed", "1,0"]);
+    assert_eq!((count, error), (5, Value::Null));
+    let back = found["search_time_s"].as_f64().unwrap();
+    // One run takes 0.33 s, and the mouse needs 2 s to return.
+    let limit = |seconds: f64| seconds.to_string();
+    let (count, ..) = runs(&["--search-speed", "1,0", "--time-limit", &limit(back + 3.0)]);
+    assert_eq!(count, 3);
+    let (count, error, found) =
+        runs(&["--search-speed", "1,0", "--time-limit", &limit(back + 0.1)]);
+    assert_eq!((count, &found["score_s"]), (1, &found["runs"][0]["time_s"]));
+    assert!(
+        error.as_str().unwrap().starts_with("no time for a fast run: back at the start after ")
+    );
+    let (count, error, found) = runs(&["--search-speed", "1,0", "--time-limit", "1"]);
+    assert_eq!((count, &found["score_s"], &found["rank"]), (0, &Value::Null, &Value::Null));
+    assert!(error.as_str().unwrap().ends_with(" the time limit is 1 s"), "{error}");
+    assert_eq!(runs(&["--max-runs", "2"]).0, 2);
+}
+
+const AROUND: &str = "moveForward turnRight moveForward moveForward turnRight moveForward ";
+const BACK: &str = "turnRight moveForward moveForward turnRight ";
+
+#[test]
+fn touches_are_resets_crashes_and_mice_that_do_not_return() {
+    let home = Home::new();
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    home.write("a.txt", LOOP);
+    let mice = [
+        commands(&home, "returns", &[AROUND, BACK].concat()),
+        commands(&home, "stops", AROUND),
+        commands(&home, "crashes", &["turnLeft moveForward turnRight ", AROUND, BACK].concat()),
+        commands(&home, "resets", &[AROUND, "ackReset ", AROUND].concat()),
+        commands(&home, "begins-again", &["moveForward ackReset ", AROUND, BACK].concat()),
+    ];
+    let mut arguments = vec!["contest", "a.txt", "--strategies", "none", "--rules", "uk"];
+    arguments.extend(["--search-speed", "1,0", "--timeout", "60", "--json"]);
+    arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
+    let contest = home.run(&arguments).json();
+    for (mouse, is_touched, is_touched_early, search_run, search) in [
+        ("returns", false, false, 4.0, 6.0),
+        // Being carried back takes as long as driving back on the known path.
+        ("stops", true, false, 4.0, 8.0),
+        ("crashes", true, true, 4.0, 6.0),
+        // A reset takes no time.
+        ("resets", true, false, 4.0, 4.0),
+        ("begins-again", true, true, 5.0, 7.0),
+    ] {
+        let found = entry(&contest, 0, mouse);
+        let [first, second] = [&found["runs"][0], &found["runs"][1]];
+        assert_eq!(found["touched"], is_touched, "{mouse}");
+        assert_eq!(
+            (&first["touched"], &second["touched"]),
+            (&json!(is_touched_early), &json!(is_touched))
+        );
+        assert_close(&first["time_s"], search_run);
+        assert_close(&second["start_s"], search);
+        let penalty = if is_touched { 3.0 } else { 0.0 };
+        let time = second["time_s"].as_f64().unwrap();
+        assert_close(&second["score_s"], time + search / 30.0 + penalty);
+    }
+    let (_, gate_to_gate) = straight();
+    assert_close(&entry(&contest, 0, "returns")["runs"][1]["time_s"], gate_to_gate);
+    // The first one knows only this path, the second one chooses it for its own fast run.
+    for mouse in ["stops", "resets"] {
+        let around = entry(&contest, 0, mouse)["runs"][1]["time_s"].as_f64().unwrap();
+        assert!(around > 1.5 * gate_to_gate, "{mouse}: {around}");
+    }
+}
+
+#[test]
+fn failures_are_named_and_stop_nothing() {
+    let home = Home::new();
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    home.write("a.txt", LOOP);
+    let late = format!(
+        "{}raise SystemExit('too happy')\n",
+        "for command in 'moveForward turnRight moveForward moveForward turnRight moveForward'.split():\n    print(command, flush=True)\n    input()\n"
+    );
+    let mice = [
+        script(&home, "fails", "import sys\nsys.exit('a bad day')"),
+        script(&home, "late", &late),
+        commands(&home, "lost", "moveForward"),
+        "missing=no-such-mouse".into(),
+    ];
+    let mut arguments = vec!["contest", "a.txt", "--strategies", "swing", "--timeout", "60"];
+    arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
+    let ended = home.run(&arguments);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    for line in [
+        "\nfails made no fast run in 1 maze:\n  1 maze a: exited with code 1: a bad day\n",
+        "\nlate made no fast run in 1 maze:\n  1 maze a: after reaching the goal: exited with code 1: too happy\n",
+        "\nlost made no fast run in 1 maze:\n  1 maze a: exited without reaching the goal\n",
+        "\nmissing made no fast run in 1 maze:\n  1 maze a: cannot start the mouse no-such-mouse: ",
+    ] {
+        assert!(ended.stdout.contains(line), "{line}: {}", ended.stdout);
+    }
+    assert!(!ended.stdout.contains("swing made no"), "{}", ended.stdout);
+    let contest = home.run(&[&arguments[..], &["--json"]].concat()).json();
+    let entries = contest["mazes"][0]["entries"].as_array().unwrap();
+    let order: Vec<_> = entries.iter().map(|entry| (&entry["mouse"], &entry["rank"])).collect();
+    let expected = [
+        (json!("swing"), json!(1)),
+        // The search run of this mouse counts.
+        (json!("late"), json!(2)),
+        (json!("fails"), json!(null)),
+        (json!("lost"), json!(null)),
+        (json!("missing"), json!(null)),
+    ];
+    assert!(
+        order.into_iter().eq(expected.iter().map(|(mouse, rank)| (mouse, rank))),
+        "{entries:?}"
+    );
+    assert_eq!(entry(&contest, 0, "late")["runs"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn usage_errors_set_exit_code_2() {
+    let home = Home::new();
+    for (arguments, error) in [
+        (&["--rules", "all-japan"][..], "[possible values: best-run, apec, uk]"),
+        (&["--time-limit", "0"], "expected a number of seconds greater than 0"),
+        (&["--max-runs", "0"], "--max-runs"),
+        (&["--search-speed", "fast"], "expected seconds per cell and"),
+        (&["--vehicle", "exprt"], "did you mean expert?"),
+        (&["--strategies", "none"], "no mice: --strategies none requires --mouse"),
+        (&["--mouse", "swing=b"], "two mice are called \"swing\""),
+    ] {
+        let ended = home.run(&[&["contest"], arguments].concat());
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");
+        assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
+    }
+}
