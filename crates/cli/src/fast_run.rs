@@ -3,6 +3,7 @@
 pub(crate) mod args;
 mod c_array;
 mod driven;
+mod picture;
 mod report;
 mod samples;
 mod table;
@@ -44,10 +45,18 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
             }
         }
     }
+    if let Some(picture) = &args.picture.output {
+        if mazes.is_empty() {
+            return Ok(false);
+        }
+        args.picture.check(mazes.len(), vehicles.len() * routes.len())?;
+        check_folder(&picture.path)?;
+    }
     let attempts = attempt_all(&mazes, &vehicles, &routes);
     if let (Some(_), [Attempt { result: Ok(driven), .. }]) = (args.export(), &attempts[..]) {
         export(args, driven)?;
     }
+    args.picture.write(&attempts)?;
     let have_runs = attempts.iter().all(|attempt| attempt.result.is_ok());
     if args.json {
         let reports = attempts.iter().map(|attempt| RunReport::new(attempt, args.explain));

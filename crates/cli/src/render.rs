@@ -22,7 +22,7 @@ use crate::usage::CommandResult;
 type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
 
 /// The default length of the longer side of a picture, in pixels.
-const SIDE_PX: u32 = 640;
+pub(crate) const SIDE_PX: u32 = 640;
 
 pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     let source = args.source.join(" ");

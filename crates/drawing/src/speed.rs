@@ -30,7 +30,7 @@ pub(crate) const fn path_colours(theme: Theme) -> [Rgb; MAX_PATHS] {
         Theme::Light => [
             Rgb(37, 99, 235),
             Rgb(217, 95, 2),
-            Rgb(135, 60, 105),
+            Rgb(110, 35, 85),
             Rgb(75, 150, 175),
             Rgb(10, 15, 140),
             Rgb(20, 12, 30),

@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_fastrun::{Route, Vehicle};
 
+use super::picture::PictureArgs;
 use crate::args::{each_once, one_of};
 use crate::usage::UsageError;
 use crate::vehicle::{VEHICLE_HELP, each_vehicle_once, parse_vehicle};
@@ -16,6 +17,7 @@ Examples:
   mmsim fast-run harbour --explain                list its straights and turns
   mmsim fast-run harbour --vehicle ares --vehicle my-mouse.toml
   mmsim fast-run harbour --route all              compare it with the fewest cells and turns
+  mmsim fast-run harbour --route all -o race.gif  animate the race of the three in real time
   mmsim fast-run mazes/                           time the fastest run through each maze of a folder
   mmsim fast-run harbour --csv run.csv            write pose, speed and acceleration each 1 ms
   mmsim fast-run harbour --c-array run.h          write straights and turns for firmware
@@ -59,8 +61,10 @@ pub(crate) struct FastRunArgs {
     /// Write the straights and turns as an array to a C file; - for stdout
     #[arg(long, value_name = "FILE")]
     pub(crate) c_array: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     /// Print the vehicle as TOML, as a start for a file of your own, and exit
-    #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array"])]
+    #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array", "output"])]
     pub(crate) print_vehicle: bool,
 }
 

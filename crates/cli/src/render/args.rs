@@ -67,18 +67,18 @@ pub(crate) enum PictureFormat {
     Gif,
 }
 
-fn themes() -> impl TypedValueParser<Value = Theme> {
+pub(crate) fn themes() -> impl TypedValueParser<Value = Theme> {
     one_of([Theme::Light, Theme::Dark], |theme| match theme {
         Theme::Light => PossibleValue::new("light").help("Dark on light"),
         Theme::Dark => PossibleValue::new("dark").help("Light on dark"),
     })
 }
 
-fn width_range() -> RangeInclusive<i64> {
+pub(crate) fn width_range() -> RangeInclusive<i64> {
     i64::from(*WIDTH_PX.start())..=i64::from(*WIDTH_PX.end())
 }
 
-fn parse_picture(text: &str) -> Result<Picture, String> {
+pub(crate) fn parse_picture(text: &str) -> Result<Picture, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let format = match &extension[..] {

@@ -342,6 +342,15 @@ mod tests {
     }
 
     #[test]
+    fn the_drawing_of_a_race_is_stable() {
+        let (maze, paths) = (maze(), [path("fastest"), path("fewest-cells")]);
+        let svg = Scene::from_maze(&maze).with_paths(&paths).at_time(0.25).svg();
+        let lines = between(&svg, "<g class=\"driven-paths\">", "<g class=\"walls\">");
+        let ends = between(&svg, "<g class=\"numbers\">", "</svg>");
+        insta::assert_snapshot!("race", [&lines[..], &ends].concat().join("\n"));
+    }
+
+    #[test]
     fn everything_in_a_legend_is_visible() {
         let names = ["fastest", "a long name of a mous"];
         let paths: Vec<_> = names.iter().map(|name| path(name)).collect();

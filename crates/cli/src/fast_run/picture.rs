@@ -1,0 +1,138 @@
+//! Pictures of fast runs.
+
+use std::error::Error;
+
+use clap::Args;
+use mmsim_drawing::{
+    Animation, DrivenPath, MAX_PATHS, PathPoint, PictureError, Scene, Theme, frame_times,
+};
+use mmsim_fastrun::{Moment, Trajectory};
+use mmsim_maze::Maze;
+
+use super::driven::{Attempt, Driven};
+use crate::output::replace;
+use crate::render::SIDE_PX;
+use crate::render::args::{Picture, PictureFormat, parse_picture, themes, width_range};
+use crate::usage::UsageError;
+
+/// The number of points of a drawn curve for each cell, so that they are 2 mm apart in a classic
+/// maze.
+const POINTS_PER_CELL: f64 = 90.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct PictureArgs {
+    /// Draw the runs through one maze: .svg or .png, or .gif to animate them in real time. An
+    /// existing file is replaced
+    #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
+    pub(crate) output: Option<Picture>,
+    /// Colour theme of the picture
+    #[arg(long, default_value = "light", requires = "output", value_parser = themes())]
+    theme: Theme,
+    /// Width of a .png or .gif in pixels [default: chosen so that the longer side is 640 pixels]
+    #[arg(
+        long,
+        value_name = "PX",
+        requires = "output",
+        value_parser = clap::value_parser!(u32).range(width_range())
+    )]
+    width: Option<u32>,
+}
+
+impl PictureArgs {
+    /// Returns an error if the runs do not fit into one picture.
+    pub(crate) fn check(&self, mazes: usize, runs: usize) -> Result<(), UsageError> {
+        let message = match &self.output {
+            Some(_) if mazes != 1 => format!("--output takes one maze, found {mazes}"),
+            Some(_) if runs > MAX_PATHS => {
+                format!("--output takes at most {MAX_PATHS} runs, found {runs}")
+            }
+            _ => return Ok(()),
+        };
+        Err(UsageError::new("fast-run", message))
+    }
+
+    /// Writes a picture of the runs, if one is wanted. Nothing is written if there is no run.
+    pub(crate) fn write(&self, attempts: &[Attempt<'_>]) -> Result<(), Box<dyn Error>> {
+        let runs: Vec<_> = attempts.iter().filter_map(|run| run.result.as_ref().ok()).collect();
+        if let (Some(Picture { path, format }), [first, ..]) = (&self.output, &runs[..]) {
+            replace(path, &self.draw(&first.maze.maze, &runs, *format)?)?;
+        }
+        Ok(())
+    }
+
+    /// Draws runs through a maze.
+    fn draw(
+        &self,
+        maze: &Maze,
+        runs: &[&Driven<'_>],
+        format: PictureFormat,
+    ) -> Result<Vec<u8>, PictureError> {
+        let paths: Vec<DrivenPath> =
+            runs.iter().map(|run| path(&name(run, runs), &run.trajectory)).collect();
+        let scene = Scene::from_maze(maze).with_paths(&paths).with_theme(self.theme);
+        let width_px = self.width.unwrap_or_else(|| scene.width_within(SIDE_PX));
+        match format {
+            PictureFormat::Svg => Ok(scene.svg().into_bytes()),
+            PictureFormat::Png => scene.png(width_px),
+            PictureFormat::Gif => animate(&scene, width_px),
+        }
+    }
+}
+
+/// Animates the mice in real time.
+fn animate(scene: &Scene<'_>, width_px: u32) -> Result<Vec<u8>, PictureError> {
+    let mut animation = Animation::new(width_px);
+    let (times, frame_ms) = frame_times(scene.duration());
+    for time in times {
+        animation.push(&scene.clone().at_time(time), frame_ms)?;
+    }
+    animation.finish()
+}
+
+/// Returns the name of a run: what distinguishes it from the other runs.
+fn name(run: &Driven<'_>, runs: &[&Driven<'_>]) -> String {
+    let (vehicle, route) = (run.vehicle.name(), run.route.name());
+    let has_one_vehicle = runs.iter().all(|other| other.vehicle.name() == vehicle);
+    let has_one_route = runs.iter().all(|other| other.route == run.route);
+    match (has_one_vehicle, has_one_route) {
+        (_, true) => vehicle.into(),
+        (true, false) => route.into(),
+        (false, false) => format!("{vehicle} {route}"),
+    }
+}
+
+/// Returns the curve of a run.
+fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
+    let pitch = 2.0 * trajectory.half_cell();
+    let point = |Moment { time, x, y, heading, speed, .. }: Moment| PathPoint {
+        time,
+        x: x / pitch,
+        y: y / pitch,
+        heading,
+        speed,
+    };
+    let distances = (0_u32..).map(|index| f64::from(index) * pitch / POINTS_PER_CELL);
+    let regular = distances.take_while(|&distance| distance < trajectory.length());
+    let moments = regular.map(|distance| trajectory.at_distance(distance));
+    let last = trajectory.at(trajectory.duration());
+    DrivenPath::new(name, moments.chain([last]).map(point).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_fastrun::{FastRun, Vehicle};
+    use mmsim_maze::Cell;
+
+    use super::*;
+
+    #[test]
+    fn the_path_of_a_run_has_its_duration_and_ends() {
+        let vehicle = Vehicle::expert();
+        for run in ["N 28", "N 2 45inR@1400 2 45outL@1700 2", "E 0"] {
+            let run = FastRun::parse(Cell::new(0, 0), run).unwrap();
+            let trajectory = run.drive(&vehicle).unwrap();
+            let path = path("a", &trajectory);
+            assert!((path.duration() - trajectory.duration()).abs() < 1e-12, "{run}");
+        }
+    }
+}
