@@ -69,7 +69,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         }
     } else if args.explain {
         print(&text::describe_all(&attempts))?;
-    } else {
+    } else if !attempts.is_empty() {
         print(&table::table(&attempts))?;
     }
     Ok(all_readable && have_runs)

@@ -88,13 +88,18 @@ impl RouteChoice {
 
     const fn about(self) -> &'static str {
         match self {
-            Self::Fastest => "the fastest run of all",
-            Self::Along(Route::FewestCells) => {
-                "the fastest run along the route with the fewest cells"
-            }
-            Self::Along(Route::FewestTurns) => {
-                "the fastest run along the route with the fewest turns"
-            }
+            Self::Fastest => "the fastest run of all routes",
+            Self::Along(Route::FewestCells) => "the fastest run through the fewest cells",
+            Self::Along(Route::FewestTurns) => "the fastest run with the fewest quarter turns",
+        }
+    }
+
+    /// Returns the words after "fastest run of VEHICLE", with a space before them.
+    pub(crate) const fn restriction(self) -> &'static str {
+        match self {
+            Self::Fastest => "",
+            Self::Along(Route::FewestCells) => " through the fewest cells",
+            Self::Along(Route::FewestTurns) => " with the fewest quarter turns",
         }
     }
 }

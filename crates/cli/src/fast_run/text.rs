@@ -26,15 +26,15 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
         count => format!("{count}: {}", kinds.join(", ")),
     };
     let mut text = format!(
-        "{}: {} run of {}\n\
+        "{}: fastest run of {}{}\n\
          time      {time:.3} s from rest to rest, {gate_to_gate:.3} s from gate to gate{loss}\n\
          distance  {:.3} m, {cells}\n\
          speed     mean {:.3} m/s, top {:.3} m/s\n\
          turns     {turns}\n\
          run       {run}\n",
         maze.shown_path(),
-        route.name(),
         Escaped(vehicle.name()),
+        route.restriction(),
         length / 1000.0,
         mean / 1000.0,
         driven.top_speed() / 1000.0,

@@ -56,17 +56,27 @@ pub(crate) fn c(home: &Home) -> Option<Command> {
     Some(Command::new(built(home)))
 }
 
-/// Compiles `codec.c`, which tests the codec header, as C or as C++. Returns `None` if there is no
-/// compiler.
-pub(crate) fn with_codec(name: &str, language: [&str; 2], home: &Home) -> Option<Command> {
+/// The compilers that must accept headers, and their language flags.
+pub(crate) const COMPILERS: [(&str, [&str; 2]); 2] =
+    [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
+
+/// Compiles a test of the codec header or of a generated header, as C or as C++. Returns `None` if
+/// there is no compiler.
+pub(crate) fn with_header(
+    name: &str,
+    language: [&str; 2],
+    source: &str,
+    home: &Home,
+) -> Option<Command> {
     let probe = home.write("probe.c", "int main(void) { return 0; }\n");
     if !succeeds(&mut compiler(name, &probe, home)) {
         missing(&format!("no compiler {name}"));
         return None;
     }
     let mut compiler = Command::new(name);
-    compiler.args(FLAGS).args(language).arg("-I").arg(file("examples/c")).arg("-o");
-    compiler.args([built(home), file("crates/cli/tests/examples/codec.c")]);
+    compiler.args(FLAGS).args(language).arg("-I").arg(file("examples/c"));
+    compiler.arg("-I").arg(home.path()).arg("-o");
+    compiler.args([built(home), file("crates/cli/tests/examples").join(source)]);
     assert!(output(&mut compiler).status.success());
     Some(Command::new(built(home)))
 }

@@ -13,10 +13,6 @@ use mmsim_tests::wait_with_output;
 use crate::client;
 use crate::harness::Home;
 
-/// The compilers that must accept the header, and their language flags.
-const COMPILERS: [(&str, [&str; 2]); 2] =
-    [("cc", ["-xc", "-std=c99"]), ("c++", ["-xc++", "-std=c++11"])];
-
 /// The input for `codec.c` and its expected output.
 #[derive(Default)]
 struct Tasks {
@@ -64,9 +60,11 @@ impl Tasks {
 
     /// Asserts that `codec.c` gives the expected output when compiled as C and as C++.
     fn check(self) {
-        for (name, language) in COMPILERS {
+        for (name, language) in client::COMPILERS {
             let home = Home::new();
-            let Some(mut program) = client::with_codec(name, language, &home) else { continue };
+            let Some(mut program) = client::with_header(name, language, "codec.c", &home) else {
+                continue;
+            };
             let input = File::open(home.write("tasks", &self.input)).unwrap();
             let output =
                 wait_with_output(program.stdin(input).stdout(Stdio::piped()).spawn().unwrap());

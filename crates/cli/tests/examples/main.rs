@@ -9,5 +9,6 @@ mod harness;
 
 mod client;
 mod codec;
+mod fast_run;
 mod searches;
 mod simulator;
