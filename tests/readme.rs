@@ -68,6 +68,7 @@ fn links_are_valid() {
         "examples/README.md",
         "crates/client/README.md",
         "crates/drawing/README.md",
+        "crates/fastrun/README.md",
         "crates/formats/README.md",
         "crates/generator/README.md",
         "crates/maze/README.md",
