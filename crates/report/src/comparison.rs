@@ -87,8 +87,18 @@ impl Measure {
     /// Returns the name, followed by the unit unless the name contains it.
     pub fn heading(&self) -> String {
         let Self { name, unit, .. } = self;
-        let has_unit = unit.is_empty() || name.split(' ').any(|word| word == unit);
+        let has_unit = unit.is_empty() || self.is_counted();
         if has_unit { name.clone() } else { format!("{name} ({unit})") }
+    }
+
+    /// Returns true if the name contains the unit: steps are counted, and a time is measured.
+    pub(crate) fn is_counted(&self) -> bool {
+        self.name.split(' ').any(|word| word == self.unit)
+    }
+
+    /// Returns the unit of a difference between two values.
+    pub(crate) fn difference_unit(&self) -> &str {
+        if self.unit == "%" { "percentage points" } else { &self.unit }
     }
 }
 

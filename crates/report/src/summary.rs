@@ -196,7 +196,7 @@ impl MeasureStatistics {
     }
 
     fn sentence(&self, reference: &str, other: &CandidateStatistics) -> String {
-        let Measure { name, unit, verb, .. } = &self.measure;
+        let Measure { name, verb, .. } = &self.measure;
         let (one, two) = (Escaped(reference), Escaped(&other.candidate));
         let Some(difference) = &other.statistics.difference else {
             return match other.statistics.mazes {
@@ -213,8 +213,7 @@ impl MeasureStatistics {
                 "In the {mazes} that both {verb}, {one} and {two} have equal mean {name}."
             );
         }
-        // Steps are counted, and a score is measured.
-        let is_counted = !unit.is_empty() && name.contains(unit.as_str());
+        let is_counted = self.measure.is_counted();
         let (less, more) = if is_counted { ("fewer", "more") } else { ("lower", "higher") };
         let is_less = difference.mean > 0.0;
         let direction = if is_less { less } else { more };
@@ -223,7 +222,7 @@ impl MeasureStatistics {
         let fact = if is_counted {
             format!("{one} needs {mean} {direction} {name} than {two}")
         } else {
-            let amount = [&mean, unit.as_str()].join(" ");
+            let amount = [&mean, self.measure.difference_unit()].join(" ");
             format!("the {name} is {} {direction} for {one} than for {two}", amount.trim_end())
         };
         let chance = match difference.confidence_interval {
@@ -328,6 +327,10 @@ mod tests {
         sentences.extend(statistics(score, &[&A, &b]).sentences());
         let time = Measure::new("time", "processor time", "µs");
         sentences.extend(statistics(time, &[&A, &d]).sentences());
+        let search = Measure::new("search", "time of the search", "s");
+        sentences.extend(statistics(search, &[&A, &d]).sentences());
+        let loss = Measure::new("loss", "loss of the fast run", "%");
+        sentences.extend(statistics(loss, &[&A, &d]).sentences());
         insta::assert_snapshot!(sentences.join("\n"), @"
         In the 4 mazes that both solved, a needs 4.00 fewer steps to the goal than b (95 % interval 2.70 to 5.30).
         In the 4 mazes that both solved, a needs 0.75 more steps to the goal than c (95 % interval from 5.66 fewer to 7.16 more), which may be due to chance.
@@ -340,6 +343,8 @@ mod tests {
         No candidate solved a maze.
         In the 4 mazes that both scored in, the score is 4.00 lower for a than for b (95 % interval 2.70 to 5.30).
         In the 4 mazes that both solved, the processor time is 4.00 µs higher for a than for b (95 % interval 2.70 to 5.30).
+        In the 4 mazes that both solved, the time of the search is 4.00 s higher for a than for b (95 % interval 2.70 to 5.30).
+        In the 4 mazes that both solved, the loss of the fast run is 4.00 percentage points higher for a than for b (95 % interval 2.70 to 5.30).
         ");
     }
 

@@ -103,7 +103,7 @@ pub(super) const TIMED_MEASURES: [SearchMeasure; 5] = [
     },
     SearchMeasure {
         key: "total_time_s",
-        name: "time of the search and the fast run",
+        name: "time until the end of the fast run",
         unit: "s",
         verb: "solved",
         is_in_text: true,

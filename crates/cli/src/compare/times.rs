@@ -1,7 +1,7 @@
 //! The times of a search and of the fast run after it.
 
-use mmsim_fastrun::{FastRun, Planner, Vehicle};
-use mmsim_maze::{Maze, Walls};
+use mmsim_fastrun::{FastRun, Planner, Route, Vehicle};
+use mmsim_maze::{Cell, Maze, Walls};
 use serde::Serialize;
 
 use super::figures::{Figures, SearchOutcome};
@@ -18,7 +18,8 @@ pub(crate) struct Times {
     pub(crate) fast_run_time_s: Option<f64>,
     /// How much longer the fast run takes than the fastest run of the true maze, in percent.
     pub(crate) fast_run_loss_percent: Option<f64>,
-    /// The time of the search and the fast run, in s.
+    /// The time until the end of the fast run, in s: of the search, the way back to the start and the
+    /// fast run.
     pub(crate) total_time_s: Option<f64>,
     /// The time of the fastest run through the known walls, in s.
     pub(crate) known_run_time_s: Option<f64>,
@@ -52,6 +53,7 @@ impl Timing {
         let optimal_time_s = self.fastest(planner, maze, maze.walls());
         let times = searches.map(|figures| {
             let search_time = self.search_speed.time(figures.steps_in_all, figures.turns);
+            let at_start = time_at_start(maze, figures, self.search_speed);
             let is_ready = figures.goal_reached && figures.is_complete;
             let outcome = Some(&figures.outcome).filter(|_| is_ready);
             let run = outcome.and_then(|outcome| plan(planner, maze, outcome));
@@ -61,7 +63,7 @@ impl Timing {
                 search_time_s: tenth_of_ms(search_time),
                 fast_run_time_s,
                 fast_run_loss_percent: fast_run_time_s.zip(optimal_time_s).map(loss),
-                total_time_s: fast_run_time_s.map(|time| tenth_of_ms(search_time + time)),
+                total_time_s: fast_run_time_s.map(|time| tenth_of_ms(at_start + time)),
                 known_run_time_s: known_walls.and_then(|walls| self.fastest(planner, maze, walls)),
                 optimal_time_s,
             }
@@ -90,6 +92,33 @@ pub(crate) fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) 
     }
     let walls = outcome.known_walls.as_ref()?;
     planner.plan(walls, maze.start().cell, maze.goals()).ok().cloned()
+}
+
+/// Returns the time in s until a mouse is at the start, ready for its fast run. A mouse that ends its
+/// search elsewhere is carried back, which takes as long as driving the shortest known path.
+pub(crate) fn time_at_start(maze: &Maze, figures: &Figures, speed: SearchSpeed) -> f64 {
+    let SearchOutcome { known_walls, last_cell, .. } = &figures.outcome;
+    let path = known_walls.as_ref().zip(*last_cell).and_then(|(walls, cell)| {
+        let there = [cell].into_iter().collect();
+        Route::FewestCells.cells(walls, maze.start().cell, &there).ok()
+    });
+    let back = return_time(&path.unwrap_or_default(), speed);
+    speed.time(figures.steps_in_all, figures.turns) + back
+}
+
+/// Returns the time in s that a mouse needs to drive back along a path at the speed of its search, with
+/// a U-turn at each end.
+pub(crate) fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
+    let is_turn = |cells: &&[Cell]| cells[0].x != cells[2].x && cells[0].y != cells[2].y;
+    let turns = path.windows(3).filter(is_turn).count() + 4;
+    match path.len() {
+        0 | 1 => 0.0,
+        cells => speed.time(saturate(cells - 1), saturate(turns)),
+    }
+}
+
+fn saturate(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 /// Returns how much longer a time is than the least time, in percent.
@@ -132,12 +161,12 @@ mod tests {
     #[test]
     fn a_straight_has_the_time_of_the_formula() {
         let maze = "o---o---o---o---o\n| S           G |\no---o---o---o---o\n";
-        // Three steps after a turn to the east.
+        // Three steps after a turn to the east, and three steps and two U-turns back.
         let times = times(maze, FloodFill::new());
         let expected = straight(3.0);
         assert!((times.search_time_s - 1.75).abs() < 1e-9);
         assert!((times.fast_run_time_s.unwrap() - expected).abs() < 1e-4);
-        assert!((times.total_time_s.unwrap() - 1.75 - expected).abs() < 1e-4);
+        assert!((times.total_time_s.unwrap() - 1.75 - 2.5 - expected).abs() < 1e-4);
         assert_eq!(times.fast_run_loss_percent, Some(0.0));
         assert_eq!(times.known_run_time_s, times.optimal_time_s);
     }
@@ -159,8 +188,8 @@ o---o---o---o---o---o
         let times = times(DETOUR, ShortestPathSearch::new());
         let own = times.fast_run_time_s.unwrap();
         let mut planner = Planner::new(Vehicle::expert());
-        let route = mmsim_fastrun::Route::FewestCells;
-        let cells = route.cells(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+        let cells =
+            Route::FewestCells.cells(maze.walls(), maze.start().cell, maze.goals()).unwrap();
         let along = planner.plan_along(maze.size(), &cells).unwrap().time(&Vehicle::expert());
         assert!((own - along.unwrap()).abs() < 1e-4);
         let optimal = times.optimal_time_s.unwrap();
@@ -188,5 +217,16 @@ o---o---o---o---o---o
         let times = times("o---o\n|SG |\no---o\n", ShortestPathSearch::new());
         assert_eq!((times.fast_run_time_s, times.total_time_s), (Some(0.0), Some(0.0)));
         assert_eq!(times.fast_run_loss_percent, Some(0.0));
+    }
+
+    #[test]
+    fn a_path_back_has_a_u_turn_at_each_end() {
+        let speed = "1,0.25".parse().unwrap();
+        let cells =
+            |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell::new(x, y)).collect::<Vec<_>>();
+        let time = |list: &[(u8, u8)]| return_time(&cells(list), speed);
+        assert_eq!([time(&[]), time(&[(3, 3)])], [0.0; 2]);
+        assert!((time(&[(0, 0), (1, 0), (2, 0)]) - 3.0).abs() < 1e-12);
+        assert!((time(&[(0, 0), (1, 0), (1, 1), (2, 1)]) - 4.5).abs() < 1e-12);
     }
 }

@@ -22,8 +22,8 @@ Examples:
   mmsim contest harbour --json                     print all runs as JSON
 
 Each mouse searches the maze, returns to the start, and then runs as often as the rules and the time
-allow. Steps and turns of the search are timed by --search-speed, fast runs by --vehicle. A mouse that
-does not return to the start by itself, is reset or runs into a wall counts as touched.
+allow. Steps and turns of the search are timed by --search-speed, fast runs by --vehicle. A mouse
+that does not return to the start by itself, is reset or runs into a wall counts as touched.
 docs/contest.md describes the model.
 
 The exit code is 0 if all mazes could be read, whatever the scores.";
@@ -49,7 +49,7 @@ pub(crate) struct ContestArgs {
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     time_limit: Option<Duration>,
     /// Limit the number of runs, including the search run [default: by the rules]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     max_runs: Option<u32>,
     #[arg(
         long,

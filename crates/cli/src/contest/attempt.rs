@@ -1,13 +1,16 @@
 //! The attempt of a mouse in one maze: its search, its runs and its score.
 
-use mmsim_fastrun::{Planner, Route};
-use mmsim_maze::{Cell, Maze};
+use mmsim_fastrun::Planner;
+use mmsim_maze::Maze;
 use serde::Serialize;
 
 use super::rules::Rules;
 use crate::compare::figures::Figures;
 use crate::compare::search_speed::SearchSpeed;
-use crate::compare::times::{plan, tenth_of_ms};
+use crate::compare::times::{plan, return_time, tenth_of_ms, time_at_start};
+
+/// The maximum number of runs if the rules limit only the time.
+const MAX_RUNS: u32 = 1000;
 
 /// What determines the runs of a mouse: the times of its search and of its fast run, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -100,10 +103,9 @@ impl Attempt {
 
 impl Performance {
     fn new(planner: &mut Planner, maze: &Maze, figures: &Figures, speed: SearchSpeed) -> Self {
-        let Figures { steps_to_goal, steps_in_all, turns, outcome, .. } = figures;
+        let Figures { steps_to_goal, outcome, .. } = figures;
         let start = maze.start().cell;
         let last_cell = outcome.last_cell.unwrap_or(start);
-        let search = speed.time(*steps_in_all, *turns);
         let is_ready = figures.goal_reached && figures.is_complete;
         let run = if is_ready { plan(planner, maze, outcome) } else { None };
         let fast_run = run.and_then(|run| {
@@ -114,14 +116,10 @@ impl Performance {
                 return_run: return_time(&run.cells(), speed),
             })
         });
-        let there = [last_cell].into_iter().collect();
-        let path_back = outcome.known_walls.as_ref().map(|known_walls| {
-            Route::FewestCells.cells(known_walls, start, &there).unwrap_or_default()
-        });
         Self {
             search_run: steps_to_goal.map(|steps| speed.time(steps, outcome.turns_to_goal)),
             is_touched_early: outcome.touches_to_goal > 0,
-            search: search + return_time(&path_back.unwrap_or_default(), speed),
+            search: time_at_start(maze, figures, speed),
             is_touched: outcome.touches > 0 || last_cell != start,
             fast_run,
         }
@@ -140,7 +138,7 @@ impl Performance {
                 touched,
                 score_s: tenth_of_ms(rules.score(time, start, touched)),
             });
-            rules.max_runs.is_none_or(|max| runs.len() < max as usize)
+            runs.len() < rules.max_runs.unwrap_or(MAX_RUNS) as usize
         };
         let Some(time) = self.search_run.filter(|time| *time <= rules.time_limit) else {
             return runs;
@@ -175,21 +173,6 @@ impl Performance {
             _ => None,
         }
     }
-}
-
-/// Returns the time in s that a mouse needs to drive back along a path at the speed of its search, with
-/// a U-turn at each end.
-fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
-    let is_turn = |cells: &&[Cell]| cells[0].x != cells[2].x && cells[0].y != cells[2].y;
-    let turns = path.windows(3).filter(is_turn).count() + 4;
-    match path.len() {
-        0 | 1 => 0.0,
-        cells => speed.time(saturate(cells - 1), saturate(turns)),
-    }
-}
-
-fn saturate(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub(super) fn chart(pair: &Pair<'_>) -> Chart {
     let pitch = ((right - left) / count(bars.len())).min(MAX_BAR);
     let width = if pitch > 3.0 { pitch - 1.0 } else { pitch };
     let zero = axis.at(0.0);
-    let caption = match pair.measure.unit.as_str() {
+    let caption = match pair.measure.difference_unit() {
         "" => "one bar per maze".into(),
         unit => format!("one bar per maze, in {unit}"),
     };
