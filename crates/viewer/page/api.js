@@ -5,7 +5,7 @@ import { isExported, respond } from "./embedded.js";
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
- *   strategies: { name: string, about: string }[], own: OwnMouse | null, opened: string[] }} PageInfo
+ *   strategies: { name: string, about: string }[], vehicles: string[], own: OwnMouse | null, opened: string[] }} PageInfo
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
@@ -35,6 +35,13 @@ import { isExported, respond } from "./embedded.js";
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
  *   walls: Record<"known" | "unknown", [number, number, number]>,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
+ * @typedef {{ text: string, duration: number, gate_to_gate: number, length: number, cells: number, turns: number,
+ *   top_speed: number, x: number, y: number, half_cell: number, segments: { turn: string | null, angle: number,
+ *   time: number, distance: number, x: number, y: number, heading: number, speed: number, duration: number,
+ *   length: number, exit_speed: number,
+ *   pieces: [duration: number, speed: number, acceleration: number, jerk: number][] }[] }} TimedRun
+ * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls", run: TimedRun | null,
+ *   error: string | null }} RouteRun
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  * @typedef {{ at: number, reached: boolean }} FoundState
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
@@ -112,6 +119,12 @@ export const stateView = (source, index, signal) => getJson(sourceUrl(source, "m
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
 export const runEvents = (source, signal) => getJson(sourceUrl(source, "events"), signal);
+/** @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RouteRun[]>} */
+export const fastRuns = (source, vehicle, signal) =>
+  getJson(sourceUrl(source, `fast-runs/${encodeURIComponent(vehicle)}`), signal);
+/** @param {Source} source @param {string} vehicle @param {number} index @param {AbortSignal} signal @returns {Promise<RouteRun>} */
+export const knownFastRun = (source, vehicle, index, signal) =>
+  getJson(sourceUrl(source, `known-fast-run/${encodeURIComponent(vehicle)}`, `&at=${index}`), signal);
 /**
  * Finds the first state after a number of steps since the start or since a leg began, as described for `StateView.leg`.
  * @param {Source} source @param {number} steps @param {number} [leg] @returns {Promise<FoundState>}

@@ -15,11 +15,11 @@ export class Axis {
   #cursor;
   #slider;
 
-  /** @param {HTMLElement} panel */
+  /** @param {HTMLElement} panel the element with the timeline and its slider */
   constructor(panel) {
     this.#area = query(panel, ".timeline .axis");
     this.#cursor = query(this.#area, ".cursor");
-    this.#slider = query(panel, "[name=slider]", HTMLInputElement);
+    this.#slider = query(panel, ".slider input", HTMLInputElement);
     new ResizeObserver(() => {
       this.width = this.#area.clientWidth;
       this.#notify();
@@ -71,6 +71,20 @@ export class Axis {
   #notify() {
     for (const listener of this.onChange) listener();
   }
+}
+
+/**
+ * Writes the ticks of an axis.
+ * @param {HTMLElement} axis @param {[text: string, style: Record<string, string>][]} ticks the text and the position of each tick
+ */
+export function showTicks(axis, ticks) {
+  const labels = ticks.map(([text, style]) => {
+    const label = document.createElement("span");
+    label.textContent = text;
+    Object.assign(label.style, style);
+    return label;
+  });
+  axis.replaceChildren(...labels);
 }
 
 /**

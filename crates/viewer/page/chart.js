@@ -2,7 +2,7 @@
 // Line chart of the optimistic and pessimistic distance over the run. The pointer shows the values at a state, and a
 // click shows the state.
 
-import { tickStep } from "./axis.js";
+import { showTicks, tickStep } from "./axis.js";
 import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
 /** The height of the chart in units of its view box. One unit of the width is one state. */
@@ -105,13 +105,7 @@ export class Chart {
    * @param {(number: number, i: number) => Record<string, string>} style the position of a number
    */
   #label(axis, numbers, style) {
-    const labels = numbers.map((number, i) => {
-      const label = document.createElement("span");
-      label.textContent = formatNumber(number);
-      Object.assign(label.style, style(number, i));
-      return label;
-    });
-    query(this.#plot, axis).replaceChildren(...labels);
+    showTicks(query(this.#plot, axis), numbers.map((number, i) => [formatNumber(number), style(number, i)]));
   }
 
   /** @param {{ clientX: number }} event */

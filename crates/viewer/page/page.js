@@ -6,6 +6,7 @@ import { CompareBar } from "./compare_bar.js";
 import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
 import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
+import { FastRun } from "./fast_run.js";
 import { Ghosts } from "./ghost.js";
 import { findRecording, installCopyButton, linkUrl, parseLink } from "./link.js";
 import { MazeList } from "./mazes.js";
@@ -15,10 +16,12 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .log, [name=close], #show-live, #compare";
+const NEEDS_SERVER = "aside section, .history, .run, .export, .log, [name=close], [name=vehicle], #show-live, #compare";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
+/** The fast runs of each panel. @type {Map<string, FastRun>} */
+const fastRuns = new Map();
 /** ID of the panel that receives keyboard shortcuts. */
 let active = "";
 /** @type {RunForm | undefined} */
@@ -181,11 +184,14 @@ function openPanel(id) {
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
   compareBar.add(panel);
   ghosts.add(panel);
+  const fastRun = new FastRun(panel, info.vehicles);
+  fastRuns.set(id, fastRun);
   const copyButton = installCopyButton(element, () => linkUrl(info.server, [panel]));
   panel.onShow = () => {
     copyButton.disabled = !panel.shown;
     void compareBar.sync();
     void ghosts.update();
+    fastRun.update();
   };
   element.addEventListener("focusin", () => activate(id));
   element.addEventListener("pointerdown", () => activate(id));
@@ -220,6 +226,8 @@ function remove(id) {
   const focused = panel.element.contains(document.activeElement);
   compareBar.remove(panel);
   ghosts.remove(panel);
+  fastRuns.get(id)?.close();
+  fastRuns.delete(id);
   panel.close();
   panels.delete(id);
   activate(active === id ? neighbour : active);
@@ -247,6 +255,12 @@ zmq.onclick = async () => {
   zmq.classList.remove("copied");
 };
 
+/** Passes a key to the panel that receives shortcuts. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
+function handleKey(event) {
+  const fastRun = fastRuns.get(active);
+  return fastRun?.handleKey(event) || panels.get(active)?.handleKey(event, isConnected && !fastRun?.isOn) || false;
+}
+
 const keys = query(document, "#keys", HTMLDialogElement);
 query(document, "#help").onclick = () => keys.showModal();
 query(document, "[name=dismiss]").onclick = clearError;
@@ -262,6 +276,6 @@ document.addEventListener("keydown", (event) => {
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
   else if (key === "/" && mazes && isConnected) mazes.focusSearch();
-  else if (!panels.get(active)?.handleKey(event, isConnected)) return;
+  else if (!handleKey(event)) return;
   event.preventDefault();
 });

@@ -23,7 +23,7 @@ use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
 use crate::transfer::buffer_body;
-use crate::{assets, events, export, find, log_view, mouse_api, recording_api, recordings, stream};
+use crate::{assets, events, export, fast_runs, find, log_view, mouse_api, recording_api, recordings, stream};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";
@@ -48,6 +48,8 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/events", get(run_events))
         .route("/api/sources/{id}/log", get(log_view::handle))
         .route("/api/sources/{id}/find", get(find::handle))
+        .route("/api/sources/{id}/fast-runs/{vehicle}", get(fast_runs::handle))
+        .route("/api/sources/{id}/known-fast-run/{vehicle}", get(fast_runs::handle_known))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .route("/api/sources/{id}/page.html", get(export_page))
         .merge(recording_api::router())

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jiff::Timestamp;
+use mmsim_fastrun::Vehicle;
 use mmsim_recording::{MemoryBudget, Recording};
 
 use crate::api_error::ApiError;
@@ -42,6 +43,8 @@ pub(crate) struct AppState {
     pub(crate) uploads: JobQueue,
     /// True if the live simulation is a two-run trial.
     pub(crate) is_trial: bool,
+    /// The vehicles whose fast runs the page shows.
+    pub(crate) vehicles: Vec<Vehicle>,
     /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
@@ -74,6 +77,7 @@ impl AppState {
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             is_trial,
+            vehicles: presets(),
             budget,
             recordings: Mutex::new(open),
         }
@@ -99,6 +103,16 @@ impl AppState {
         }
         let found = id.parse().ok().and_then(|id: u32| self.recordings().by_id.get(&id).cloned());
         found.ok_or_else(|| source_not_found(id))
+    }
+
+    /// Returns the vehicle with this name.
+    pub(crate) fn vehicle(&self, name: &str) -> Result<Vehicle, ApiError> {
+        let found = self.vehicles.iter().find(|vehicle| vehicle.name() == name).cloned();
+        found.ok_or_else(|| {
+            let names: Vec<_> = self.vehicles.iter().map(Vehicle::name).collect();
+            let names = names.join(", ");
+            ApiError::not_found(format!("no vehicle has the name {name:?} (expected {names})"))
+        })
     }
 
     /// Returns the IDs of the open recordings.
@@ -144,6 +158,11 @@ impl OpenRecordings {
         self.by_id.insert(self.last_id, Arc::new(Source::recording(title, recording)));
         self.last_id.to_string()
     }
+}
+
+/// Returns the vehicles that every page can show.
+pub(crate) fn presets() -> Vec<Vehicle> {
+    Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect()
 }
 
 fn source_not_found(id: &str) -> ApiError {

@@ -27,6 +27,10 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "dom.js": SCRIPT,
     "embedded.js": SCRIPT,
     "events.js": SCRIPT,
+    "fast_run.js": SCRIPT,
+    "fast_run_chart.js": SCRIPT,
+    "fast_run_map.js": SCRIPT,
+    "fast_run_player.js": SCRIPT,
     "figures.js": SCRIPT,
     "ghost.js": SCRIPT,
     "index.html": HTML,
@@ -44,6 +48,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
     "run.js": SCRIPT,
     "state.js": SCRIPT,
     "timeline.js": SCRIPT,
+    "trajectory.js": SCRIPT,
     "viewport.js": SCRIPT,
 ];
 

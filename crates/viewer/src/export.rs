@@ -26,12 +26,13 @@ use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
 use crate::api_error::ApiError;
+use crate::app_state::presets;
 use crate::jobs::CancelToken;
 use crate::page_info::PageInfo;
 use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
-use crate::{pictures, recordings};
+use crate::{fast_runs, pictures, recordings};
 
 /// The ID of the recording on an exported page.
 const ID: &str = "1";
@@ -190,6 +191,14 @@ fn responses(source: &Source, cancel: &CancelToken) -> Result<Value, ApiError> {
         (path("/costs"), json(&source.distances(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
     ];
+    let mut responses: Vec<_> = responses.into();
+    if let Some(maze) = &source.describe(run)?.truth {
+        for vehicle in presets() {
+            cancel.check()?;
+            let runs = json(&fast_runs::in_maze(maze, &vehicle))?.to_string();
+            responses.push((path(&format!("/fast-runs/{}", vehicle.name())), runs));
+        }
+    }
     Ok(responses.into_iter().collect())
 }
 

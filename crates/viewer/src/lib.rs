@@ -21,6 +21,7 @@ mod control;
 mod distances;
 mod events;
 mod export;
+mod fast_runs;
 mod find;
 mod jobs;
 mod limits;

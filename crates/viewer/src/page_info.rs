@@ -19,6 +19,8 @@ pub(crate) struct PageInfo {
     /// The address of the simulator.
     zmq: Option<String>,
     strategies: Vec<StrategyInfo>,
+    /// The names of the vehicles whose fast runs the page shows.
+    vehicles: Vec<String>,
     /// The user's own mouse, if the simulator runs one.
     own: Option<OwnMouse>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
@@ -46,6 +48,7 @@ impl PageInfo {
                 .iter()
                 .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
                 .collect(),
+            vehicles: state.vehicles.iter().map(|vehicle| vehicle.name().into()).collect(),
             own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
             is_trial: state.is_trial,
             opened: state.open_recordings(),

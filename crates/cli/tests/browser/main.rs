@@ -13,6 +13,7 @@ mod chart;
 mod drawing;
 mod driver;
 mod events;
+mod fast_run;
 mod export;
 mod foreign_site;
 mod ghost;

@@ -1,0 +1,309 @@
+//! Fast runs that the page plays in time, as ghosts of each other.
+
+use std::f64::consts::PI;
+
+use mmsim_fastrun::{Planner, Route, Trajectory, Vehicle, fastest};
+use mmsim_maze::{Heading, Maze, Walls};
+use mmsim_solvers::BundledStrategy;
+use serde_json::json;
+
+use crate::browser::{wait_for, with_browser, with_page};
+use crate::harness::{Home, recorded};
+use crate::layout::{LAPTOP, PHONE, SMALL, assert_in_sight, assert_no_sideways_scrolling, resize};
+use crate::page::{Page, Panel};
+use crate::simulator::{Simulator, bundled};
+use crate::test_state::{TestState, VISITED};
+
+/// The greatest distance between a mouse on the page and the mouse of the crate, in mm.
+const TOLERANCE: f64 = 0.5;
+
+/// Calculates the run along each route with the crate.
+fn trajectories(maze: &Maze, vehicle: &Vehicle) -> [(&'static str, Trajectory); 3] {
+    let (walls, start, goals) = (maze.walls(), maze.start().cell, maze.goals());
+    let best = fastest(walls, start, goals, vehicle).unwrap();
+    let along = |route: Route| {
+        let cells = route.cells(walls, start, goals).unwrap();
+        let mut planner = Planner::new(vehicle.clone());
+        planner.plan_along(walls.size(), &cells).unwrap().drive(vehicle).unwrap()
+    };
+    [
+        ("fastest", best.drive(vehicle).unwrap()),
+        ("fewest-cells", along(Route::FewestCells)),
+        ("fewest-turns", along(Route::FewestTurns)),
+    ]
+}
+
+/// Returns the walls of a state. Everything that the mouse has not seen counts as a wall.
+fn known_walls(state: &TestState) -> Walls {
+    let mut walls = Walls::closed(state.size);
+    let is_visited = |cell| state.walls[state.index(cell)] & VISITED != 0;
+    for cell in state.size.cells().filter(|&cell| is_visited(cell)) {
+        for side in Heading::ALL.into_iter().filter(|side| !state.has_wall(cell, side.letter())) {
+            walls.set(cell, side, false);
+        }
+    }
+    walls
+}
+
+/// The fast runs of a panel.
+#[derive(Clone, Copy)]
+struct Runs<'a>(Panel<'a>);
+
+impl Runs<'_> {
+    /// Waits until the panel shows the run along a route with this duration.
+    fn wait_for_duration(self, route: &str, seconds: f64) {
+        let expected = format!("{seconds:.3} s");
+        let duration = format!(".routes .{route} .duration");
+        wait_for(&format!("{expected} of {route}"), || {
+            let is_listed = self.0.browser.exists(&self.0.part(&duration));
+            (is_listed && self.0.text(&duration) == expected).then_some(())
+        });
+    }
+
+    /// Moves the slider to a time in ms, as if the user had dragged it.
+    fn slide_to(self, ms: u32) {
+        let script = "
+            const slider = document.querySelector(arguments[0]);
+            slider.value = arguments[1];
+            slider.dispatchEvent(new Event('input', { bubbles: true }));";
+        self.0.browser.run::<()>(script, &[json!(self.0.part("[name=time]")), json!(ms)]);
+    }
+
+    /// Returns the shown time in s.
+    fn time(self) -> f64 {
+        self.0.text(".clock").trim_end_matches(" s").parse().unwrap()
+    }
+
+    /// Returns the position in mm and the heading in degrees of a mouse on the map.
+    fn mouse(self, route: &str, maze: &Maze, half_cell: f64) -> (f64, f64, f64) {
+        let transform = self.0.attribute(&format!(".map [data-route={route}]"), "transform");
+        let numbers: Vec<f64> = transform
+            .split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
+            .filter_map(|number| number.parse().ok())
+            .collect();
+        let [x, y, angle] = numbers[..] else { panic!("{transform}") };
+        // A cell is 20 units wide. The page measures from the top and turns clockwise from north.
+        let height = 20.0 * f64::from(maze.size().height());
+        (x * half_cell / 10.0, (height - y) * half_cell / 10.0, 90.0 - angle)
+    }
+
+    /// Asserts that a mouse on the map is where the crate's mouse is at a time in s.
+    fn assert_is_at(self, route: &str, maze: &Maze, trajectory: &Trajectory, time: f64) {
+        let expected = trajectory.at(time);
+        let (x, y, heading) = self.mouse(route, maze, trajectory.half_cell());
+        let off = (x - expected.x).hypot(y - expected.y);
+        assert!(off < TOLERANCE, "{route} at {time} s: {off} mm off");
+        let turned = (heading - expected.heading * 180.0 / PI).rem_euclid(360.0);
+        assert!(turned.min(360.0 - turned) < 0.1, "{route} at {time} s: {turned}° off");
+    }
+
+    fn mice(self) -> usize {
+        let script = "return document.querySelectorAll(arguments[0]).length";
+        self.0.browser.run(script, &[json!(self.0.part(".map .fast-mouse"))])
+    }
+
+    fn is_playing(self) -> bool {
+        self.0.attribute("[name=drive]", "aria-pressed") == "true"
+    }
+}
+
+#[test]
+fn three_ghosts_are_where_the_crate_says() {
+    with_page(&["--maze", "two-roads"], |browser, _| {
+        let (live, maze) = (Panel::live(browser), bundled("10-two-roads.txt"));
+        live.wait_until_empty();
+        live.click("[name=fast-run]");
+        let runs = Runs(live);
+        for vehicle in [Vehicle::expert(), Vehicle::ukmars(), Vehicle::ares(), Vehicle::kerise()] {
+            live.choose("[name=vehicle]", vehicle.name());
+            let driven = trajectories(&maze, &vehicle);
+            for (route, trajectory) in &driven {
+                runs.wait_for_duration(route, trajectory.duration());
+            }
+            assert_eq!(runs.mice(), 3);
+            let longest = driven.iter().map(|(_, it)| it.duration()).fold(0.0, f64::max);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let end = (longest * 1000.0).ceil() as u32;
+            for ms in (0..40).map(|step| step * end / 39) {
+                runs.slide_to(ms);
+                for (route, trajectory) in &driven {
+                    runs.assert_is_at(route, &maze, trajectory, f64::from(ms) / 1000.0);
+                }
+            }
+            // The figures are those of the fastest run.
+            let (_, best) = &driven[0];
+            let expected = [
+                format!("{:.3} s", best.duration()),
+                format!("{:.3} s", best.gate_to_gate(maze.goals())),
+                format!("{:.2} m", best.length() / 1000.0),
+            ];
+            let facts = [".facts .rest", ".facts .gate", ".facts .length"];
+            assert_eq!(facts.map(|fact| live.text(fact)), expected);
+            let ms = end / 3;
+            runs.slide_to(ms);
+            let speed = best.at(f64::from(ms) / 1000.0).speed / 1000.0;
+            assert_eq!(live.text(".speed-now"), format!("{speed:.2} m/s"));
+            let loss = 100.0 * (driven[2].1.duration() / best.duration() - 1.0);
+            assert_eq!(live.text(".routes .fewest-turns .loss"), format!("+{loss:.1} %"));
+            // The chart ends at the end of the longest run.
+            let view_box = live.attribute(".speeds svg", "viewBox");
+            assert_eq!(view_box, format!("0 0 {end} 100"));
+        }
+    });
+}
+
+#[test]
+fn the_playback_runs_pauses_and_changes_its_speed() {
+    with_page(&["--maze", "two-roads"], |browser, _| {
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        browser.press(['f']);
+        let (maze, runs, vehicle) = (bundled("10-two-roads.txt"), Runs(live), Vehicle::expert());
+        let [fastest, _, slowest] = trajectories(&maze, &vehicle);
+        runs.wait_for_duration("fewest-turns", slowest.1.duration());
+        assert_eq!(runs.time(), 0.0);
+        live.click("[name=rate][value='0.25']");
+        assert!(!runs.is_playing());
+        // Measures how much time of the run passes per second of the playback.
+        let measure = "
+            const [area, done] = arguments;
+            const read = () => parseFloat(document.querySelector(area).textContent);
+            const [from, started] = [read(), performance.now()];
+            const wait = () => {
+                const elapsed = (performance.now() - started) / 1000;
+                if (read() > from + 0.2) done((read() - from) / elapsed);
+                else if (elapsed > 30) done(0);
+                else requestAnimationFrame(wait);
+            };
+            wait();";
+        let rate = || -> f64 { browser.run_async(measure, &[json!(live.part(".clock"))]) };
+        browser.press([' ']);
+        assert!(runs.is_playing());
+        let slow = rate();
+        assert!((0.1..0.5).contains(&slow), "{slow}");
+        live.click("[name=rate][value='2']");
+        let fast = rate();
+        assert!(fast > 1.5 * slow, "{fast} {slow}");
+        browser.press([' ']);
+        assert!(!runs.is_playing());
+        let paused = runs.time();
+        assert!(paused > 0.4 && paused < slowest.1.duration());
+        runs.assert_is_at(fastest.0, &maze, &fastest.1, paused);
+        assert_eq!(runs.time(), paused);
+        // The keys move by hundredths and tenths of a second.
+        runs.slide_to(500);
+        browser.press(['\u{e014}', '\u{e014}']);
+        assert_eq!(runs.time(), 0.52);
+        browser.press(['\u{e010}']);
+        assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
+        // The playback begins again after the end, and ends with the last mouse.
+        live.click("[name=rate][value='4']");
+        live.click("[name=drive]");
+        wait_for("the end", || (!runs.is_playing()).then_some(()));
+        assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
+        for (route, trajectory) in [&fastest, &slowest] {
+            runs.assert_is_at(route, &maze, trajectory, 100.0);
+        }
+        // A hidden mouse no longer counts. The selected curve has the colours of the speed.
+        live.click(".routes .fewest-turns [name=show]");
+        assert_eq!(runs.mice(), 2);
+        assert!(live.text(".end").contains(&format!("{:.3}", fastest.1.duration())));
+        live.click(".routes .fewest-cells [name=select]");
+        assert_eq!(live.text(".facts-title"), "Fewest cells");
+        live.click("[name=search]");
+        assert!(!browser.is_visible(&live.part(".drive")) && runs.mice() == 0);
+        assert!(browser.is_visible(&live.part(".history")));
+    });
+}
+
+#[test]
+fn an_unreachable_goal_and_unknown_walls_are_explained() {
+    with_page(&["--maze", "mirage"], |browser, simulator| {
+        let (live, maze) = (Panel::live(browser), bundled("06-mirage.txt"));
+        live.wait_until_empty();
+        let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
+        let last = states.len() - 1;
+        live.wait_for_state(last);
+        live.slide_to(3);
+        live.click("[name=fast-run]");
+        let (runs, vehicle) = (Runs(live), Vehicle::expert());
+        runs.wait_for_duration("fastest", trajectories(&maze, &vehicle)[0].1.duration());
+        let unknown = "The mouse does not know a path to the goal in this state.";
+        wait_for("the reason", || {
+            let row = ".routes .known-walls";
+            let is_listed = browser.exists(&live.part(row));
+            (is_listed && live.attribute(row, "title") == unknown).then_some(())
+        });
+        // In the last state, the mouse knows a path.
+        live.click("[name=search]");
+        live.slide_to(last);
+        live.click("[name=fast-run]");
+        let walls = known_walls(&states[last]);
+        let run = fastest(&walls, maze.start().cell, maze.goals(), &vehicle).unwrap();
+        let trajectory = run.drive(&vehicle).unwrap();
+        runs.wait_for_duration("known-walls", trajectory.duration());
+        assert_eq!(runs.mice(), 3);
+        live.click(".routes .known-walls [name=show]");
+        runs.slide_to(1700);
+        runs.assert_is_at("known-walls", &maze, &trajectory, 1.7);
+        // Another maze replaces the runs.
+        Page(browser).choose_maze("unreachable-closed-garden.txt");
+        browser.click("#confirm [value=confirm]");
+        let reason = "Goal unreachable from (0, 0): walls cut off every goal cell.";
+        wait_for(reason, || (live.text(".message") == reason).then_some(()));
+        assert_eq!(runs.mice(), 0);
+        assert!(!browser.is_visible(&live.part(".facts")));
+        assert_eq!(live.attribute("[name=drive]", "disabled"), "");
+        assert!(!browser.is_visible("#error"));
+    });
+}
+
+#[test]
+fn fast_runs_fit_into_windows_of_all_sizes() {
+    with_page(&["--maze", "two-roads"], |browser, _| {
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        live.click("[name=fast-run]");
+        let driven = trajectories(&bundled("10-two-roads.txt"), &Vehicle::expert());
+        Runs(live).wait_for_duration("fastest", driven[0].1.duration());
+        for size in [PHONE, SMALL, LAPTOP] {
+            resize(browser, size);
+            assert_no_sideways_scrolling(browser);
+            if size != PHONE {
+                let parts = [".map svg", ".speeds", "[name=time]", "[name=drive]", ".routes", ".scale"];
+                assert_in_sight(browser, live, &parts);
+            }
+        }
+    });
+}
+
+#[test]
+fn an_exported_page_plays_fast_runs() {
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "meadow", "--record", "kept"]);
+        let maze = bundled("oblong-long-meadow.txt");
+        simulator.send(&TestState::new(0, maze.size()).message('C', 'C'));
+        simulator.send(b"reset");
+        let home: &Home = &simulator.home;
+        let recording = recorded(&home.path().join("kept"));
+        let page = home.path().join("page.html");
+        let [from, to] = [&recording, &page].map(|path| path.to_str().unwrap());
+        assert_eq!(home.run(&["export", from, "-o", to]).code, Some(0));
+        browser.open(&format!("file://{}", page.display()));
+        let panel = Panel { browser, source: "1" };
+        panel.wait_for_state(0);
+        panel.click("[name=fast-run]");
+        let runs = Runs(panel);
+        for name in ["ares", "kerise"] {
+            panel.choose("[name=vehicle]", name);
+            let driven = trajectories(&maze, &Vehicle::preset(name).unwrap());
+            for (route, trajectory) in &driven {
+                runs.wait_for_duration(route, trajectory.duration());
+                runs.slide_to(1234);
+                runs.assert_is_at(route, &maze, trajectory, 1.234);
+            }
+        }
+        assert!(!browser.exists(&panel.part(".routes .known-walls")));
+        browser.leave();
+    });
+}

@@ -1,0 +1,122 @@
+// @ts-check
+// The chart of the speed and the acceleration over time, above the slider. The acceleration is that of the selected run.
+
+import { showTicks, tickStep } from "./axis.js";
+import { query, setAttributes, setText } from "./dom.js";
+
+/** @typedef {import("./fast_run.js").RouteState} RouteState */
+
+/** The height of a plot in units of its view box. One unit of the width is one millisecond. */
+const HEIGHT = 100;
+/** The maximum number of intervals between ticks of the speed. */
+const MAX_INTERVALS = 3;
+/** The minimum distance between the times on the axis, in pixels. */
+const TICK_DISTANCE = 64;
+
+/** Formats a speed in m/s. @param {number} speed in mm/s */
+export const formatSpeed = (speed) => `${(speed / 1000).toFixed(2)} m/s`;
+/** Formats an acceleration in m/s². @param {number} acceleration in mm/s² */
+export const formatAcceleration = (acceleration) => `${(acceleration / 1000).toFixed(1)} m/s²`.replace(/^-/, "−").replace("−0.0", "0.0");
+
+export class FastRunChart {
+  #axis;
+  #speeds;
+  #accelerations;
+  #tip;
+  #seek;
+  /** @type {RouteState | null} */
+  #selected = null;
+  /** The heights of the horizontal lines of both plots. @type {[number[], number[]]} */
+  #rows = [[], []];
+
+  /** @param {HTMLElement} area @param {import("./axis.js").Axis} axis @param {(time: number) => void} seek shows a time in s */
+  constructor(area, axis, seek) {
+    this.#axis = axis;
+    this.#seek = seek;
+    this.#speeds = query(area, ".speeds");
+    this.#accelerations = query(area, ".accelerations");
+    this.#tip = query(area, ".tip");
+    axis.onChange.push(() => this.#scale());
+    for (const plot of [this.#speeds, this.#accelerations]) {
+      plot.onclick = (event) => this.#seekTo(event);
+      plot.onpointermove = (event) => {
+        if (event.pointerType === "mouse" && event.buttons & 1) this.#seekTo(event);
+        this.#point(event);
+      };
+      plot.onpointerleave = () => (this.#tip.hidden = true);
+    }
+  }
+
+  /** @param {RouteState[]} routes the last one is on top @param {RouteState | null} selected */
+  draw(routes, selected) {
+    this.#selected = selected;
+    const runs = routes.flatMap(({ trajectory }) => trajectory?.run ?? []);
+    const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed / 1000));
+    const step = tickStep(topSpeed, MAX_INTERVALS);
+    const top = Math.ceil(topSpeed / step) * step;
+    const profile = selected?.trajectory?.profile() ?? [];
+    const strongest = Math.max(1, ...profile.map(([, , acceleration]) => Math.abs(acceleration / 1000)));
+    const limit = tickStep(strongest, 1);
+    const speeds = Array.from({ length: top / step + 1 }, (_, i) => i * step);
+    this.#rows = [speeds.map((speed) => HEIGHT - (speed / top) * HEIGHT), [0, HEIGHT / 2, HEIGHT]];
+    const lines = routes.flatMap((route) => {
+      if (!route.trajectory) return [];
+      const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
+      const points = route.trajectory.profile().map(([time, speed]) => `${time * 1000} ${HEIGHT - (speed / 1000 / top) * HEIGHT}`);
+      const d = points.length > 0 ? `M${points.join("L")}` : "";
+      setAttributes(line, { class: `${route.name}${route === selected ? " selected" : ""}`, d });
+      return line;
+    });
+    query(this.#speeds, "g", SVGElement).replaceChildren(...lines);
+    const points = profile.map(([time, , acceleration]) => `${time * 1000} ${HEIGHT / 2 - (acceleration / 1000 / limit) * (HEIGHT / 2)}`);
+    const d = points.length > 0 ? `M0 ${HEIGHT / 2}L${points.join("L")}V${HEIGHT / 2}z` : "";
+    const area = query(this.#accelerations, ".area", SVGElement);
+    setAttributes(area, { class: `area ${selected?.name ?? ""}`, d });
+    this.#label(this.#speeds, speeds.map(String), this.#rows[0]);
+    this.#label(this.#accelerations, [`${limit}`, "0", `−${limit}`], this.#rows[1]);
+    this.#scale();
+  }
+
+  /** @param {HTMLElement} plot @param {string[]} texts @param {number[]} heights */
+  #label(plot, texts, heights) {
+    showTicks(query(plot, ".y"), texts.map((text, i) => [text, { top: `${heights[i]}%` }]));
+  }
+
+  /** Scales the lines and draws the ticks of the time. */
+  #scale() {
+    const { last, width } = this.#axis;
+    if (width === 0) return; // not shown
+    const step = tickStep(last, width / TICK_DISTANCE);
+    const times = Array.from({ length: Math.floor(last / step) + 1 }, (_, i) => i * step);
+    const columns = times.map((time) => `M${time} 0V${HEIGHT}`);
+    [this.#speeds, this.#accelerations].forEach((plot, i) => {
+      const rows = this.#rows[i].map((y) => `M0 ${y}H${last}`);
+      setAttributes(query(plot, "svg", SVGElement), { viewBox: `0 0 ${last} ${HEIGHT}` });
+      setAttributes(query(plot, ".grid", SVGElement), { d: [...rows, ...columns].join("") });
+    });
+    showTicks(
+      query(this.#accelerations, ".x"),
+      times.map((time) => [`${time / 1000}`, { left: `${100 * this.#axis.share(time)}%` }]),
+    );
+  }
+
+  /** @param {{ clientX: number }} event */
+  #seekTo({ clientX }) {
+    this.#seek(this.#axis.indexAt(clientX) / 1000);
+  }
+
+  /** Shows the time below the pointer, and the speed and the acceleration then. @param {{ clientX: number }} event */
+  #point({ clientX }) {
+    const trajectory = this.#selected?.trajectory;
+    this.#tip.hidden = !trajectory;
+    if (!trajectory) return;
+    const time = this.#axis.indexAt(clientX);
+    const { speed, acceleration } = trajectory.at(time / 1000);
+    const turn = trajectory.segmentAt(time / 1000)?.turn;
+    const parts = [`${(time / 1000).toFixed(3)} s: ${formatSpeed(speed)}`, turn ? `turn ${turn}` : formatAcceleration(acceleration)];
+    setText(this.#tip, "span", parts.join(", "));
+    const share = this.#axis.share(time);
+    this.#tip.style.left = `${100 * share}%`;
+    query(this.#tip, "span").style.translate = `${-100 * share}%`;
+  }
+}

@@ -1,0 +1,228 @@
+//! Fast runs of a vehicle, which the page plays in time.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, Query, State};
+use mmsim_fastrun::{
+    FastRun, Moment, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
+};
+use mmsim_maze::{Cell, CellSet, Maze, Unknown, Walls};
+use serde::{Deserialize, Serialize};
+
+use crate::api_error::ApiError;
+use crate::app_state::AppState;
+
+/// The run along one route, or the reason why there is none. Lengths are in mm, times in s and
+/// angles in radians, rounded to millionths.
+#[derive(Serialize)]
+pub(crate) struct RouteRun {
+    /// `fastest`, `known-walls` or the name of a [`Route`].
+    route: &'static str,
+    run: Option<TimedRun>,
+    error: Option<String>,
+}
+
+/// A fast run in time.
+#[derive(Serialize)]
+struct TimedRun {
+    /// The run as text, as described for [`FastRun`].
+    text: String,
+    /// The time from rest to rest.
+    duration: f64,
+    /// The time from leaving the start cell to entering a goal cell.
+    gate_to_gate: f64,
+    length: f64,
+    /// The number of cells that the run enters.
+    cells: usize,
+    turns: usize,
+    top_speed: f64,
+    /// The position at the beginning, from the south-west corner of the maze.
+    x: f64,
+    y: f64,
+    /// Half the distance between the centres of two neighbouring cells.
+    half_cell: f64,
+    segments: Vec<SegmentView>,
+}
+
+/// A straight or a turn.
+#[derive(Serialize)]
+struct SegmentView {
+    /// The name of the turn, such as `45inR`, or `None` for a straight.
+    turn: Option<String>,
+    /// The angle of the turn, positive to the left, or 0 for a straight.
+    angle: f64,
+    time: f64,
+    distance: f64,
+    x: f64,
+    y: f64,
+    /// The heading at the beginning, counterclockwise from east.
+    heading: f64,
+    /// The speed at the beginning.
+    speed: f64,
+    duration: f64,
+    length: f64,
+    exit_speed: f64,
+    /// The duration, speed, acceleration and jerk of each part of a straight with constant jerk.
+    pieces: Vec<[f64; 4]>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct RunQuery {
+    run: u32,
+}
+
+/// Returns the fastest run through the true maze, and the runs along other routes.
+pub(crate) async fn handle(
+    State(state): State<Arc<AppState>>,
+    Path((id, vehicle)): Path<(String, String)>,
+    Query(RunQuery { run }): Query<RunQuery>,
+) -> Result<Json<Vec<RouteRun>>, ApiError> {
+    let (source, vehicle) = (state.source(&id)?, state.vehicle(&vehicle)?);
+    state
+        .run_jobs
+        .run(move |_| {
+            let description = source.describe(run)?;
+            let unknown = || ApiError::conflict("the recording does not contain the true maze");
+            Ok(Json(in_maze(description.truth.as_ref().ok_or_else(unknown)?, &vehicle)))
+        })
+        .await
+}
+
+#[derive(Deserialize)]
+pub(crate) struct KnownQuery {
+    run: u32,
+    /// The index of the state.
+    at: usize,
+}
+
+/// Returns the fastest run over the walls that the mouse knows in a state.
+pub(crate) async fn handle_known(
+    State(state): State<Arc<AppState>>,
+    Path((id, vehicle)): Path<(String, String)>,
+    Query(KnownQuery { run, at }): Query<KnownQuery>,
+) -> Result<Json<RouteRun>, ApiError> {
+    let (source, vehicle) = (state.source(&id)?, state.vehicle(&vehicle)?);
+    state
+        .run_jobs
+        .run(move |_| {
+            let states = source.block(run, at)?;
+            let known = source.describe(run)?.decode(&states, at)?.known;
+            let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);
+            let mut planner = Planner::new(vehicle.clone());
+            let found = planner.plan(walls, start, known.goals());
+            let run = found.map_err(|_| {
+                "The mouse does not know a path to the goal in this state.".to_string()
+            });
+            Ok(Json(RouteRun::new("known-walls", run, &vehicle, known.goals())))
+        })
+        .await
+}
+
+/// Returns the fastest run through a maze, and the runs along other routes.
+pub(crate) fn in_maze(maze: &Maze, vehicle: &Vehicle) -> Vec<RouteRun> {
+    let (walls, start, goals) = (maze.walls(), maze.start().cell, maze.goals());
+    let mut planner = Planner::new(vehicle.clone());
+    let run = |route, found: Result<&FastRun, NoRun>| {
+        RouteRun::new(route, found.map_err(|error| sentence(&error)), vehicle, goals)
+    };
+    let mut runs = vec![run("fastest", planner.plan(walls, start, goals))];
+    for route in Route::ALL {
+        runs.push(run(route.name(), plan(&mut planner, route, walls, start, goals)));
+    }
+    runs
+}
+
+/// Finds the fastest run along a route.
+fn plan<'a>(
+    planner: &'a mut Planner,
+    route: Route,
+    walls: &Walls,
+    start: Cell,
+    goals: &CellSet,
+) -> Result<&'a FastRun, NoRun> {
+    let cells = route.cells(walls, start, goals)?;
+    planner.plan_along(walls.size(), &cells)
+}
+
+/// Returns an error as a sentence.
+fn sentence(error: &NoRun) -> String {
+    let text = error.to_string();
+    let mut characters = text.chars();
+    let first = characters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(characters).chain(['.']).collect()
+}
+
+impl RouteRun {
+    fn new(
+        route: &'static str,
+        found: Result<&FastRun, String>,
+        vehicle: &Vehicle,
+        goals: &CellSet,
+    ) -> Self {
+        let driven = found.and_then(|run| {
+            let trajectory = run.drive(vehicle).map_err(|error| error.to_string())?;
+            Ok(TimedRun::new(run, &trajectory, goals))
+        });
+        match driven {
+            Ok(run) => Self { route, run: Some(run), error: None },
+            Err(error) => Self { route, run: None, error: Some(error) },
+        }
+    }
+}
+
+impl TimedRun {
+    fn new(run: &FastRun, trajectory: &Trajectory, goals: &CellSet) -> Self {
+        let segments = trajectory.segments();
+        let Moment { x, y, .. } = trajectory.at(0.0);
+        let top_speed = segments.iter().map(Segment::top_speed).fold(0.0, f64::max);
+        Self {
+            text: run.to_string(),
+            duration: rounded(trajectory.duration()),
+            gate_to_gate: rounded(trajectory.gate_to_gate(goals)),
+            length: rounded(trajectory.length()),
+            cells: run.cells().len() - 1,
+            turns: run.turns().len(),
+            top_speed: rounded(top_speed),
+            x: rounded(x),
+            y: rounded(y),
+            half_cell: trajectory.half_cell(),
+            segments: segments.iter().map(SegmentView::new).collect(),
+        }
+    }
+}
+
+impl SegmentView {
+    fn new(segment: &Segment) -> Self {
+        let (turn, angle) = match segment.shape {
+            Shape::Straight(_) => (None, 0.0),
+            Shape::Turn(kind, side) => {
+                let sign = if side == Side::Left { 1.0 } else { -1.0 };
+                (Some(format!("{kind}{}", side.letter())), sign * kind.angle())
+            }
+        };
+        let Moment { time, distance, x, y, heading, speed, .. } = segment.entry;
+        let pieces = segment.pieces.iter().map(|piece| {
+            [piece.duration, piece.speed, piece.acceleration, piece.jerk].map(rounded)
+        });
+        Self {
+            turn,
+            angle,
+            time: rounded(time),
+            distance: rounded(distance),
+            x: rounded(x),
+            y: rounded(y),
+            heading,
+            speed: rounded(speed),
+            duration: rounded(segment.duration),
+            length: rounded(segment.length),
+            exit_speed: rounded(segment.exit_speed),
+            pieces: pieces.collect(),
+        }
+    }
+}
+
+/// Rounds to millionths, to keep responses small.
+fn rounded(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}
