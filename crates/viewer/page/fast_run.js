@@ -110,7 +110,8 @@ export class FastRun {
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
       if (signal.aborted) return;
-      this.#routes = runs.map(routeState);
+      // The run over known walls may have arrived first.
+      this.#routes = [...runs.map(routeState), ...this.#routes];
       this.#draw(source.truth ? "" : "The true maze of this recording is unknown.");
       await this.#updateKnown();
     } catch (error) {

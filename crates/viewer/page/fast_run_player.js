@@ -50,10 +50,10 @@ export class FastRunPlayer {
     this.#moveTo(this.time);
   }
 
-  /** Shows a time and stops the playback. @param {number} time in s */
+  /** Shows a time, in whole milliseconds like the clock, and stops the playback. @param {number} time in s */
   seek(time) {
     this.playing = false;
-    this.#moveTo(time);
+    this.#moveTo(Math.round(time * 1000) / 1000);
   }
 
   pause() {

@@ -23,7 +23,9 @@ use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
 use crate::transfer::buffer_body;
-use crate::{assets, events, export, fast_runs, find, log_view, mouse_api, recording_api, recordings, stream};
+use crate::{
+    assets, events, export, fast_runs, find, log_view, mouse_api, recording_api, recordings, stream,
+};
 
 const SVG: &str = "image/svg+xml";
 const BINARY: &str = "application/octet-stream";

@@ -124,7 +124,7 @@ pub(crate) fn in_maze(maze: &Maze, vehicle: &Vehicle) -> Vec<RouteRun> {
     let (walls, start, goals) = (maze.walls(), maze.start().cell, maze.goals());
     let mut planner = Planner::new(vehicle.clone());
     let run = |route, found: Result<&FastRun, NoRun>| {
-        RouteRun::new(route, found.map_err(|error| sentence(&error)), vehicle, goals)
+        RouteRun::new(route, found.map_err(sentence), vehicle, goals)
     };
     let mut runs = vec![run("fastest", planner.plan(walls, start, goals))];
     for route in Route::ALL {
@@ -146,7 +146,7 @@ fn plan<'a>(
 }
 
 /// Returns an error as a sentence.
-fn sentence(error: &NoRun) -> String {
+fn sentence(error: NoRun) -> String {
     let text = error.to_string();
     let mut characters = text.chars();
     let first = characters.next().into_iter().flat_map(char::to_uppercase);
