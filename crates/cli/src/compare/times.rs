@@ -225,7 +225,7 @@ o---o---o---o---o---o
         let cells =
             |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell::new(x, y)).collect::<Vec<_>>();
         let time = |list: &[(u8, u8)]| return_time(&cells(list), speed);
-        assert_eq!([time(&[]), time(&[(3, 3)])], [0.0; 2]);
+        assert!(time(&[]) < 1e-12 && time(&[(3, 3)]) < 1e-12);
         assert!((time(&[(0, 0), (1, 0), (2, 0)]) - 3.0).abs() < 1e-12);
         assert!((time(&[(0, 0), (1, 0), (1, 1), (2, 1)]) - 4.5).abs() < 1e-12);
     }
