@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::hint::black_box;
 
 use criterion::Criterion;
-use mmsim_benches::{Row, classic_mazes, compare, large_mazes, sensor_poses};
+use mmsim_benches::{Nibbles, Row, classic_mazes, compare, large_mazes, sensor_poses};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Unknown, Walls};
 use mmsim_solvers::{Distances, Downhill, FloodFill, Instructions, steps_between};
 use pathfinding::prelude::bfs;
@@ -34,84 +34,6 @@ fn textbook(walls: &Walls, targets: &CellSet) -> Vec<u16> {
 
 const SIDE: usize = 32;
 const FAR: u16 = u16::MAX;
-
-/// A maze as firmware stores it: four bits per cell, one for each open side.
-struct Nibbles {
-    /// The open sides of each cell, row by row. Bit i is set if the side in direction
-    /// `Heading::ALL[i]` is open.
-    open: Vec<u8>,
-    goals: Vec<usize>,
-    width: usize,
-}
-
-impl Nibbles {
-    fn new(maze: &Maze) -> Self {
-        let width = usize::from(maze.size().width());
-        let index = |cell: Cell| width * usize::from(cell.y) + usize::from(cell.x);
-        let mut open = vec![0; maze.size().area()];
-        for cell in maze.size().cells() {
-            for (bit, heading) in Heading::ALL.into_iter().enumerate() {
-                open[index(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
-            }
-        }
-        Self { open, goals: maze.goals().iter().map(index).collect(), width }
-    }
-
-    /// Floods the maze, using a fixed-size array as the queue. `AREA` is the number of cells. `S`
-    /// is `u8` for mazes of 256 cells and `u16` for larger ones.
-    fn flood<const AREA: usize, S: Steps>(&self) -> [S; AREA] {
-        let mut distances = [S::FAR; AREA];
-        let mut queue = [0_u16; AREA];
-        let (mut done, mut reached) = (0, 0);
-        for &goal in &self.goals {
-            distances[goal] = S::ZERO;
-            queue[reached] = u16::try_from(goal).unwrap_or(0);
-            reached += 1;
-        }
-        let open = &self.open[..AREA];
-        while done < reached {
-            let cell = usize::from(queue[done]) % AREA;
-            done += 1;
-            let next = distances[cell].one_more();
-            let steps = [self.width, 1, self.width.wrapping_neg(), usize::MAX];
-            for (bit, step) in steps.into_iter().enumerate() {
-                let neighbour = cell.wrapping_add(step) % AREA;
-                if open[cell] >> bit & 1 == 1 && distances[neighbour] == S::FAR {
-                    distances[neighbour] = next;
-                    queue[reached % AREA] = u16::try_from(neighbour).unwrap_or(0);
-                    reached += 1;
-                }
-            }
-        }
-        distances
-    }
-}
-
-/// A number of steps, stored in one or two bytes.
-trait Steps: Copy + PartialEq {
-    const ZERO: Self;
-    const FAR: Self;
-
-    fn one_more(self) -> Self;
-}
-
-impl Steps for u8 {
-    const ZERO: Self = 0;
-    const FAR: Self = Self::MAX;
-
-    fn one_more(self) -> Self {
-        self.wrapping_add(1)
-    }
-}
-
-impl Steps for u16 {
-    const ZERO: Self = 0;
-    const FAR: Self = Self::MAX;
-
-    fn one_more(self) -> Self {
-        self.wrapping_add(1)
-    }
-}
 
 fn index(cell: Cell) -> usize {
     usize::from(cell.y) * SIDE + usize::from(cell.x)
@@ -235,8 +157,8 @@ fn peers() -> [Row<'static, Prepared>; 4] {
         Row::new("textbook queue", |Prepared { maze, .. }| {
             black_box(textbook(maze.walls(), maze.goals()));
         }),
-        Row::new("array queue", |Prepared { nibbles, .. }| {
-            if nibbles.open.len() == 256 {
+        Row::new("array queue", |Prepared { maze, nibbles, .. }| {
+            if maze.size().area() == 256 {
                 black_box(&nibbles.flood::<256, u8>());
             } else {
                 black_box(&nibbles.flood::<1024, u16>());

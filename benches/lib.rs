@@ -1,6 +1,8 @@
 //! Code shared by the benchmarks.
 #![forbid(unsafe_code)]
 
+mod array_queue;
+
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,6 +14,8 @@ use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Pose};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy};
+
+pub use array_queue::{Nibbles, Steps};
 
 /// The maximum number of states in a search. Without this limit, wall followers could run in
 /// circles forever.

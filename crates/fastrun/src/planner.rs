@@ -4,6 +4,7 @@ mod openings;
 mod rows;
 mod search;
 mod tables;
+mod targets;
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
@@ -14,6 +15,7 @@ use crate::vehicle::Vehicle;
 use rows::Line;
 use search::{Finish, Memory, search};
 use tables::Tables;
+use targets::Targets;
 
 /// Finds the fastest runs of one vehicle. A planner keeps its tables and its memory, so further
 /// plans allocate nothing.
@@ -21,6 +23,8 @@ use tables::Tables;
 pub struct Planner {
     vehicle: Vehicle,
     tables: Tables,
+    /// For mazes of up to 16×16 cells, and for larger ones.
+    targets: [Targets; 2],
     memory: Memory,
     run: FastRun,
 }
@@ -75,7 +79,13 @@ impl Planner {
     /// Creates a planner for a vehicle.
     pub fn new(vehicle: Vehicle) -> Self {
         let run = FastRun::new(Cell::new(0, 0), Direction::North, alloc::vec::Vec::new(), 0);
-        Self { tables: Tables::new(&vehicle), memory: Memory::default(), vehicle, run }
+        let targets = [16, 32].map(Targets::new);
+        Self { tables: Tables::new(&vehicle), targets, memory: Memory::default(), vehicle, run }
+    }
+
+    /// DEBUG
+    pub fn debug(&self) -> [usize; 5] {
+        self.memory.debug(&self.tables)
     }
 
     /// Returns the vehicle.
@@ -115,8 +125,14 @@ impl Planner {
         start: Cell,
         goals: &CellSet,
     ) -> Option<()> {
-        let Finish { mut state, steps, .. } =
-            search::<L, N>(&self.tables, &mut self.memory, walls, start, goals)?;
+        let Finish { mut state, steps, .. } = search::<L, N>(
+            &self.tables,
+            &self.targets[usize::from(N > 16)],
+            &mut self.memory,
+            walls,
+            start,
+            goals,
+        )?;
         let state_at = |index: u32| &self.memory.states[index as usize];
         let turns = self.run.reset(start, steps);
         let direction = loop {
@@ -126,12 +142,10 @@ impl Planner {
             let Some(kind) = class.kind else { break direction };
             let (before, before_cell) = state_at(after.parent).place::<N>();
             let side = if kind == TurnKind::L180 {
-                // The cells of the two lines differ in x or in y.
-                let is_vertical = matches!(before, Direction::North | Direction::South);
-                let grows =
-                    if is_vertical { cell % N > before_cell % N } else { cell < before_cell };
-                let is_forward = matches!(before, Direction::North | Direction::East);
-                if grows == is_forward { Side::Right } else { Side::Left }
+                // The line of the second cell lies on the side of the turn.
+                let (east, north) = before.turned(2).vector();
+                let grows = if east == 0 { cell.1 > before_cell.1 } else { cell.0 > before_cell.0 };
+                if grows == (east + north > 0) { Side::Right } else { Side::Left }
             } else if kind.turned(before, Side::Left) == direction {
                 Side::Left
             } else {

@@ -1,8 +1,11 @@
 //! The openings of a maze without its dead ends, and where turns can begin, as bit rows.
 
+use core::array::from_fn;
+
 use mmsim_maze::{Cell, CellSet, Walls};
 
 use super::rows::{Line, Rows};
+use super::tables::Tables;
 
 /// The openings of a maze: bit x of line y stands for the cell (x, y).
 #[derive(Clone, Copy)]
@@ -80,118 +83,116 @@ pub(super) struct Frame<L, const N: usize> {
     pub(super) goals: Rows<L, N>,
 }
 
-/// The cells from which each turn along a line can begin, first to the next line, then to the line
-/// before. The turn `s90` begins at the wall ahead of the cell.
+/// The cells from which each turn along a line can begin: `s90` (at the wall ahead of the cell),
+/// `l90`, `45in`, `180` and `135in`, each first to the next line and then to the line before.
 #[derive(Clone, Copy)]
-pub(super) struct AlongTurns<L, const N: usize> {
-    pub(super) s90: [Rows<L, N>; 2],
-    pub(super) l90: [Rows<L, N>; 2],
-    pub(super) in45: [Rows<L, N>; 2],
-    pub(super) l180: [Rows<L, N>; 2],
-    pub(super) in135: [Rows<L, N>; 2],
-}
+pub(super) struct AlongTurns<L, const N: usize>(pub(super) [Rows<L, N>; 10]);
 
-/// The walls from which each turn on a diagonal can begin. The diagonal leads forward, and to the
-/// next line or the line before.
+/// The walls from which each turn on a diagonal can begin.
 #[derive(Clone, Copy)]
 pub(super) struct DiagonalTurns<L, const N: usize> {
     /// The walls after which the next wall of the diagonal is open.
     pub(super) next: Rows<L, N>,
-    pub(super) out45: Rows<L, N>,
-    pub(super) out135: Rows<L, N>,
-    pub(super) v90: Rows<L, N>,
-    pub(super) k90: Rows<L, N>,
+    /// `45out`, `135out`, `v90` and `k90`.
+    pub(super) turns: [Rows<L, N>; 4],
 }
 
 impl<L: Line, const N: usize> Frame<L, N> {
     #[inline(always)]
-    pub(super) fn along_turns(&self) -> AlongTurns<L, N> {
-        let up = self.along_turns_aside(Self::above, self.aside, self.aside.above());
-        let down_aside = self.aside.below();
-        let down = self.along_turns_aside(Self::below, down_aside, down_aside.below());
-        let [s90, l90, in45, l180, in135] = core::array::from_fn(|kind| [up[kind], down[kind]]);
-        AlongTurns { s90, l90, in45, l180, in135 }
+    pub(super) fn along_turns(&self, tables: &Tables) -> AlongTurns<L, N> {
+        let down = self.aside.below();
+        let [up, down] = [
+            self.along_turns_aside(
+                [self.forward.above(), self.goals.above()],
+                [self.aside, self.aside.above()],
+                tables,
+            ),
+            self.along_turns_aside(
+                [self.forward.below(), self.goals.below()],
+                [down, down.below()],
+                tables,
+            ),
+        ];
+        AlongTurns(from_fn(|lane| [up, down][lane % 2][lane / 2]))
     }
 
-    /// Returns the turns to one side: `aside` are the openings from a cell to the line on this
-    /// side, and `beyond` those from there to the line after it.
+    /// Returns the turns to one side, given the openings ahead and the goals of the line on this
+    /// side, and the openings from the cells to this line and from there to the line after it.
     #[inline(always)]
     fn along_turns_aside(
         &self,
-        shift: impl Fn(Rows<L, N>) -> Rows<L, N>,
-        aside: Rows<L, N>,
-        beyond: Rows<L, N>,
+        [forward, goals]: [Rows<L, N>; 2],
+        [aside, beyond]: [Rows<L, N>; 2],
+        tables: &Tables,
     ) -> [Rows<L, N>; 5] {
-        let (forward, goals) = (shift(self.forward), shift(self.goals));
         let s90 = self.forward & aside.ahead(1);
-        let l90 = s90 & (beyond | goals).ahead(1);
-        let in45 = s90 & forward.ahead(1);
         let round = s90 & forward;
-        let l180 = round & (forward.behind() | goals);
-        [s90, l90, in45, l180, round & beyond]
+        let turns = [
+            s90,
+            s90 & (beyond | goals).ahead(1),
+            s90 & forward.ahead(1),
+            round & (forward.behind() | goals),
+            round & beyond,
+        ];
+        from_fn(|turn| if tables.has(turn) { turns[turn] } else { Rows::NONE })
     }
 
+    /// Returns the turns on diagonals that lead forward and to the next line: first from the walls
+    /// ahead of the cells, then from those between the cells and the next line.
     #[inline(always)]
-    fn above(rows: Rows<L, N>) -> Rows<L, N> {
-        rows.above()
-    }
-
-    #[inline(always)]
-    fn below(rows: Rows<L, N>) -> Rows<L, N> {
-        rows.below()
-    }
-
-    /// Returns the turns on diagonals that lead forward and to the next line. The first element is
-    /// for the walls ahead of the cells, the second for the walls between the cells and the next
-    /// line.
-    #[inline(always)]
-    pub(super) fn diagonals_up(&self) -> [DiagonalTurns<L, N>; 2] {
+    pub(super) fn diagonals_up(&self, tables: &Tables) -> [DiagonalTurns<L, N>; 2] {
         let Self { forward, aside, goals } = *self;
         let (above, aside_above, goals_above) = (forward.above(), aside.above(), goals.above());
         let next = aside.ahead(1);
         let around = next & above;
-        let from_ahead = DiagonalTurns {
-            next,
-            out45: next & (aside_above | goals_above).ahead(1),
-            out135: around & (above.behind() | goals_above),
-            v90: around & aside_above,
-            k90: next & aside_above.ahead(1) & above.above() & aside_above.above(),
-        };
+        let from_ahead = [
+            next & (aside_above | goals_above).ahead(1),
+            around & (above.behind() | goals_above),
+            around & aside_above,
+            next & aside_above.ahead(1) & above.above() & aside_above.above(),
+        ];
         let around = above & aside.ahead(1);
-        let from_aside = DiagonalTurns {
-            next: above,
-            out45: above & (above | goals_above).ahead(1),
-            out135: around & (aside.below() | goals).ahead(1),
-            v90: around & forward.ahead(1),
-            k90: above & above.ahead(1) & aside.ahead(2) & forward.ahead(2),
-        };
-        [from_ahead, from_aside]
+        let from_aside = [
+            above & (above | goals_above).ahead(1),
+            around & (aside.below() | goals).ahead(1),
+            around & forward.ahead(1),
+            above & above.ahead(1) & aside.ahead(2) & forward.ahead(2),
+        ];
+        [diagonal_turns(next, from_ahead, tables), diagonal_turns(above, from_aside, tables)]
     }
 
     /// Does the same as [`diagonals_up`](Self::diagonals_up) for the line before.
     #[inline(always)]
-    pub(super) fn diagonals_down(&self) -> [DiagonalTurns<L, N>; 2] {
+    pub(super) fn diagonals_down(&self, tables: &Tables) -> [DiagonalTurns<L, N>; 2] {
         let Self { forward, aside, goals } = *self;
         let (below, aside_below, goals_below) = (forward.below(), aside.below(), goals.below());
-        let aside_beyond = aside_below.below();
+        let beyond = aside_below.below();
         let next = aside_below.ahead(1);
         let around = next & below;
-        let from_ahead = DiagonalTurns {
-            next,
-            out45: next & (aside_beyond | goals_below).ahead(1),
-            out135: around & (below.behind() | goals_below),
-            v90: around & aside_beyond,
-            k90: next & aside_beyond.ahead(1) & below.below() & aside_beyond.below(),
-        };
+        let from_ahead = [
+            next & (beyond | goals_below).ahead(1),
+            around & (below.behind() | goals_below),
+            around & beyond,
+            next & beyond.ahead(1) & below.below() & beyond.below(),
+        ];
         let around = forward & aside.ahead(1);
         let (above, goals_above) = (forward.above(), goals.above());
-        let from_aside = DiagonalTurns {
-            next: forward,
-            out45: forward & (forward | goals).ahead(1),
-            out135: around & (aside.above() | goals_above).ahead(1),
-            v90: around & above.ahead(1),
-            k90: forward & forward.ahead(1) & aside.ahead(2) & above.ahead(2),
-        };
-        [from_ahead, from_aside]
+        let from_aside = [
+            forward & (forward | goals).ahead(1),
+            around & (aside.above() | goals_above).ahead(1),
+            around & above.ahead(1),
+            forward & forward.ahead(1) & aside.ahead(2) & above.ahead(2),
+        ];
+        [diagonal_turns(next, from_ahead, tables), diagonal_turns(forward, from_aside, tables)]
     }
+}
+
+#[inline(always)]
+fn diagonal_turns<L: Line, const N: usize>(
+    next: Rows<L, N>,
+    turns: [Rows<L, N>; 4],
+    tables: &Tables,
+) -> DiagonalTurns<L, N> {
+    let turns = from_fn(|turn| if tables.has(5 + turn) { turns[turn] } else { Rows::NONE });
+    DiagonalTurns { next, turns }
 }

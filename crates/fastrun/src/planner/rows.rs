@@ -14,11 +14,27 @@ pub(super) trait Line:
 
     fn from_low_bits(bits: u32) -> Self;
     fn to_bits(self) -> u32;
+    fn trailing_ones(self) -> u32;
     fn shl(self, count: u32) -> Self;
     fn shr(self, count: u32) -> Self;
     fn reversed(self) -> Self;
     /// Returns the first `count` bits of four lines, beginning with bit `first`.
     fn cut(lines: [Self; 4], first: u32, count: u32) -> Self::Four;
+}
+
+/// Eight lines, in two groups of four.
+#[derive(Clone, Copy)]
+pub(super) struct Eight<F>(pub(super) F, pub(super) F);
+
+impl<F: Four> Eight<F> {
+    /// Removes the lowest bit, and returns the number of its line and its position in the line.
+    #[inline(always)]
+    pub(super) fn pop(&mut self) -> Option<(usize, u32)> {
+        if let Some(found) = self.0.pop() {
+            return Some(found);
+        }
+        self.1.pop().map(|(line, position)| (line + 4, position))
+    }
 }
 
 /// Four lines side by side.
@@ -43,6 +59,11 @@ macro_rules! line {
             #[inline(always)]
             fn to_bits(self) -> u32 {
                 self.into()
+            }
+
+            #[inline(always)]
+            fn trailing_ones(self) -> u32 {
+                <$line>::trailing_ones(self)
             }
 
             #[inline(always)]
@@ -92,6 +113,8 @@ line!(u32, u128);
 pub(super) struct Rows<L, const N: usize>(pub(super) [L; N]);
 
 impl<L: Line, const N: usize> Rows<L, N> {
+    pub(super) const NONE: Self = Self([L::NONE; N]);
+
     pub(super) fn from_rows(rows: &[u32; 32]) -> Self {
         Self(from_fn(|line| L::from_low_bits(rows[line])))
     }

@@ -7,8 +7,9 @@ use mmsim_maze::{Cell, CellSet, Walls};
 use crate::lattice::Direction;
 
 use super::openings::{AlongTurns, DiagonalTurns, Frame, Openings};
-use super::rows::{Four, Line};
-use super::tables::{IMPOSSIBLE, Tables};
+use super::rows::{Eight, Four, Line, Rows};
+use super::tables::{Costs, IMPOSSIBLE, Tables};
+use super::targets::{DIAGONALS, KINDS, Targets, WALLS, place, start_node};
 
 /// A state: a turn has ended at a place, or the mouse stands in the start cell.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +29,8 @@ const NO_STATE: u32 = u32::MAX;
 
 impl State {
     /// Returns the direction of the mouse and the cell of its node in a maze of up to N×N cells.
-    pub(super) fn place<const N: usize>(&self) -> (Direction, usize) {
-        let (kind, cell) = (usize::from(self.node) / (N * N), usize::from(self.node) % (N * N));
-        let eighths = if kind < DIAGONALS { 2 * kind } else { [1, 3, 7, 5][kind / 2 - 4] };
-        (Direction::ALL[eighths % 8], cell)
+    pub(super) fn place<const N: usize>(&self) -> (Direction, (usize, usize)) {
+        place(self.node.into(), N)
     }
 }
 
@@ -66,36 +65,55 @@ pub(super) struct Memory {
     /// that may be better for what follows.
     others: Vec<u32>,
     other_states: Vec<Other>,
+    expanded: usize,
+    relaxed: usize,
     /// The first state of each bucket. Bucket i contains the states of a range of times; it also
     /// serves for later ranges.
     buckets: Vec<u32>,
 }
 
-/// A direction of a frame: north, east, south or west.
-const DIRECTIONS: usize = 4;
+impl Memory {
+    pub(super) fn debug(&self, tables: &Tables) -> [usize; 5] {
+        [
+            self.states.len(),
+            self.other_states.len(),
+            self.expanded,
+            self.relaxed,
+            tables.classes.len(),
+        ]
+    }
 
-/// The nodes at centres come first, one for each direction and cell, then those at the walls ahead
-/// of the cells, then those on diagonals: the walls ahead of the cells and those between the cells
-/// and their northern neighbours, for each of the four diagonal directions.
-const CENTRES: usize = 0;
-const WALLS: usize = 4;
-const DIAGONALS: usize = 8;
-const KINDS_OF_NODES: usize = 16;
+    fn clear(&mut self, nodes: usize, buckets: usize) {
+        self.states.clear();
+        self.times.clear();
+        self.times.resize(nodes, IMPOSSIBLE);
+        self.classes.clear();
+        self.classes.resize(nodes, 0);
+        self.others.resize(nodes, 0);
+        self.other_states.clear();
+        self.buckets.clear();
+        self.buckets.resize(buckets, NO_STATE);
+        self.expanded = 0;
+        self.relaxed = 0;
+    }
+}
 
 struct Search<'a, L, const N: usize> {
     tables: &'a Tables,
+    targets: &'a Targets,
     memory: &'a mut Memory,
-    frames: [Frame<L, N>; DIRECTIONS],
-    along: [AlongTurns<L, N>; DIRECTIONS],
-    /// For each direction along a row (east, west), and each vertical direction (north, south): the
-    /// turns from the walls ahead of the cells, and from those between the cells and their northern
-    /// neighbours.
-    diagonals: [[[DiagonalTurns<L, N>; 2]; 2]; 2],
+    /// For each direction, the openings and goals, and the turns.
+    frames: [Frame<L, N>; 4],
+    along: [AlongTurns<L, N>; 4],
+    /// For each kind of nodes on diagonals, the turns.
+    diagonals: [DiagonalTurns<L, N>; 8],
     best: Finish,
 }
 
+/// Finds the fastest run. No goal lies outside of the maze, and the start is no goal.
 pub(super) fn search<L: Line, const N: usize>(
     tables: &Tables,
+    targets: &Targets,
     memory: &mut Memory,
     walls: &Walls,
     start: Cell,
@@ -103,61 +121,31 @@ pub(super) fn search<L: Line, const N: usize>(
 ) -> Option<Finish> {
     let openings = Openings::<L, N>::new(walls, goals).without_dead_ends(start);
     let frames = openings.frames();
-    let along = frames.map(|frame| frame.along_turns());
+    let along = frames.map(|frame| frame.along_turns(tables));
     let [_, east, _, west] = &frames;
-    let diagonals = [east, west].map(|frame| [frame.diagonals_up(), frame.diagonals_down()]);
-    memory.states.clear();
-    memory.times.clear();
-    memory.times.resize(KINDS_OF_NODES * N * N, IMPOSSIBLE);
-    memory.classes.clear();
-    memory.classes.resize(KINDS_OF_NODES * N * N, 0);
-    memory.others.resize(KINDS_OF_NODES * N * N, 0);
-    memory.other_states.clear();
-    memory.buckets.clear();
-    memory.buckets.resize(tables.buckets, NO_STATE);
+    let [a, b, c, d] = [
+        east.diagonals_up(tables),
+        east.diagonals_down(tables),
+        west.diagonals_up(tables),
+        west.diagonals_down(tables),
+    ];
+    let diagonals = [a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]];
+    memory.clear(KINDS * N * N, tables.buckets);
     let best = Finish { time: IMPOSSIBLE, state: NO_STATE, steps: 0 };
-    let mut search = Search { tables, memory, frames, along, diagonals, best };
+    let mut search = Search { tables, targets, memory, frames, along, diagonals, best };
     search.run(start);
     (search.best.state != NO_STATE).then_some(search.best)
 }
 
-/// The change of a cell's index for a step north, east, south or west.
-const fn step(n: usize, direction: usize) -> isize {
-    match direction {
-        0 => n as isize,
-        1 => 1,
-        2 => -(n as isize),
-        _ => -1,
-    }
-}
-
-/// Returns the line of a cell and its position in the line, as seen in a direction.
-#[inline(always)]
-fn place<L: Line>(direction: usize, x: u32, y: u32) -> (usize, u32) {
-    let last = L::BITS - 1;
-    match direction {
-        0 => (x as usize, y),
-        1 => (y as usize, x),
-        2 => (x as usize, last - y),
-        _ => (y as usize, last - x),
-    }
-}
-
 impl<L: Line, const N: usize> Search<'_, L, N> {
     fn run(&mut self, start: Cell) {
-        let cell = usize::from(start.y) * N + usize::from(start.x);
-        for direction in 0..DIRECTIONS {
-            let state = self.memory.states.len() as u32;
-            let node = (CENTRES + direction) * N * N + cell;
-            self.memory.states.push(State {
-                time: 0,
-                parent: NO_STATE,
-                next: NO_STATE,
-                node: node as u16,
-                class: 0,
-                steps: 0,
-            });
-            self.expand(state);
+        for direction in 0..4 {
+            let node = start_node(direction, start, N);
+            #[allow(clippy::cast_possible_truncation)]
+            let index = self.memory.states.len() as u32;
+            let (parent, next) = (NO_STATE, NO_STATE);
+            self.memory.states.push(State { time: 0, parent, next, node, class: 0, steps: 0 });
+            self.expand(index);
         }
         let mask = self.tables.buckets - 1;
         let mut bucket = 0_u32;
@@ -188,7 +176,7 @@ impl<L: Line, const N: usize> Search<'_, L, N> {
     /// Returns true if a state is no better than another one for anything that may follow.
     #[inline(always)]
     fn is_worse(&self, time: u32, class: u8, other: u32, other_class: u8) -> bool {
-        i64::from(other) + i64::from(self.tables.loss(other_class, class)) <= i64::from(time)
+        other.wrapping_add_signed(self.tables.loss(other_class, class)) <= time
     }
 
     /// Returns true if a state is worse than one of the known states at its node, apart from
@@ -237,165 +225,87 @@ impl<L: Line, const N: usize> Search<'_, L, N> {
 
     #[inline(always)]
     fn expand(&mut self, index: u32) {
+        self.memory.expanded += 1;
         let state = self.memory.states[index as usize];
         let node = usize::from(state.node);
-        let (kind, cell) = (node / (N * N), node % (N * N));
-        if kind < WALLS {
-            self.expand_along(index, state, kind - CENTRES, cell, false);
-        } else if kind < DIAGONALS {
-            self.expand_along(index, state, kind - WALLS, cell, true);
+        let (kind, line, position) = (node / (N * N), node / N % N, node % N);
+        if kind < DIAGONALS {
+            self.expand_along(index, state, kind, line, position as u32);
         } else {
-            self.expand_diagonal(index, state, kind - DIAGONALS, cell);
+            self.expand_diagonal(index, state, kind - DIAGONALS, line, position as u32);
         }
     }
 
-    fn expand_along(
+    /// Drives straight on along a line, and every turn that begins there.
+    fn expand_along(&mut self, index: u32, state: State, kind: usize, line: usize, position: u32) {
+        let (tables, direction) = (self.tables, kind % 4);
+        let is_at_wall = u32::from(kind >= WALLS);
+        // The position of the first centre ahead.
+        let first = position + is_at_wall;
+        let frame = &self.frames[direction];
+        let open = frame.forward.0[line].shr(first).trailing_ones();
+        let goals = frame.goals.0[line].shr(first).to_bits() & (u32::MAX >> (31 - open));
+        if goals != 0 {
+            self.finish(index, state, is_at_wall, goals);
+        }
+        let costs = tables.costs(state.class);
+        let turns = |lane: usize| self.along[direction].0[lane].0[line];
+        let s90 = [turns(0), turns(1), L::NONE, L::NONE];
+        let mut s90 = L::cut(s90, position, open + is_at_wall);
+        let mut others = Eight(
+            L::cut([turns(2), turns(3), turns(4), turns(5)], first, open),
+            L::cut([turns(6), turns(7), turns(8), turns(9)], first, open),
+        );
+        let targets = self.targets;
+        while let Some((side, at)) = s90.pop() {
+            let node = targets.along[direction][side].node(line, position + at);
+            self.relax(index, state.time, costs, 2 * at + 1 - is_at_wall, 0, node);
+        }
+        while let Some((lane, at)) = others.pop() {
+            let node = targets.along[direction][2 + lane].node(line, first + at);
+            self.relax(index, state.time, costs, 2 * at + is_at_wall, 1 + lane / 2, node);
+        }
+    }
+
+    /// Drives straight on along a diagonal, and every turn that begins there.
+    fn expand_diagonal(
         &mut self,
         index: u32,
         state: State,
-        direction: usize,
-        cell: usize,
-        is_at_wall: bool,
+        mut kind: usize,
+        mut line: usize,
+        mut position: u32,
     ) {
-        let tables = self.tables;
-        let ahead = step(N, direction);
-        let (line, position) = place::<L>(direction, (cell % N) as u32, (cell / N) as u32);
-        // The first cell whose centre lies ahead, and the lattice steps to it.
-        let first = position + u32::from(is_at_wall);
-        let (to_wall, to_centre) = if is_at_wall { (0, 1) } else { (1, 0) };
-        let frame = &self.frames[direction];
-        let open =
-            (!frame.forward.0[line]).shr(first).to_bits().trailing_zeros().min(L::BITS - 1 - first);
-        let goals = frame.goals.0[line].shr(first).to_bits() & (u32::MAX >> (31 - open));
-        if goals != 0 {
-            self.finish(index, state, to_centre, goals);
-        }
-        let along = &self.along[direction];
-        let s90 = [along.s90[0].0[line], along.s90[1].0[line], L::NONE, L::NONE];
-        let easy = [&along.l90, &along.in45].map(|turns| turns.each_ref().map(|turn| turn.0[line]));
-        let round =
-            [&along.l180, &along.in135].map(|turns| turns.each_ref().map(|turn| turn.0[line]));
-        let costs = tables.costs(state.class);
-        let width = tables.along;
-        // To the next line, and to the line before.
-        let sides = if direction % 2 == 0 { [1, 3] } else { [0, 2] };
-        let back = (direction + 2) % 4;
-        let mut exits = L::cut(s90, position, open + u32::from(is_at_wall));
-        while let Some((side, at)) = exits.pop() {
-            let begin = cell as isize + at as isize * ahead;
-            let side = sides[side];
-            let node = (WALLS + side) as isize * (N * N) as isize + begin + ahead;
-            let steps = 2 * at + to_wall;
-            self.relax(index, state, costs, width, steps, 0, node as usize);
-        }
-        let begin = cell as isize + if is_at_wall { ahead } else { 0 };
-        let nodes = (N * N) as isize;
-        let mut exits = L::cut([easy[0][0], easy[0][1], easy[1][0], easy[1][1]], first, open);
-        while let Some((lane, at)) = exits.pop() {
-            let begin = begin + at as isize * ahead;
-            let side = sides[lane % 2];
-            let aside = step(N, side);
-            let corner = begin + ahead;
-            let steps = 2 * at + to_centre;
-            let (turn, node) = if lane < 2 {
-                (1, (CENTRES + side) as isize * nodes + corner + aside)
-            } else {
-                (2, in45::<N>(direction, side, corner))
-            };
-            self.relax(index, state, costs, width, steps, turn, node as usize);
-        }
-        let mut exits = L::cut([round[0][0], round[0][1], round[1][0], round[1][1]], first, open);
-        while let Some((lane, at)) = exits.pop() {
-            let begin = begin + at as isize * ahead;
-            let side = sides[lane % 2];
-            let aside = step(N, side);
-            let steps = 2 * at + to_centre;
-            let (turn, node) = if lane < 2 {
-                (3, (CENTRES + back) as isize * nodes + begin + aside)
-            } else {
-                (4, in135::<N>(direction, side, begin))
-            };
-            self.relax(index, state, costs, width, steps, turn, node as usize);
-        }
-    }
-
-    fn expand_diagonal(&mut self, index: u32, state: State, kind: usize, cell: usize) {
-        let tables = self.tables;
-        // kind = 0..8: (horizontal, vertical, wall) as bits 2, 1 and 0.
-        let (horizontal, vertical) = (kind / 4, kind / 2 % 2);
-        let (forward, upward) = (1 + 2 * horizontal, 2 * vertical);
-        let (ahead, aside) = (step(N, forward), step(N, upward));
-        let costs = tables.costs(state.class);
-        let width = tables.diagonal;
-        let (mut line, mut position) = place::<L>(forward, (cell % N) as u32, (cell / N) as u32);
-        let (mut cell, mut is_aside) = (cell as isize, kind % 2 == 1);
-        let nodes = (N * N) as isize;
-        let (back_forward, back_upward) = ((forward + 2) % 4, 2 - upward);
+        let costs = self.tables.costs(state.class);
+        let targets = self.targets;
+        let is_down = kind / 2 % 2;
         let mut steps = 0;
         loop {
-            let turns = &self.diagonals[horizontal][vertical][usize::from(is_aside)];
-            let bit =
-                |rows: &super::rows::Rows<L, N>| rows.0[line].shr(position).to_bits() & 1 == 1;
-            if !bit(&turns.next) {
+            let turns = &self.diagonals[kind];
+            let bit = |rows: &Rows<L, N>| rows.0[line % N].shr(position).to_bits() & 1;
+            if bit(&turns.next) == 0 {
                 return;
             }
-            let (out45, out135, v90, k90) =
-                (bit(&turns.out45), bit(&turns.out135), bit(&turns.v90), bit(&turns.k90));
-            if out45 {
-                let (direction, end) = if is_aside {
-                    let ahead_cell = if vertical == 0 { cell + aside } else { cell };
-                    (forward, ahead_cell + ahead)
-                } else {
-                    (upward, cell + ahead + aside)
-                };
-                let node = (CENTRES + direction) as isize * nodes + end;
-                self.relax(index, state, costs, width, steps, 5, node as usize);
+            let mut exits = bit(&turns.turns[0])
+                | bit(&turns.turns[1]) << 1
+                | bit(&turns.turns[2]) << 2
+                | bit(&turns.turns[3]) << 3;
+            while exits != 0 {
+                let turn = exits.trailing_zeros() as usize;
+                exits &= exits - 1;
+                let node = targets.diagonal[kind][turn].node(line, position);
+                self.relax(index, state.time, costs, steps, 5 + turn, node);
             }
-            if out135 {
-                let (direction, end) = if is_aside {
-                    let behind = if vertical == 0 { cell } else { cell - aside };
-                    (back_upward, behind + ahead)
-                } else {
-                    (back_forward, cell + aside)
-                };
-                let node = (CENTRES + direction) as isize * nodes + end;
-                self.relax(index, state, costs, width, steps, 6, node as usize);
-            }
-            if v90 {
-                let node = if is_aside {
-                    diagonal::<N>(forward, back_upward, true, cell + ahead)
-                } else {
-                    diagonal::<N>(back_forward, upward, false, cell + ahead + aside)
-                };
-                self.relax(index, state, costs, width, steps, 7, node as usize);
-            }
-            if k90 {
-                let node = if is_aside {
-                    diagonal::<N>(forward, back_upward, true, cell + 2 * ahead)
-                } else {
-                    diagonal::<N>(back_forward, upward, false, cell + ahead + 2 * aside)
-                };
-                self.relax(index, state, costs, width, steps, 8, node as usize);
-            }
-            // To the next wall of the diagonal.
-            if is_aside {
-                if vertical == 0 {
-                    cell += aside;
-                    line += 1;
-                }
-            } else {
-                cell += ahead;
-                position += 1;
-                if vertical == 1 {
-                    cell += aside;
-                    line -= 1;
-                }
-            }
-            is_aside = !is_aside;
+            // The next wall of the diagonal belongs to the cell ahead or to its southern neighbour.
+            let is_aside = kind % 2;
+            position += 1 - is_aside as u32;
+            line = line + (is_aside & !is_down) - (is_down & !is_aside & 1);
+            kind ^= 1;
             steps += 1;
         }
     }
 
+    /// Stops in each of the goals, whose bits are counted from the first centre ahead.
     fn finish(&mut self, index: u32, state: State, to_first: u32, mut goals: u32) {
         while goals != 0 {
             let steps = 2 * goals.trailing_zeros() + to_first;
@@ -407,23 +317,22 @@ impl<L: Line, const N: usize> Search<'_, L, N> {
         }
     }
 
-    /// Drives a turn at each of its speeds.
+    /// Drives a straight and a turn, at each of its speeds.
     #[inline(always)]
     fn relax(
         &mut self,
         parent: u32,
-        state: State,
-        costs: &[u32],
-        width: usize,
+        start: u32,
+        costs: Costs<'_>,
         steps: u32,
         turn: usize,
         node: usize,
     ) {
         let (low, high) = self.tables.ranges[turn];
-        let first = if turn < 5 { 1 } else { 1 + self.tables.along };
+        let first = self.tables.first[usize::from(turn >= 5)];
         for class in low..high {
-            let cost = costs[steps as usize * width + usize::from(class) - first];
-            let time = state.time + cost;
+            self.memory.relaxed += 1;
+            let time = start + costs.at(steps, usize::from(class) - first);
             if time >= self.best.time || self.is_worse_than_any(node, time, class) {
                 continue;
             }
@@ -436,42 +345,5 @@ impl<L: Line, const N: usize> Search<'_, L, N> {
             let state = State { time, parent, next, node: node as u16, class, steps: steps as u8 };
             self.memory.states.push(state);
         }
-    }
-}
-
-/// Returns the node at a wall of a diagonal that leads to `forward` (east or west) and `upward`
-/// (north or south). `cell` is the cell behind the wall as seen to `forward`, or the cell south of
-/// the wall.
-#[inline(always)]
-fn diagonal<const N: usize>(forward: usize, upward: usize, is_aside: bool, cell: isize) -> isize {
-    let kind = DIAGONALS + 4 * (forward / 2) + upward + usize::from(is_aside);
-    kind as isize * (N * N) as isize + cell
-}
-
-/// Returns the southern one of a cell and its neighbour to the north or south.
-#[inline(always)]
-fn southern<const N: usize>(cell: isize, direction: usize) -> isize {
-    if direction == 2 { cell - N as isize } else { cell }
-}
-
-/// Returns the node in which the turn by 45° ends that goes round the corner cell.
-#[inline(always)]
-fn in45<const N: usize>(direction: usize, side: usize, corner: isize) -> isize {
-    if direction % 2 == 1 {
-        diagonal::<N>(direction, side, true, southern::<N>(corner, side))
-    } else {
-        diagonal::<N>(side, direction, false, corner)
-    }
-}
-
-/// Returns the node in which the turn by 135° ends that begins in a cell.
-#[inline(always)]
-fn in135<const N: usize>(direction: usize, side: usize, begin: isize) -> isize {
-    let back = (direction + 2) % 4;
-    let (ahead, aside) = (step(N, direction), step(N, side));
-    if direction % 2 == 1 {
-        diagonal::<N>(back, side, false, begin + ahead + aside)
-    } else {
-        diagonal::<N>(side, back, true, southern::<N>(begin + ahead + aside, back))
     }
 }

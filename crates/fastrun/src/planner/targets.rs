@@ -1,0 +1,172 @@
+//! Nodes of the search, and where turns lead from one to another.
+
+use core::array::from_fn;
+
+use crate::lattice::Direction;
+
+/// The nodes at centres come first, one for each direction and cell, then those at the walls ahead
+/// of the cells.
+pub(super) const WALLS: usize = 4;
+/// After them come the nodes on diagonals: see [`diagonal`].
+pub(super) const DIAGONALS: usize = 8;
+pub(super) const KINDS: usize = 16;
+
+/// The end of a turn, as a linear function of the line and the position where it begins. All
+/// numbers are modulo 2^64.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    origin: usize,
+    line: usize,
+    position: usize,
+}
+
+impl Target {
+    #[inline(always)]
+    pub(super) fn node(&self, line: usize, position: u32) -> usize {
+        let line = line.wrapping_mul(self.line);
+        let position = (position as usize).wrapping_mul(self.position);
+        self.origin.wrapping_add(line).wrapping_add(position)
+    }
+}
+
+/// The ends of all turns in mazes with lines of `n` cells.
+#[derive(Clone, Debug)]
+pub(super) struct Targets {
+    /// For each direction, the turns `s90`, `l90`, `45in`, `180` and `135in`, each first towards
+    /// the next line and then towards the line before.
+    pub(super) along: [[Target; 10]; 4],
+    /// For each kind of node on diagonals, the turns `45out`, `135out`, `v90` and `k90`.
+    pub(super) diagonal: [[Target; 4]; 8],
+}
+
+/// North, east, south and west, as steps of x and y.
+const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
+
+type Cell = (i32, i32);
+
+fn shifted((x, y): Cell, direction: usize) -> Cell {
+    (x + STEPS[direction].0, y + STEPS[direction].1)
+}
+
+/// Returns the cell at a position of a line, or the inverse: both are the same for all directions.
+fn cell(direction: usize, line: i32, position: i32, n: i32) -> Cell {
+    match direction {
+        0 => (line, position),
+        1 => (position, line),
+        2 => (line, n - 1 - position),
+        _ => (n - 1 - position, line),
+    }
+}
+
+fn node(kind: usize, direction: usize, (x, y): Cell, n: i32) -> i32 {
+    let (line, position) = match direction {
+        0 => (x, y),
+        1 => (y, x),
+        2 => (x, n - 1 - y),
+        _ => (y, n - 1 - x),
+    };
+    (i32::try_from(kind).unwrap_or(0) * n + line) * n + position
+}
+
+/// Returns the node at the centre of a cell.
+fn centre(direction: usize, cell: Cell, n: i32) -> i32 {
+    node(direction, direction, cell, n)
+}
+
+/// Returns the node at the wall ahead of a cell.
+fn wall(direction: usize, cell: Cell, n: i32) -> i32 {
+    node(WALLS + direction, direction, cell, n)
+}
+
+/// Returns the node at the wall between two neighbouring cells, on a diagonal that leads from the
+/// first to the second cell.
+///
+/// There is one kind of nodes for each horizontal direction (east, west), each vertical direction
+/// (north, south), and each orientation of the wall: ahead of a cell as seen in the horizontal
+/// direction, or between a cell and its northern neighbour. The node belongs to this cell.
+fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: i32) -> i32 {
+    let [horizontal, vertical] =
+        if directions[0] % 2 == 1 { directions } else { [directions[1], directions[0]] };
+    let is_aside = from.0 == to.0;
+    let cell = if is_aside { (from.0, from.1.min(to.1)) } else { from };
+    let kind = DIAGONALS + horizontal / 2 * 4 + vertical + usize::from(is_aside);
+    node(kind, horizontal, cell, n)
+}
+
+impl Targets {
+    pub(super) fn new(n: usize) -> Self {
+        let n = i32::try_from(n).unwrap_or(0);
+        let target = |end: &dyn Fn(i32, i32) -> i32| {
+            let origin = end(0, 0);
+            let wrapped = |number: i32| number as isize as usize;
+            Target {
+                origin: wrapped(origin),
+                line: wrapped(end(1, 0) - origin),
+                position: wrapped(end(0, 1) - origin),
+            }
+        };
+        let along = from_fn(|ahead| {
+            from_fn(|lane| {
+                let side = [[1, 3], [0, 2]][ahead % 2][lane % 2];
+                let back = (ahead + 2) % 4;
+                target(&|line, position| {
+                    let begin = cell(ahead, line, position, n);
+                    let (corner, beside) = (shifted(begin, ahead), shifted(begin, side));
+                    let across = shifted(corner, side);
+                    match lane / 2 {
+                        0 => wall(side, corner, n),
+                        1 => centre(side, across, n),
+                        2 => diagonal([ahead, side], corner, across, n),
+                        3 => centre(back, beside, n),
+                        _ => diagonal([back, side], across, beside, n),
+                    }
+                })
+            })
+        });
+        let diagonal = from_fn(|kind| {
+            let (horizontal, vertical, is_aside) =
+                (1 + kind / 4 * 2, kind / 2 % 2 * 2, kind % 2 == 1);
+            // The direction across the wall, and the other one.
+            let (ahead, aside) =
+                if is_aside { (vertical, horizontal) } else { (horizontal, vertical) };
+            from_fn(|turn| {
+                target(&|line, position| {
+                    let at = cell(horizontal, line, position, n);
+                    let behind = if is_aside && vertical == 2 { shifted(at, 0) } else { at };
+                    let next = shifted(behind, ahead);
+                    let (far, near) = (shifted(next, aside), shifted(behind, aside));
+                    let back = (ahead + 2) % 4;
+                    match turn {
+                        0 => centre(aside, far, n),
+                        1 => centre(back, near, n),
+                        2 => diagonal([back, aside], far, near, n),
+                        _ => diagonal([back, aside], shifted(far, aside), shifted(near, aside), n),
+                    }
+                })
+            })
+        });
+        Self { along, diagonal }
+    }
+}
+
+/// Returns the node at the centre of the start cell.
+#[allow(clippy::cast_possible_truncation)]
+pub(super) fn start_node(direction: usize, start: mmsim_maze::Cell, n: usize) -> u16 {
+    let node = centre(direction, (start.x.into(), start.y.into()), n as i32);
+    node as u16
+}
+
+/// Returns the direction of the mouse at a node, and its cell.
+pub(super) fn place(node: usize, n: usize) -> (Direction, (usize, usize)) {
+    let (kind, line, position) = (node / (n * n), node / n % n, node % n);
+    let ahead = if kind < DIAGONALS { kind % 4 } else { 1 + (kind - DIAGONALS) / 4 * 2 };
+    let eighths = if kind < DIAGONALS { 2 * ahead } else { [1, 3, 7, 5][kind / 2 - 4] };
+    let last = n - 1 - position;
+    let cell = match ahead {
+        0 => (line, position),
+        1 => (position, line),
+        2 => (line, last),
+        _ => (last, line),
+    };
+    (Direction::ALL[eighths % 8], cell)
+}
