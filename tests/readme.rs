@@ -57,6 +57,7 @@ fn links_are_valid() {
         "ARCHITECTURE.md",
         "CONTRIBUTING.md",
         "docs/compare.md",
+        "docs/fast-run.md",
         "docs/contest.md",
         "docs/formats.md",
         "docs/mms.md",
