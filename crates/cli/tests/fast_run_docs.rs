@@ -141,8 +141,11 @@ fn the_longest_arcs_are_the_longest_that_fit() {
     }
 }
 
-/// Returns the curve of a turn and the cells in which it is, in cells.
-fn turn(kind: TurnKind) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+/// Places in a maze: the distances to the east and to the north, in cells.
+type Places = Vec<(f64, f64)>;
+
+/// Returns the curve of a turn, and the south-west corners of the cells in which it is.
+fn turn(kind: TurnKind) -> (Places, Places) {
     let vehicle = Vehicle::kerise();
     let fitted = vehicle.arc(kind).unwrap();
     // A long straight in which the mouse reaches the speed of the turn. On a diagonal, it can
