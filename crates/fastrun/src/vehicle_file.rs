@@ -19,6 +19,9 @@ use crate::vehicle::{Arc, Vehicle, VehicleError, VehicleParameters, length_of_18
 /// The size of a cell of a classic maze, in mm.
 const CLASSIC_CELL: f64 = 180.0;
 
+/// The maximum length of a name in a text, in characters.
+const MAX_NAME: usize = 64;
+
 /// The error for a text that does not describe a possible vehicle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}{fault}", line.map_or(String::new(), |line| format!("line {line}: ")))]
@@ -36,6 +39,12 @@ pub enum VehicleFileFault {
     /// The text is not TOML, or has a key or a value of an unexpected kind.
     #[error("{0}")]
     Toml(String),
+    /// The name is empty or too long.
+    #[error("name: expected 1 to {MAX_NAME} characters, found {found}")]
+    Name {
+        /// The number of characters.
+        found: usize,
+    },
     /// No preset has the name of the base.
     #[error("base: expected one of {}, found {found:?}", Vehicle::PRESETS.join(", "))]
     UnknownBase {
@@ -68,7 +77,10 @@ struct VehicleFile {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table such as { acceleration = 9000, top_speed = 3000 }"
+)]
 struct LineTable {
     acceleration: Option<f64>,
     braking: Option<f64>,
@@ -77,7 +89,7 @@ struct LineTable {
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { length = 116, speed = 500 }")]
 struct ArcTable {
     length: Option<f64>,
     speed: Option<f64>,
@@ -188,6 +200,10 @@ impl Vehicle {
 impl VehicleFile {
     /// Completes the parameters with those of the base and the defaults, and checks them.
     fn vehicle(self, name: &str) -> Result<Vehicle, VehicleFileFault> {
+        let length = self.name.as_ref().map(|name| name.chars().count());
+        if let Some(found) = length.filter(|length| !(1..=MAX_NAME).contains(length)) {
+            return Err(VehicleFileFault::Name { found });
+        }
         let base = match self.base {
             Some(found) => match Vehicle::preset(&found) {
                 Some(vehicle) => Some(vehicle.parameters().clone()),
@@ -279,6 +295,7 @@ impl VehicleFileFault {
     fn line(&self, text: &str) -> Option<usize> {
         let key = match self {
             Self::Toml(_) => return None,
+            Self::Name { .. } => "name".into(),
             Self::UnknownBase { .. } => "base".into(),
             Self::Missing { key } => key.into(),
             Self::Vehicle(error) => error.key(),
@@ -380,6 +397,12 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(error("[along]\nacceleration = 'fast'"), @r#"line 2: invalid type: string "fast", expected a number"#);
         insta::assert_snapshot!(error("[along]\nacelleration = 9000"), @"line 2: unknown field `acelleration`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
         insta::assert_snapshot!(error("[turns]\ns90 = { length = 116, speed = 600 }\nl9O = { speed = 3 }"), @"line 3: unknown turn `l9O`, expected one of s90, l90, 180, 45in, 135in, 45out, 135out, v90, k90");
+        insta::assert_snapshot!(error("along = 3"), @"line 1: invalid type: integer `3`, expected a table such as { acceleration = 9000, top_speed = 3000 }");
+        insta::assert_snapshot!(error("[turns]\nl90 = 900"), @"line 2: invalid type: integer `900`, expected a table such as { length = 116, speed = 500 }");
+        insta::assert_snapshot!(error("turns = [1]"), @"line 1: invalid type: sequence, expected a map");
+        insta::assert_snapshot!(error("base = 'ares'\nname = ''"), @"line 2: name: expected 1 to 64 characters, found 0");
+        insta::assert_snapshot!(error(&format!("name = '{}'", "ü".repeat(65))), @"line 1: name: expected 1 to 64 characters, found 65");
+        insta::assert_snapshot!(error(&format!("a = {}", "[".repeat(10_000))), @"line 1: cannot recurse further; max recursion depth met");
         insta::assert_snapshot!(error("# mine\nbase = 'export'"), @r#"line 2: base: expected one of ukmars, ares, expert, kerise, found "export""#);
         insta::assert_snapshot!(error(""), @"along.acceleration is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
         insta::assert_snapshot!(error("\n[along]\nacceleration = 6000"), @"line 2: along.top_speed is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
