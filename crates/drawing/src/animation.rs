@@ -13,7 +13,8 @@ use crate::scene::Scene;
 /// The minimum display time of the last frame, in milliseconds.
 const LAST_MS: u32 = 2500;
 
-/// The maximum number of frames in the animation of a search. The limit keeps the file small.
+/// The maximum number of frames in the animation of a search or of fast runs. The limit keeps the file
+/// small.
 pub const MAX_FRAMES: usize = 400;
 
 /// The display time of each frame in the animation of a search, in milliseconds.
