@@ -26,8 +26,8 @@ use report::RunReport;
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     let (vehicles, routes) = (args.vehicles()?, args.routes());
     if args.print_vehicle {
-        let texts: Vec<String> = vehicles.iter().map(Vehicle::to_toml).collect();
-        print(&texts.join("\n"))?;
+        check_single("--print-vehicle", &[("vehicle", vehicles.len())])?;
+        print(&vehicles[0].to_toml())?;
         return Ok(true);
     }
     let prints_export = args.exports_to_stdout()?;
@@ -38,7 +38,8 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         if mazes.is_empty() {
             return Ok(false);
         }
-        check_single(option, mazes.len(), vehicles.len(), routes.len())?;
+        let counts = [("maze", mazes.len()), ("vehicle", vehicles.len()), ("route", routes.len())];
+        check_single(option, &counts)?;
         for file in [&args.csv, &args.c_array].into_iter().flatten() {
             if !is_stdout(file) {
                 check_folder(file)?;
@@ -94,15 +95,9 @@ fn attempt_all<'a>(
     attempts.into_iter().flatten().collect()
 }
 
-/// Returns an error unless there is exactly one run to export.
-fn check_single(
-    option: &str,
-    mazes: usize,
-    vehicles: usize,
-    routes: usize,
-) -> Result<(), UsageError> {
-    let counts = [("maze", mazes), ("vehicle", vehicles), ("route", routes)];
-    match counts.into_iter().find(|(_, count)| *count != 1) {
+/// Returns an error unless each count is one.
+fn check_single(option: &str, counts: &[(&str, usize)]) -> Result<(), UsageError> {
+    match counts.iter().find(|(_, count)| *count != 1) {
         None => Ok(()),
         Some((thing, count)) => {
             let message = format!("{option} takes one {thing}, found {count}");

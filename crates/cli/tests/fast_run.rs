@@ -87,7 +87,7 @@ fn vehicles_and_routes_are_compared_in_a_table() {
         ");
     let ended = home.run(&["fast-run", "two roads", "--route", "fewest-turns"]);
     insta::assert_snapshot!(ended.stdout, @r"
-        10-two-roads.txt: fastest run of expert with the fewest quarter turns
+        10-two-roads.txt: fastest run of expert along a route with the fewest turns
         time      4.503 s from rest to rest, 4.233 s from gate to gate (23.64 % slower than the fastest run)
         distance  9.273 m, 57 cells
         speed     mean 2.059 m/s, top 2.500 m/s
@@ -97,8 +97,9 @@ fn vehicles_and_routes_are_compared_in_a_table() {
 }
 
 #[test]
-fn the_readme_shows_a_table_and_a_vehicle() {
+fn the_documentation_shows_a_table_a_vehicle_and_exports() {
     let readme = include_str!("../../../README.md");
+    let page = include_str!("../../../docs/fast-run.md");
     let home = Home::new();
     let vehicles = ["--vehicle", "ukmars", "--vehicle", "ares", "--vehicle", "expert"];
     let table = home.run(&[&["fast-run", "left bank"], &vehicles[..]].concat()).stdout;
@@ -109,6 +110,13 @@ fn the_readme_shows_a_table_and_a_vehicle() {
     let ended = home.run(&["fast-run", "left bank", "--vehicle", "my-mouse.toml"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     assert!(ended.stdout.starts_with("09-left-bank.txt: fastest run of my-mouse\n"), "{ended:?}");
+    let export = |option| home.run(&["fast-run", "first steps", option, "-"]).stdout;
+    for column in export("--csv").lines().next().unwrap().split(',') {
+        assert!(page.contains(&format!("`{column}`")), "{column}");
+    }
+    let (_, array) = page.split_once("```c\n").unwrap();
+    let (array, _) = array.split_once("```").unwrap();
+    assert!(export("--c-array").contains(array), "{array}");
 }
 
 #[test]
@@ -370,6 +378,10 @@ fn usage_errors_set_exit_code_2() {
         (&["a.txt", "--csv", "-", "--interval", "0"], "milliseconds from 0.1 to 1000"),
         (&["a.txt", "--interval", "5"], "--csv"),
         (&["a.txt", "--print-vehicle"], "cannot be used with"),
+        (
+            &["--print-vehicle", "--vehicle", "ares", "--vehicle", "expert"],
+            "--print-vehicle takes one vehicle, found 2",
+        ),
     ] {
         let ended = home.run(&[&["fast-run"], arguments].concat());
         assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}: {ended:?}");

@@ -89,8 +89,12 @@ impl RouteChoice {
     const fn about(self) -> &'static str {
         match self {
             Self::Fastest => "the fastest run of all routes",
-            Self::Along(Route::FewestCells) => "the fastest run through the fewest cells",
-            Self::Along(Route::FewestTurns) => "the fastest run with the fewest quarter turns",
+            Self::Along(Route::FewestCells) => {
+                "the fastest run along a route with the fewest cells"
+            }
+            Self::Along(Route::FewestTurns) => {
+                "the fastest run along a route with the fewest turns"
+            }
         }
     }
 
@@ -98,8 +102,8 @@ impl RouteChoice {
     pub(crate) const fn restriction(self) -> &'static str {
         match self {
             Self::Fastest => "",
-            Self::Along(Route::FewestCells) => " through the fewest cells",
-            Self::Along(Route::FewestTurns) => " with the fewest quarter turns",
+            Self::Along(Route::FewestCells) => " along a route with the fewest cells",
+            Self::Along(Route::FewestTurns) => " along a route with the fewest turns",
         }
     }
 }
