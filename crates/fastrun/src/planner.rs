@@ -1,5 +1,8 @@
 //! The planner, which finds the fastest run.
 
+// The operations on bit rows and the inner loop of the search must be inlined.
+#![allow(clippy::inline_always)]
+
 mod openings;
 mod rows;
 mod search;
@@ -15,7 +18,7 @@ use crate::vehicle::Vehicle;
 use rows::Line;
 use search::{Finish, Memory, search};
 use tables::Tables;
-use targets::Targets;
+use targets::{Targets, place};
 
 /// Finds the fastest runs of one vehicle. A planner keeps its tables and its memory, so further
 /// plans allocate nothing.
@@ -83,11 +86,6 @@ impl Planner {
         Self { tables: Tables::new(&vehicle), targets, memory: Memory::default(), vehicle, run }
     }
 
-    /// DEBUG
-    pub fn debug(&self) -> [usize; 5] {
-        self.memory.debug(&self.tables)
-    }
-
     /// Returns the vehicle.
     pub const fn vehicle(&self) -> &Vehicle {
         &self.vehicle
@@ -102,7 +100,7 @@ impl Planner {
         if !size.contains(start) {
             return Err(NoRun::StartOutside { start, size });
         }
-        let goals = *goals & size.cells().collect();
+        let goals = inside(goals, size);
         if goals.is_empty() {
             return Err(NoRun::NoGoal { size });
         }
@@ -138,9 +136,9 @@ impl Planner {
         let direction = loop {
             let after = state_at(state);
             let class = &self.tables.classes[usize::from(after.class)];
-            let (direction, cell) = after.place::<N>();
+            let (direction, cell) = place(after.node.into(), N);
             let Some(kind) = class.kind else { break direction };
-            let (before, before_cell) = state_at(after.parent).place::<N>();
+            let (before, before_cell) = place(state_at(after.parent).node.into(), N);
             let side = if kind == TurnKind::L180 {
                 // The line of the second cell lies on the side of the turn.
                 let (east, north) = before.turned(2).vector();
@@ -160,6 +158,16 @@ impl Planner {
     }
 }
 
+/// Returns the cells that are inside a maze of this size.
+fn inside(cells: &CellSet, size: MazeSize) -> CellSet {
+    let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+    let mut rows = *cells.rows();
+    for (y, row) in rows.iter_mut().enumerate() {
+        *row &= if y < size.height().into() { columns } else { 0 };
+    }
+    CellSet::from_rows(rows)
+}
+
 fn no_run(walls: &Walls, start: Cell) -> NoRun {
     if walls.open_neighbours(start).next().is_none() {
         NoRun::StartEnclosed { start }
@@ -170,58 +178,40 @@ fn no_run(walls: &Walls, start: Cell) -> NoRun {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
-    use crate::naive::dijkstra;
 
-    /// Generates walls of a maze of any size with some density, a start and goals.
-    fn any_maze() -> impl Strategy<Value = (Walls, Cell, CellSet)> {
-        let size = prop_oneof![
-            (1usize..=8, 1usize..=8),
-            (1usize..=16, 1usize..=16),
-            (1usize..=32, 1usize..=32)
-        ];
-        let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
-        (
-            size,
-            bits(),
-            bits(),
-            0..4,
-            any::<(u8, u8)>(),
-            prop::collection::vec(any::<(u8, u8)>(), 1..5),
-        )
-            .prop_map(|((width, height), north, east, density, start, goals)| {
-                let size = MazeSize::new(width, height).unwrap();
-                let rows = |rows: Vec<[u32; 3]>| {
-                    let row = |[a, b, c]: &[u32; 3]| match density {
-                        0 => a & b & c,
-                        1 => a & b,
-                        2 => a & (b | c),
-                        _ => *a,
-                    };
-                    core::array::from_fn(|y| row(&rows[y]))
-                };
-                let cell = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
-                let walls = Walls::from_rows(size, rows(north), rows(east));
-                (walls, cell(start), goals.into_iter().map(cell).collect())
-            })
+    #[test]
+    fn reasons_name_what_is_wrong() {
+        let size = MazeSize::new(3, 2).unwrap();
+        let (open, closed) = (Walls::open(size), Walls::closed(size));
+        let mut planner = Planner::new(Vehicle::ukmars());
+        let goals = |x, y| [Cell::new(x, y)].into_iter().collect::<CellSet>();
+        let mut reason = |walls: &Walls, start, goals| {
+            planner.plan(walls, start, &goals).unwrap_err().to_string()
+        };
+        let start = Cell::new(0, 0);
+        insta::assert_snapshot!(reason(&open, Cell::new(3, 0), goals(0, 1)), @"the start at (3, 0) is outside the maze of 3x2 cells");
+        insta::assert_snapshot!(reason(&open, start, goals(0, 2)), @"no goal cell is inside the maze of 3x2 cells");
+        insta::assert_snapshot!(reason(&closed, start, goals(2, 1)), @"goal unreachable: the start at (0, 0) has walls on all sides");
+        let mut cut_off = open.clone();
+        for (x, y) in [(1, 0), (1, 1)] {
+            cut_off.set(Cell::new(x, y), mmsim_maze::Heading::East, true);
+        }
+        insta::assert_snapshot!(reason(&cut_off, start, goals(2, 1)), @"goal unreachable from (0, 0): walls cut off every goal cell");
     }
 
-    proptest! {
-        #[test]
-        fn plans_are_as_fast_as_those_of_the_naive_twin((walls, start, goals) in any_maze()) {
-            for name in Vehicle::PRESETS {
-                let vehicle = Vehicle::preset(name).unwrap();
-                let expected = dijkstra(&walls, start, &goals, &vehicle);
-                let found = fastest(&walls, start, &goals, &vehicle);
-                prop_assert_eq!(found.is_ok(), expected.is_some());
-                let (Ok(found), Some((twin, expected))) = (found, expected) else { continue };
-                prop_assert!(found.is_possible(&walls, &goals), "{}", found);
-                let time = found.time(&vehicle).unwrap();
-                prop_assert!((twin.time(&vehicle).unwrap() - expected).abs() < 1e-9);
-                prop_assert!((time - expected).abs() < 1e-5, "{}: {} {}, {} {}", name, time, found, expected, twin);
-            }
+    #[test]
+    fn a_planner_can_be_used_for_mazes_of_all_sizes() {
+        let mut planner = Planner::new(Vehicle::kerise());
+        for side in [32, 5, 16, 17, 1, 32] {
+            let size = MazeSize::new(side, side).unwrap();
+            let (walls, start) = (Walls::open(size), Cell::new(0, 0));
+            let run = planner.plan(&walls, start, &size.central_cells()).unwrap().clone();
+            assert_eq!(
+                run,
+                fastest(&walls, start, &size.central_cells(), &Vehicle::kerise()).unwrap()
+            );
+            assert_eq!(run.is_empty(), side == 1);
         }
     }
 }

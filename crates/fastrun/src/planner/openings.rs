@@ -97,6 +97,10 @@ pub(super) struct DiagonalTurns<L, const N: usize> {
     pub(super) turns: [Rows<L, N>; 4],
 }
 
+impl<L: Line, const N: usize> DiagonalTurns<L, N> {
+    pub(super) const NONE: Self = Self { next: Rows::NONE, turns: [Rows::NONE; 4] };
+}
+
 impl<L: Line, const N: usize> Frame<L, N> {
     #[inline(always)]
     pub(super) fn along_turns(&self, tables: &Tables) -> AlongTurns<L, N> {

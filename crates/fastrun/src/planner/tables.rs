@@ -36,14 +36,25 @@ pub(super) struct Class {
     ends_diagonal: bool,
 }
 
+/// The classes of a turn, fastest first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ClassRange {
+    pub(super) low: u8,
+    /// The classes from here on are only needed to stop in a goal right after the turn.
+    pub(super) slow: u8,
+    pub(super) high: u8,
+}
+
 /// The classes of a vehicle and the costs between them, in ticks.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) classes: Vec<Class>,
-    /// The range of classes of each turn, in the order of [`ORDER`].
-    pub(super) ranges: [(u8, u8); 9],
+    /// The classes of each turn, in the order of [`ORDER`].
+    pub(super) ranges: [ClassRange; 9],
     /// The first class that can follow, along a line and on a diagonal.
     pub(super) first: [usize; 2],
+    /// True if the mouse can only turn within a cell.
+    pub(super) only_s90: bool,
     /// The number of classes of turns that begin along a line.
     along: usize,
     /// For each class, each number of lattice steps, and each class of the next turn: the time of
@@ -56,6 +67,9 @@ pub(super) struct Tables {
     /// turn of class a, and the costs of the same after a turn of class b.
     losses: Vec<i32>,
     loss_bits: u32,
+    /// The same for a mouse that has driven some lattice steps straight on after the turn of class
+    /// b, to the centre of a cell. There is room for [`STRAIGHTS`] numbers of steps.
+    losses_after: Vec<i32>,
     /// The binary logarithm of the time, in ticks, that every turn takes at least.
     pub(super) bucket_bits: u32,
     /// The number of buckets that the costs of one straight and one turn span.
@@ -65,11 +79,12 @@ pub(super) struct Tables {
 impl Tables {
     pub(super) fn new(vehicle: &Vehicle) -> Self {
         let (classes, ranges) = classes(vehicle);
-        let along = ranges[..5].iter().map(|&(low, high)| usize::from(high - low)).sum();
+        let along = ranges[..5].iter().map(|range| usize::from(range.high - range.low)).sum();
         let diagonal = classes.len() - 1 - along;
         let bits = |count: usize| count.next_power_of_two().ilog2();
         let ticks = ticks_per_second(vehicle);
         let mut tables = Self {
+            only_s90: ranges[1..].iter().all(|range| range.low == range.high),
             along,
             ranges,
             first: [1, 1 + along],
@@ -77,6 +92,7 @@ impl Tables {
             row_bits: bits(along.max(diagonal)),
             finish: Vec::new(),
             losses: Vec::new(),
+            losses_after: Vec::new(),
             loss_bits: bits(classes.len()),
             bucket_bits: 0,
             buckets: 0,
@@ -98,7 +114,7 @@ impl Tables {
     /// Returns true if the mouse can do a turn, given by its index in [`ORDER`].
     #[inline(always)]
     pub(super) fn has(&self, turn: usize) -> bool {
-        self.ranges[turn].0 < self.ranges[turn].1
+        self.ranges[turn].low < self.ranges[turn].high
     }
 
     /// Returns the costs from a class to the next turns.
@@ -114,8 +130,17 @@ impl Tables {
     }
 
     #[inline(always)]
-    pub(super) fn loss(&self, instead: u8, of: u8) -> i32 {
+    pub(super) fn loss(&self, instead: u16, of: u16) -> i32 {
         self.losses[usize::from(instead) << self.loss_bits | usize::from(of)]
+    }
+
+    /// Returns the greatest loss of a mouse that ends a turn at the centre of a cell, instead of
+    /// reaching it after some lattice steps straight on after another turn. To stop in this cell
+    /// does not count.
+    #[inline(always)]
+    pub(super) fn loss_after(&self, instead: u16, of: u16, steps: u32) -> i32 {
+        let pair = usize::from(instead) << self.loss_bits | usize::from(of);
+        self.losses_after[pair * STRAIGHTS + steps as usize % STRAIGHTS]
     }
 
     fn add_costs(&mut self, vehicle: &Vehicle, ticks: f64) {
@@ -157,56 +182,61 @@ impl Tables {
     fn add_losses(&mut self) {
         let all = self.classes.len();
         self.losses = alloc::vec![IMPOSSIBLE.cast_signed(); all << self.loss_bits];
+        self.losses_after =
+            alloc::vec![IMPOSSIBLE.cast_signed(); (all << self.loss_bits) * STRAIGHTS];
+        let place = |class: &Class| (class.ends_diagonal, class.kind == Some(TurnKind::S90));
         for instead in 0..all {
             for of in 0..all {
-                if let Some(loss) = self.greatest_loss(instead, of) {
-                    self.losses[instead << self.loss_bits | of] = loss;
+                let pair = instead << self.loss_bits | of;
+                let [to, from] = [instead, of].map(|class| place(&self.classes[class]));
+                if to == from {
+                    self.losses[pair] = self.greatest_loss(instead, of, 0);
+                }
+                if to == (false, false) && !from.0 {
+                    for steps in (usize::from(from.1)..STRAIGHTS).step_by(2) {
+                        let loss = self.greatest_loss(instead, of, steps);
+                        self.losses_after[pair * STRAIGHTS + steps] = loss;
+                    }
                 }
             }
         }
     }
 
-    /// Returns the greatest difference of costs, or `None` if something is possible only after the
-    /// other class, or if the two never end at the same place in the same direction.
-    fn greatest_loss(&self, instead: usize, of: usize) -> Option<i32> {
-        let [(a, a_is_wall), (b, b_is_wall)] = [instead, of].map(|class| {
-            let class = &self.classes[class];
-            (class.ends_diagonal, class.kind == Some(TurnKind::S90))
-        });
-        if (a, a_is_wall) != (b, b_is_wall) {
-            return None;
-        }
-        let s90 = self.ranges[0].0..self.ranges[0].1;
+    /// Returns the greatest difference of the costs of all that may follow at a place where a turn
+    /// of one class has ended, and which the mouse otherwise reaches some lattice steps after a turn
+    /// of another class. To stop at this place does not count. Returns [`IMPOSSIBLE`] if something
+    /// can only follow the other turn.
+    fn greatest_loss(&self, instead: usize, of: usize, steps: usize) -> i32 {
+        let Class { kind, ends_diagonal, .. } = self.classes[instead];
+        let s90 = self.ranges[0].low..self.ranges[0].high;
+        let next = self.following(ends_diagonal);
+        let cost = |class: usize, steps: usize, column: usize| {
+            self.costs[(class * STRAIGHTS + steps) << self.row_bits | column]
+        };
         let mut greatest = i32::MIN;
-        let mut compare = |instead: u32, of: u32| {
-            if of < IMPOSSIBLE {
+        for further in 0..STRAIGHTS - steps {
+            // Along a line, only the turn s90 begins at a wall.
+            let is_at_wall = (further % 2 == 1) != (kind == Some(TurnKind::S90));
+            let turns = next.clone().filter(|&next| {
+                #[allow(clippy::cast_possible_truncation)]
+                let is_s90 = s90.contains(&(next as u8));
+                ends_diagonal || is_s90 == is_at_wall
+            });
+            let turns = turns.map(|class| {
+                let column = class - next.start;
+                (cost(instead, further, column), cost(of, steps + further, column))
+            });
+            let can_stop = !ends_diagonal && !is_at_wall && further > 0;
+            let finish = |class: usize, steps: usize| self.finish[class * STRAIGHTS + steps];
+            let stop = can_stop.then(|| (finish(instead, further), finish(of, steps + further)));
+            for (instead, of) in turns.chain(stop).filter(|&(_, of)| of < IMPOSSIBLE) {
+                if instead >= IMPOSSIBLE {
+                    return IMPOSSIBLE.cast_signed();
+                }
                 greatest = greatest.max(instead.cast_signed() - of.cast_signed());
             }
-            instead < IMPOSSIBLE || of >= IMPOSSIBLE
-        };
-        for steps in 0..STRAIGHTS {
-            let is_at_wall = (steps % 2 == 1) != a_is_wall;
-            for next in self.following(a) {
-                // Along a line, only the turn s90 begins at a wall.
-                let is_s90 = s90.contains(&(next as u8));
-                if a || is_s90 == is_at_wall {
-                    let column = next - self.following(a).start;
-                    let cost = |class: usize| {
-                        self.costs[(class * STRAIGHTS + steps) << self.row_bits | column]
-                    };
-                    if !compare(cost(instead), cost(of)) {
-                        return None;
-                    }
-                }
-            }
-            if !a && !is_at_wall {
-                let finish = |class: usize| self.finish[class * STRAIGHTS + steps];
-                if !compare(finish(instead), finish(of)) {
-                    return None;
-                }
-            }
         }
-        Some(greatest)
+        greatest
     }
 }
 
@@ -242,7 +272,7 @@ fn ticks_per_second(vehicle: &Vehicle) -> f64 {
 }
 
 /// Returns the classes, in the order of [`ORDER`] and fastest first, and the range of each turn.
-fn classes(vehicle: &Vehicle) -> (Vec<Class>, [(u8, u8); 9]) {
+fn classes(vehicle: &Vehicle) -> (Vec<Class>, [ClassRange; 9]) {
     let rest = Class {
         kind: None,
         speed: 0.0,
@@ -250,94 +280,109 @@ fn classes(vehicle: &Vehicle) -> (Vec<Class>, [(u8, u8); 9]) {
         ends_diagonal: false,
     };
     let mut classes = alloc::vec![rest];
-    let mut ranges = [(0, 0); 9];
+    let mut ranges = [ClassRange::default(); 9];
     let needed = needed_speeds(vehicle);
-    for (kind, range) in ORDER.into_iter().zip(&mut ranges) {
-        range.0 = classes.len();
-        if let Some(fitted) = vehicle.arc(kind) {
-            let (after, ends_diagonal) = (fitted.after, kind.ends_diagonal());
-            let class = |&speed| Class { kind: Some(kind), speed, after, ends_diagonal };
-            let speeds = vehicle.speeds(kind).iter().enumerate();
-            let needed = speeds.filter(|&(index, _)| needed[kind as usize] >> index & 1 == 1);
-            classes.extend(needed.map(|(_, speed)| speed).map(class));
-        }
-        range.1 = classes.len();
-    }
     #[allow(clippy::cast_possible_truncation)]
-    let ranges = ranges.map(|(low, high): (usize, usize)| (low as u8, high as u8));
+    for (kind, range) in ORDER.into_iter().zip(&mut ranges) {
+        range.low = classes.len() as u8;
+        let mut add = |speeds: u32| {
+            if let Some(fitted) = vehicle.arc(kind) {
+                let (after, ends_diagonal) = (fitted.after, kind.ends_diagonal());
+                let class = |&speed| Class { kind: Some(kind), speed, after, ends_diagonal };
+                let all = vehicle.speeds(kind).iter().enumerate();
+                let added = all.filter(|&(index, _)| speeds >> index & 1 == 1);
+                classes.extend(added.map(|(_, speed)| class(speed)));
+            }
+            classes.len() as u8
+        };
+        let [to_go_on, to_stop] = needed[kind as usize];
+        range.slow = add(to_go_on);
+        range.high = add(to_stop & !to_go_on);
+    }
     (classes, ranges)
 }
 
 /// Returns for each turn the speeds that a fastest run can need, as bits in the order of
-/// [`Vehicle::speeds`].
+/// [`Vehicle::speeds`]: the speeds to go on after the turn, and those to stop right after it.
 ///
 /// In a fastest run, no turn can be driven at its next higher speed. So each turn has its greatest
-/// speed, or the greatest speed that the turn before or the turn after it allows, and this turn is
-/// slower.
-fn needed_speeds(vehicle: &Vehicle) -> [u32; 9] {
-    let mut needed = TurnKind::ALL.map(|kind| u32::from(vehicle.arc(kind).is_some()));
-    let lines = [false, true].map(|is_diagonal| vehicle.line(is_diagonal));
-    if lines.iter().any(|line| line.jerk < f64::INFINITY) {
-        // With limited jerk, a higher speed at one end may cost time.
-        return TurnKind::ALL.map(|kind| (1 << vehicle.speeds(kind).len()) - 1);
+/// speed, or the greatest speed that what comes before or after it allows. A turn that does so is
+/// slower. With limited jerk, a higher speed at one end of a straight may cost time, so all speeds
+/// are needed.
+fn needed_speeds(vehicle: &Vehicle) -> [[u32; 2]; 9] {
+    let has_jerk = |is_diagonal| vehicle.line(is_diagonal).jerk < f64::INFINITY;
+    if has_jerk(false) || has_jerk(true) {
+        return TurnKind::ALL.map(|kind| [(1 << vehicle.speeds(kind).len()) - 1, 0]);
+    }
+    let parameters = vehicle.parameters();
+    let mut needed = TurnKind::ALL.map(|kind| [u32::from(vehicle.arc(kind).is_some()), 0]);
+    for kind in TurnKind::ALL {
+        let Some(fitted) = vehicle.arc(kind) else { continue };
+        let speeds = vehicle.speeds(kind);
+        let line = vehicle.line(false);
+        for steps in 0..STRAIGHTS {
+            let straight = straight(vehicle, steps, false);
+            let (to, from) = (
+                parameters.start_offset + straight + fitted.before,
+                fitted.after + straight + parameters.stop_offset,
+            );
+            let reachable = speeds.iter().position(|&speed| line.time(to, 0.0, speed).is_some());
+            let stoppable = speeds.iter().position(|&speed| line.time(from, speed, 0.0).is_some());
+            if !kind.begins_diagonal() {
+                needed[kind as usize][0] |= bit(reachable);
+            }
+            if !kind.ends_diagonal() {
+                needed[kind as usize][usize::from(steps == 0)] |= bit(stoppable);
+            }
+        }
     }
     loop {
         let before = needed;
         for first in TurnKind::ALL {
-            let is_diagonal = first.ends_diagonal();
-            for next in
-                TurnKind::ALL.into_iter().filter(|next| next.begins_diagonal() == is_diagonal)
-            {
-                let (Some(from), Some(to)) = (vehicle.arc(first), vehicle.arc(next)) else {
-                    continue;
-                };
-                for steps in 0..STRAIGHTS {
-                    #[allow(clippy::cast_possible_truncation)]
-                    let straight = vehicle.straight(steps as u8, is_diagonal);
-                    let distance = from.after + straight + to.before;
-                    let can = |from, to| {
-                        lines[usize::from(is_diagonal)].time(distance, from, to).is_some()
-                    };
-                    for (turn, other, is_next) in [(first, next, true), (next, first, false)] {
-                        for (index, &speed) in vehicle.speeds(other).iter().enumerate() {
-                            if needed[other as usize] >> index & 1 == 0 {
-                                continue;
-                            }
-                            let fits = |&turn: &f64| {
-                                if is_next { can(turn, speed) } else { can(speed, turn) }
-                            };
-                            let fastest = vehicle.speeds(turn).iter().position(fits);
-                            needed[turn as usize] |= fastest.map_or(0, |index| 1 << index);
-                        }
-                    }
-                }
-            }
-        }
-        let parameters = vehicle.parameters();
-        for kind in TurnKind::ALL {
-            let Some(fitted) = vehicle.arc(kind) else { continue };
-            let speeds = vehicle.speeds(kind);
-            for steps in 0..STRAIGHTS {
-                #[allow(clippy::cast_possible_truncation)]
-                let straight = vehicle.straight(steps as u8, false);
-                let mut add = |distance: f64, is_first: bool| {
-                    let fits = |&speed: &f64| {
-                        let (from, to) = if is_first { (0.0, speed) } else { (speed, 0.0) };
-                        lines[0].time(distance, from, to).is_some()
-                    };
-                    let fastest = speeds.iter().position(fits);
-                    needed[kind as usize] |= fastest.map_or(0, |index| 1 << index);
-                };
-                if !kind.begins_diagonal() {
-                    add(parameters.start_offset + straight + fitted.before, true);
-                }
-                if !kind.ends_diagonal() {
-                    add(fitted.after + straight + parameters.stop_offset, false);
-                }
+            for next in TurnKind::ALL {
+                add_needed(vehicle, first, next, &mut needed);
             }
         }
         if needed == before {
             return needed;
         }
     }
+}
+
+/// Adds the speeds of two turns that follow each other which are needed because of the other turn.
+fn add_needed(vehicle: &Vehicle, first: TurnKind, next: TurnKind, needed: &mut [[u32; 2]; 9]) {
+    let is_diagonal = first.ends_diagonal();
+    let (Some(from), Some(to)) = (vehicle.arc(first), vehicle.arc(next)) else { return };
+    if next.begins_diagonal() != is_diagonal {
+        return;
+    }
+    let (speeds, next_speeds) = (vehicle.speeds(first), vehicle.speeds(next));
+    let is_needed = |speeds: [u32; 2], index: usize| (speeds[0] | speeds[1]) >> index & 1 == 1;
+    for steps in 0..STRAIGHTS {
+        let distance = from.after + straight(vehicle, steps, is_diagonal) + to.before;
+        let can = |&speed: &f64, &next: &f64| {
+            vehicle.line(is_diagonal).time(distance, speed, next).is_some()
+        };
+        for (index, speed) in speeds.iter().enumerate() {
+            if is_needed(needed[first as usize], index) {
+                let reachable = next_speeds.iter().position(|next| can(speed, next));
+                needed[next as usize][0] |= bit(reachable);
+            }
+        }
+        for (index, next_speed) in next_speeds.iter().enumerate() {
+            if is_needed(needed[next as usize], index) {
+                let fastest = speeds.iter().position(|speed| can(speed, next_speed));
+                needed[first as usize][0] |= bit(fastest);
+            }
+        }
+    }
+}
+
+fn bit(index: Option<usize>) -> u32 {
+    index.map_or(0, |index| 1 << index)
+}
+
+#[allow(clippy::cast_possible_truncation)]
+fn straight(vehicle: &Vehicle, steps: usize, is_diagonal: bool) -> f64 {
+    vehicle.straight(steps as u8, is_diagonal)
 }

@@ -40,16 +40,16 @@ pub(super) struct Targets {
 }
 
 /// North, east, south and west, as steps of x and y.
-const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
+const STEPS: [(isize, isize); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
 
-type Cell = (i32, i32);
+type Cell = (isize, isize);
 
 fn shifted((x, y): Cell, direction: usize) -> Cell {
     (x + STEPS[direction].0, y + STEPS[direction].1)
 }
 
 /// Returns the cell at a position of a line, or the inverse: both are the same for all directions.
-fn cell(direction: usize, line: i32, position: i32, n: i32) -> Cell {
+fn cell(direction: usize, line: isize, position: isize, n: isize) -> Cell {
     match direction {
         0 => (line, position),
         1 => (position, line),
@@ -58,23 +58,23 @@ fn cell(direction: usize, line: i32, position: i32, n: i32) -> Cell {
     }
 }
 
-fn node(kind: usize, direction: usize, (x, y): Cell, n: i32) -> i32 {
+fn node(kind: usize, direction: usize, (x, y): Cell, n: isize) -> isize {
     let (line, position) = match direction {
         0 => (x, y),
         1 => (y, x),
         2 => (x, n - 1 - y),
         _ => (y, n - 1 - x),
     };
-    (i32::try_from(kind).unwrap_or(0) * n + line) * n + position
+    (kind.cast_signed() * n + line) * n + position
 }
 
 /// Returns the node at the centre of a cell.
-fn centre(direction: usize, cell: Cell, n: i32) -> i32 {
+fn centre(direction: usize, cell: Cell, n: isize) -> isize {
     node(direction, direction, cell, n)
 }
 
 /// Returns the node at the wall ahead of a cell.
-fn wall(direction: usize, cell: Cell, n: i32) -> i32 {
+fn wall(direction: usize, cell: Cell, n: isize) -> isize {
     node(WALLS + direction, direction, cell, n)
 }
 
@@ -84,7 +84,7 @@ fn wall(direction: usize, cell: Cell, n: i32) -> i32 {
 /// There is one kind of nodes for each horizontal direction (east, west), each vertical direction
 /// (north, south), and each orientation of the wall: ahead of a cell as seen in the horizontal
 /// direction, or between a cell and its northern neighbour. The node belongs to this cell.
-fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: i32) -> i32 {
+fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: isize) -> isize {
     let [horizontal, vertical] =
         if directions[0] % 2 == 1 { directions } else { [directions[1], directions[0]] };
     let is_aside = from.0 == to.0;
@@ -95,10 +95,10 @@ fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: i32) -> i32 {
 
 impl Targets {
     pub(super) fn new(n: usize) -> Self {
-        let n = i32::try_from(n).unwrap_or(0);
-        let target = |end: &dyn Fn(i32, i32) -> i32| {
+        let n = n.cast_signed();
+        let target = |end: &dyn Fn(isize, isize) -> isize| {
             let origin = end(0, 0);
-            let wrapped = |number: i32| number as isize as usize;
+            let wrapped = isize::cast_unsigned;
             Target {
                 origin: wrapped(origin),
                 line: wrapped(end(1, 0) - origin),
@@ -149,11 +149,9 @@ impl Targets {
     }
 }
 
-/// Returns the node at the centre of the start cell.
-#[allow(clippy::cast_possible_truncation)]
-pub(super) fn start_node(direction: usize, start: mmsim_maze::Cell, n: usize) -> u16 {
-    let node = centre(direction, (start.x.into(), start.y.into()), n as i32);
-    node as u16
+/// Returns the node of a mouse at the centre of a cell.
+pub(super) fn centre_node(direction: usize, cell: mmsim_maze::Cell, n: usize) -> usize {
+    centre(direction, (cell.x.into(), cell.y.into()), n.cast_signed()).cast_unsigned()
 }
 
 /// Returns the direction of the mouse at a node, and its cell.
