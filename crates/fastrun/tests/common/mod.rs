@@ -6,17 +6,17 @@ use proptest::prelude::*;
 
 /// A maze with a start and goals.
 #[derive(Clone, Debug)]
-pub struct Case {
-    pub walls: Walls,
-    pub start: Cell,
-    pub goals: CellSet,
+pub(crate) struct Case {
+    pub(crate) walls: Walls,
+    pub(crate) start: Cell,
+    pub(crate) goals: CellSet,
 }
 
-/// Generates mazes of up to `side`×`side` cells, with four densities of walls.
-pub fn any_case(side: usize) -> impl Strategy<Value = Case> {
+/// Generates mazes of up to `most`×`most` cells, with four densities of walls.
+pub(crate) fn any_case(most: usize) -> impl Strategy<Value = Case> {
     let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
     let cells = prop::collection::vec(any::<(u8, u8)>(), 2..6);
-    ((1..=side, 1..=side), bits(), bits(), 0..4, cells).prop_map(
+    ((1..=most, 1..=most), bits(), bits(), 0..4, cells).prop_map(
         |((width, height), north, east, density, cells)| {
             let size = MazeSize::new(width, height).unwrap();
             let rows = |rows: Vec<[u32; 3]>| {
@@ -36,7 +36,7 @@ pub fn any_case(side: usize) -> impl Strategy<Value = Case> {
 }
 
 /// Generates vehicles: presets, some with other limits, fewer turns, shorter and slower arcs.
-pub fn any_vehicle() -> impl Strategy<Value = Vehicle> {
+pub(crate) fn any_vehicle() -> impl Strategy<Value = Vehicle> {
     let line = (0.5..2.0, 0.5..2.0, 1.0..2.0, prop_oneof![3 => Just(f64::INFINITY), 1 => 1e5..1e7]);
     let turns = prop::collection::vec((any::<bool>(), 0.6..1.0, 0.4..1.0), 9);
     (0usize..4, any::<bool>(), line, turns).prop_filter_map(
