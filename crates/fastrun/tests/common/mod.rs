@@ -12,11 +12,11 @@ pub(crate) struct Case {
     pub(crate) goals: CellSet,
 }
 
-/// Generates mazes of up to `most`×`most` cells, with four densities of walls.
-pub(crate) fn any_case(most: usize) -> impl Strategy<Value = Case> {
+/// Generates mazes of up to `max_side`×`max_side` cells, with four densities of walls.
+pub(crate) fn any_case(max_side: usize) -> impl Strategy<Value = Case> {
     let bits = || prop::collection::vec(any::<[u32; 3]>(), 32);
     let cells = prop::collection::vec(any::<(u8, u8)>(), 2..6);
-    ((1..=most, 1..=most), bits(), bits(), 0..4, cells).prop_map(
+    ((1..=max_side, 1..=max_side), bits(), bits(), 0..4, cells).prop_map(
         |((width, height), north, east, density, cells)| {
             let size = MazeSize::new(width, height).unwrap();
             let rows = |rows: Vec<[u32; 3]>| {
