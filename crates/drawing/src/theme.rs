@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::font::{self, decimals};
 use crate::heat::Rgb;
 use crate::passages::AGES;
+use crate::speed;
 
 /// A colour theme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -217,18 +218,32 @@ fn colours(theme: Theme) -> String {
 
 /// Returns the stylesheet for a page that contains drawings
 /// ([`Scene::page_svg`](crate::Scene::page_svg)). The stylesheet uses the dark theme for users who
-/// prefer dark colours, and the light theme otherwise.
+/// prefer dark colours, and the light theme otherwise. It also has the colours of driven paths, for
+/// scripts that draw them: the classes `speed0` (slowest) to `speed23` set the stroke, and the classes
+/// `path0` to `path5` of several paths set the current colour.
 ///
 /// ```
 /// let css = mmsim_drawing::stylesheet();
 /// assert!(css.contains("@media (prefers-color-scheme:dark){\n.maze .floor{"));
 /// ```
 pub fn stylesheet() -> String {
-    let (light, dark) = (colours(Theme::Light), colours(Theme::Dark));
+    let [light, dark] = [Theme::Light, Theme::Dark].map(|theme| colours(theme) + &paths(theme));
     format!(
         "{}{light}@media (prefers-color-scheme:dark){{\n{dark}}}\n",
         shapes(WallWidths::default())
     )
+}
+
+/// Returns the style rules that set the colours of driven paths.
+fn paths(theme: Theme) -> String {
+    let mut rules = String::new();
+    for (level, colour) in speed::ramp(theme).into_iter().enumerate() {
+        let _ = writeln!(rules, ".maze .speed{level}{{stroke:{colour}}}");
+    }
+    for (index, colour) in speed::path_colours(theme).into_iter().enumerate() {
+        let _ = writeln!(rules, ".path{index}{{color:{colour}}}");
+    }
+    rules
 }
 
 /// Returns the style rules of a standalone file with this theme. If `is_truth_alone` is true, all
@@ -322,6 +337,10 @@ mod tests {
         };
         assert_eq!(selectors(Theme::Light), selectors(Theme::Dark));
         let css = stylesheet();
+        for theme in [Theme::Light, Theme::Dark] {
+            assert!(css.contains(&format!(".maze .speed23{{stroke:{}}}", speed::ramp(theme)[23])));
+            assert!(css.contains(&format!(".path0{{color:{}}}", speed::path_colours(theme)[0])));
+        }
         assert_eq!(css.matches('{').count(), css.matches('}').count());
         assert!(
             !css.contains("var(")

@@ -6,13 +6,14 @@ import * as api from "./api.js";
 import { cloneTemplate, query, recall, remember, setAttributes, setText, sleep } from "./dom.js";
 import { isExported } from "./embedded.js";
 import { FastRunChart, formatAcceleration, formatSpeed } from "./fast_run_chart.js";
-import { FastRunMap, speedGradient } from "./fast_run_map.js";
+import { FastRunMap, drawScale } from "./fast_run_map.js";
 import { FastRunPlayer } from "./fast_run_player.js";
 import { Trajectory } from "./trajectory.js";
 
 /**
  * @typedef {api.RouteRun["route"]} RouteName
- * @typedef {{ name: RouteName, trajectory: Trajectory | null, error: string }} RouteState
+ * `colour` is the class of a colour.
+ * @typedef {{ name: RouteName, colour: string, trajectory: Trajectory | null, error: string }} RouteState
  */
 
 /** The name and the description of each route. @type {Record<RouteName, [string, string]>} */
@@ -64,7 +65,7 @@ export class FastRun {
       remember("vehicle", this.#vehicle.value);
       void this.#load();
     };
-    query(this.#details, ".scale i").style.background = speedGradient();
+    drawScale(query(this.#details, ".scale svg", SVGElement));
     for (const name of ["fast-run", "search"]) query(panel.element, `[name=${name}]`).onclick = () => this.#toggle();
   }
 
@@ -214,7 +215,7 @@ export class FastRun {
   #row(name) {
     const row = cloneTemplate("route");
     row.dataset.route = name;
-    row.classList.add(name);
+    query(row, "svg", SVGElement).classList.add(colour(name));
     setText(row, ".name", ROUTES[name][0]);
     const show = query(row, "[name=show]", HTMLInputElement);
     show.setAttribute("aria-label", `Show ${ROUTES[name][0]}`);
@@ -254,10 +255,13 @@ export class FastRun {
   }
 }
 
+/** @param {RouteName} name */
+const colour = (name) => `path${Object.keys(ROUTES).indexOf(name)}`;
+
 /** @param {number} loss in percent */
 const formatLoss = (loss) => (loss < 0.05 ? "same" : `+${loss.toFixed(1)} %`);
 
 /** @param {api.RouteRun} run @returns {RouteState} */
 function routeState({ route, run, error }) {
-  return { name: route, trajectory: run && new Trajectory(run), error: error ?? "" };
+  return { name: route, colour: colour(route), trajectory: run && new Trajectory(run), error: error ?? "" };
 }

@@ -64,14 +64,14 @@ export class FastRunChart {
       const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
       const points = route.trajectory.profile().map(([time, speed]) => `${time * 1000} ${HEIGHT - (speed / 1000 / top) * HEIGHT}`);
       const d = points.length > 0 ? `M${points.join("L")}` : "";
-      setAttributes(line, { class: `${route.name}${route === selected ? " selected" : ""}`, d });
+      setAttributes(line, { class: `${route.colour}${route === selected ? " selected" : ""}`, d });
       return line;
     });
     query(this.#speeds, "g", SVGElement).replaceChildren(...lines);
     const points = profile.map(([time, , acceleration]) => `${time * 1000} ${HEIGHT / 2 - (acceleration / 1000 / limit) * (HEIGHT / 2)}`);
     const d = points.length > 0 ? `M0 ${HEIGHT / 2}L${points.join("L")}V${HEIGHT / 2}z` : "";
     const area = query(this.#accelerations, ".area", SVGElement);
-    setAttributes(area, { class: `area ${selected?.name ?? ""}`, d });
+    setAttributes(area, { class: `area ${selected?.colour ?? ""}`, d });
     this.#label(this.#speeds, speeds.map(String), this.#rows[0]);
     this.#label(this.#accelerations, [`${limit}`, "0", `−${limit}`], this.#rows[1]);
     this.#scale();

@@ -6,30 +6,21 @@ import { PITCH } from "./state.js";
 
 /** @typedef {import("./fast_run.js").RouteState} RouteState */
 
-/** The colours of the speeds from zero to the greatest one, in equal steps. @type {[number, number, number][]} */
-const SCALE = [
-  [63, 81, 201],
-  [24, 142, 190],
-  [38, 166, 91],
-  [222, 160, 10],
-  [224, 70, 24],
-  [176, 14, 60],
-];
-/** The number of colours with which a curve is drawn. */
-const COLOURS = 20;
+/** The number of colours of the speeds from zero to the greatest one. Their classes are `speed0`, `speed1` and so on. */
+const COLOURS = 24;
 /** The outline of a mouse that heads north. */
 const MOUSE = "M0-7.6l5.5 12.9-5.5-3.1-5.5 3.1z";
 
-/** Returns the colour of a speed. @param {number} share of the greatest speed */
-function colour(share) {
-  const place = Math.min(Math.max(0, share), 1) * (SCALE.length - 1);
-  const index = Math.min(Math.floor(place), SCALE.length - 2);
-  const [from, to] = [SCALE[index], SCALE[index + 1]];
-  return `rgb(${from.map((value, i) => Math.round(value + (to[i] - value) * (place - index))).join(" ")})`;
+/** Draws the colours from zero to the greatest speed. @param {SVGElement} scale an SVG that is as wide as there are colours */
+export function drawScale(scale) {
+  const colours = Array.from({ length: COLOURS }, (_, i) => {
+    const line = element("path", `speed${i}`);
+    setAttributes(line, { d: `M${i} .5h1` });
+    return line;
+  });
+  setAttributes(scale, { viewBox: `0 0 ${COLOURS} 1` });
+  scale.replaceChildren(...colours);
 }
-
-/** Returns a CSS gradient of the colours from zero to the greatest speed. */
-export const speedGradient = () => `linear-gradient(90deg, ${SCALE.map(([r, g, b]) => `rgb(${r} ${g} ${b})`).join(", ")})`;
 
 export class FastRunMap {
   #curves = element("g", "curves");
@@ -65,11 +56,11 @@ export class FastRunMap {
       if (!trajectory) continue;
       const moments = trajectory.outline();
       const points = moments.map((moment) => this.#point(moment, trajectory.run.half_cell, 2));
-      const curve = element("path", `curve ${route.name}`);
+      const curve = element("path", `curve ${route.name} ${route.colour}`);
       setAttributes(curve, { d: `M${points.join("L")}` });
       this.#curves.append(curve);
       if (route === selected) this.#drawSpeeds(moments, points, topSpeed);
-      const mouse = element("path", `fast-mouse ${route.name}`);
+      const mouse = element("path", `fast-mouse ${route.colour}`);
       setAttributes(mouse, { d: MOUSE, "data-route": route.name });
       this.#mice.append(mouse);
       this.#marks.set(route, mouse);
@@ -88,8 +79,8 @@ export class FastRunMap {
     }
     lines.forEach((d, i) => {
       if (!d) return;
-      const line = element("path", "speed");
-      setAttributes(line, { d, stroke: colour((i + 0.5) / COLOURS) });
+      const line = element("path", `speed speed${i}`);
+      setAttributes(line, { d });
       this.#curves.append(line);
     });
   }

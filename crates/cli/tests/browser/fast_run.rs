@@ -53,7 +53,7 @@ impl Runs<'_> {
     /// Waits until the panel shows the run along a route with this duration.
     fn wait_for_duration(self, route: &str, seconds: f64) {
         let expected = format!("{seconds:.3} s");
-        let duration = format!(".routes .{route} .duration");
+        let duration = format!(".routes [data-route={route}] .duration");
         wait_for(&format!("{expected} of {route}"), || {
             let is_listed = self.0.browser.exists(&self.0.part(&duration));
             (is_listed && self.0.text(&duration) == expected).then_some(())
@@ -175,7 +175,7 @@ fn three_ghosts_are_where_the_crate_says() {
             assert_eq!(live.text(".speed-now"), format!("{speed:.2} m/s"));
             let loss = 100.0 * (driven[2].1.duration() / best.duration() - 1.0);
             let loss = if loss < 0.05 { "same".into() } else { format!("+{loss:.1} %") };
-            assert_eq!(live.text(".routes .fewest-turns .loss"), loss);
+            assert_eq!(live.text(".routes [data-route=fewest-turns] .loss"), loss);
             // The chart ends at the end of the longest run.
             let view_box = live.attribute(".speeds svg", "viewBox");
             assert_eq!(view_box, format!("0 0 {end} 100"));
@@ -230,10 +230,10 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
             runs.assert_is_at(route, &maze, trajectory, 100.0);
         }
         // A hidden mouse no longer counts. The selected curve has the colours of the speed.
-        live.click(".routes .fewest-turns [name=show]");
+        live.click(".routes [data-route=fewest-turns] [name=show]");
         assert_eq!(runs.mice(), 2);
         assert!(live.text(".end").contains(&format!("{:.3}", fastest.1.duration())));
-        live.click(".routes .fewest-cells [name=select]");
+        live.click(".routes [data-route=fewest-cells] [name=select]");
         assert_eq!(live.text(".facts-title"), "Fewest cells");
         live.click("[name=search]");
         assert!(!browser.is_visible(&live.part(".drive")) && runs.mice() == 0);
@@ -255,7 +255,7 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
         runs.wait_for_duration("fastest", trajectories(&maze, &vehicle)[0].1.duration());
         let unknown = "The mouse does not know a path to the goal in this state.";
         wait_for("the reason", || {
-            let row = ".routes .known-walls";
+            let row = ".routes [data-route=known-walls]";
             let is_listed = browser.exists(&live.part(row));
             (is_listed && live.attribute(row, "title") == unknown).then_some(())
         });
@@ -268,7 +268,7 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
         let trajectory = run.drive(&vehicle).unwrap();
         runs.wait_for_duration("known-walls", trajectory.duration());
         assert_eq!(runs.mice(), 3);
-        live.click(".routes .known-walls [name=show]");
+        live.click(".routes [data-route=known-walls] [name=show]");
         runs.slide_to(1700);
         runs.assert_is_at("known-walls", &maze, &trajectory, 1.7);
         // Another maze replaces the runs.
@@ -329,7 +329,7 @@ fn an_exported_page_plays_fast_runs() {
                 runs.assert_is_at(route, &maze, trajectory, 1.234);
             }
         }
-        assert!(!browser.exists(&panel.part(".routes .known-walls")));
+        assert!(!browser.exists(&panel.part(".routes [data-route=known-walls]")));
         browser.leave();
     });
 }
