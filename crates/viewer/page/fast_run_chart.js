@@ -58,7 +58,7 @@ export class FastRunChart {
     const strongest = Math.max(1, ...profile.map(([, , acceleration]) => Math.abs(acceleration / 1000)));
     const limit = tickStep(strongest, 1);
     const speeds = Array.from({ length: top / step + 1 }, (_, i) => i * step);
-    this.#rows = [speeds.map((speed) => HEIGHT - (speed / top) * HEIGHT), [0, HEIGHT / 2, HEIGHT]];
+    this.#rows = selected ? [speeds.map((speed) => HEIGHT - (speed / top) * HEIGHT), [0, HEIGHT / 2, HEIGHT]] : [[], []];
     const lines = routes.flatMap((route) => {
       if (!route.trajectory) return [];
       const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
@@ -79,7 +79,7 @@ export class FastRunChart {
 
   /** @param {HTMLElement} plot @param {string[]} texts @param {number[]} heights */
   #label(plot, texts, heights) {
-    showTicks(query(plot, ".y"), texts.map((text, i) => [text, { top: `${heights[i]}%` }]));
+    showTicks(query(plot, ".y"), heights.map((height, i) => [texts[i], { top: `${height}%` }]));
   }
 
   /** Scales the lines and draws the ticks of the time. */
@@ -87,7 +87,7 @@ export class FastRunChart {
     const { last, width } = this.#axis;
     if (width === 0) return; // not shown
     const step = tickStep(last, width / TICK_DISTANCE);
-    const times = Array.from({ length: Math.floor(last / step) + 1 }, (_, i) => i * step);
+    const times = Array.from({ length: this.#selected ? Math.floor(last / step) + 1 : 0 }, (_, i) => i * step);
     const columns = times.map((time) => `M${time} 0V${HEIGHT}`);
     [this.#speeds, this.#accelerations].forEach((plot, i) => {
       const rows = this.#rows[i].map((y) => `M0 ${y}H${last}`);

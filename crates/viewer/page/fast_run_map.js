@@ -8,8 +8,8 @@ import { PITCH } from "./state.js";
 
 /** The number of colours of the speeds from zero to the greatest one. Their classes are `speed0`, `speed1` and so on. */
 const COLOURS = 24;
-/** The outline of a mouse that heads north. */
-const MOUSE = "M0-7.6l5.5 12.9-5.5-3.1-5.5 3.1z";
+/** In mazes with more cells than this on a side, mice and curves are drawn larger, by at most this factor. */
+const [SIDE, MAX_SCALE] = [16, 1.6];
 
 /** Draws the colours from zero to the greatest speed. @param {SVGElement} scale an SVG that is as wide as there are colours */
 export function drawScale(scale) {
@@ -28,11 +28,16 @@ export class FastRunMap {
   /** The mouse of each route. @type {Map<RouteState, SVGElement>} */
   #marks = new Map();
   #height;
+  /** The outline of a mouse that heads north. */
+  #outline;
 
   /** @param {SVGSVGElement} svg @param {import("./state.js").Size} size */
-  constructor(svg, { height }) {
-    this.svg = svg;
+  constructor(svg, { width, height }) {
     this.#height = height;
+    const scale = Math.min(Math.max(1, Math.max(width, height) / SIDE), MAX_SCALE);
+    const [x, y, notch] = [5.5 * scale, 7.6 * scale, 2.2 * scale];
+    this.#outline = `M0 ${-y}L${x} ${0.7 * y} 0 ${notch} ${-x} ${0.7 * y}z`;
+    this.#curves.style.setProperty("--scale", `${scale}`);
     svg.append(this.#curves, this.#mice);
   }
 
@@ -61,7 +66,7 @@ export class FastRunMap {
       this.#curves.append(curve);
       if (route === selected) this.#drawSpeeds(moments, points, topSpeed);
       const mouse = element("path", `fast-mouse ${route.colour}`);
-      setAttributes(mouse, { d: MOUSE, "data-route": route.name });
+      setAttributes(mouse, { d: this.#outline, "data-route": route.name });
       this.#mice.append(mouse);
       this.#marks.set(route, mouse);
     }
