@@ -6,8 +6,11 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
+use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_viewer::Pace;
+
+use crate::vehicle::parse_vehicle;
 
 /// The pace of a mouse with `--open`, in milliseconds per step.
 const WATCHED_PACE_MS: u64 = 50;
@@ -31,18 +34,22 @@ pub(crate) struct VerbosityArgs {
     pub(crate) verbose: u8,
 }
 
-#[derive(Debug, Default, PartialEq, Eq, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 pub(crate) struct ViewerArgs {
     /// Port of the viewer page; 0 picks a free port [default: 6575; if port 6575 is in use, a free
     /// port with --open, else no page]
     #[arg(long, value_name = "PORT")]
     pub(crate) viewer_port: Option<u16>,
     /// Do not serve the viewer page
-    #[arg(long, conflicts_with_all = ["viewer_port", "open"])]
+    #[arg(long, conflicts_with_all = ["viewer_port", "open", "vehicle"])]
     pub(crate) no_viewer: bool,
     /// Open the viewer page in a browser
     #[arg(long)]
     pub(crate) open: bool,
+    /// TOML file of a vehicle whose fast runs the viewer page plays besides those of the presets; may
+    /// be repeated
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle)]
+    pub(crate) vehicle: Vec<Vehicle>,
 }
 
 /// Options for storing the states that clients send.

@@ -49,6 +49,7 @@ pub(crate) fn serve(
     args: &ViewerArgs,
 ) -> Result<Option<String>, Box<dyn Error>> {
     let Some(viewer) = viewer else { return Ok(None) };
+    let config = config.with_vehicles(args.vehicle.clone())?;
     // The page is served until the process exits.
     let serving =
         viewer.spawn(config).map_err(|error| format!("cannot serve the viewer page: {error}"))?;

@@ -51,7 +51,8 @@ fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> 
     let others: Vec<Recording> = args.others.iter().map(open).collect::<Result<_, _>>()?;
     let title = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().to_string();
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
-    let viewer_args = ViewerArgs { viewer_port, open: args.open, no_viewer: false };
+    let (open, vehicle) = (args.open, args.vehicle.clone());
+    let viewer_args = ViewerArgs { viewer_port, open, no_viewer: false, vehicle };
     let viewer = page::bind(&viewer_args, "127.0.0.1")?;
     let interrupt = Interrupt::catch()?;
     stderr::write_in_background();

@@ -37,6 +37,8 @@ export class FastRun {
   #player;
   #chart;
   #vehicle;
+  /** The vehicle that was given on the command line, or "". */
+  #given;
   /** @type {FastRunMap | null} */
   #map = null;
   /** The source whose runs are loaded. @type {api.Source | null} */
@@ -52,8 +54,9 @@ export class FastRun {
   #knownAt = -1;
   #isLoadingKnown = false;
 
-  /** @param {import("./panel.js").Panel} panel @param {string[]} vehicles */
-  constructor(panel, vehicles) {
+  /** @param {import("./panel.js").Panel} panel @param {api.PageInfo} info */
+  constructor(panel, { vehicles, vehicle }) {
+    this.#given = vehicle ?? "";
     this.#panel = panel;
     this.#area = query(panel.element, ".drive");
     this.#details = query(panel.element, ".drive-details");
@@ -120,12 +123,12 @@ export class FastRun {
     }
   }
 
-  /** Selects the vehicle that was selected last in this tab, or one that fits the maze. @param {api.Source} source */
+  /** Selects the vehicle that was selected last in this tab, a given one, or one that fits the maze. @param {api.Source} source */
   #chooseVehicle({ width, height }) {
     this.#vehicle.dataset.chosen = "true";
     const names = [...this.#vehicle.options].map(({ value }) => value);
     const fitting = Math.max(width, height) > MAX_CLASSIC ? "kerise" : "expert";
-    this.#vehicle.value = [recall("vehicle") ?? "", fitting].find((name) => names.includes(name)) ?? names[0] ?? "";
+    this.#vehicle.value = [recall("vehicle") ?? "", this.#given, fitting].find((name) => names.includes(name)) ?? names[0] ?? "";
   }
 
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */

@@ -184,7 +184,7 @@ function openPanel(id) {
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
   compareBar.add(panel);
   ghosts.add(panel);
-  const fastRun = new FastRun(panel, info.vehicles);
+  const fastRun = new FastRun(panel, info);
   fastRuns.set(id, fastRun);
   const copyButton = installCopyButton(element, () => linkUrl(info.server, [panel]));
   panel.onShow = () => {

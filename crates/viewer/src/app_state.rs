@@ -45,6 +45,8 @@ pub(crate) struct AppState {
     pub(crate) is_trial: bool,
     /// The vehicles whose fast runs the page shows.
     pub(crate) vehicles: Vec<Vehicle>,
+    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
+    pub(crate) vehicle: Option<String>,
     /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
@@ -58,7 +60,8 @@ struct OpenRecordings {
 
 impl AppState {
     pub(crate) fn new(config: ViewerConfig, limits: Limits) -> Self {
-        let ViewerConfig { live, recordings_dir, mazes, recordings, budget, is_trial } = config;
+        let ViewerConfig { live, recordings_dir, mazes, recordings, budget, is_trial, vehicles } =
+            config;
         let mut open = OpenRecordings::default();
         for (title, recording) in recordings {
             open.insert(&title, recording);
@@ -77,7 +80,8 @@ impl AppState {
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             is_trial,
-            vehicles: presets(),
+            vehicle: vehicles.first().map(|vehicle| vehicle.name().into()),
+            vehicles: presets().into_iter().chain(vehicles).collect(),
             budget,
             recordings: Mutex::new(open),
         }
@@ -106,7 +110,7 @@ impl AppState {
     }
 
     /// Returns the vehicle with this name.
-    pub(crate) fn vehicle(&self, name: &str) -> Result<Vehicle, ApiError> {
+    pub(crate) fn find_vehicle(&self, name: &str) -> Result<Vehicle, ApiError> {
         let found = self.vehicles.iter().find(|vehicle| vehicle.name() == name).cloned();
         found.ok_or_else(|| {
             let names: Vec<_> = self.vehicles.iter().map(Vehicle::name).collect();

@@ -78,7 +78,7 @@ pub(crate) async fn handle(
     Path((id, vehicle)): Path<(String, String)>,
     Query(RunQuery { run }): Query<RunQuery>,
 ) -> Result<Json<Vec<RouteRun>>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicle(&vehicle)?);
+    let (source, vehicle) = (state.source(&id)?, state.find_vehicle(&vehicle)?);
     state
         .run_jobs
         .run(move |_| {
@@ -102,7 +102,7 @@ pub(crate) async fn handle_known(
     Path((id, vehicle)): Path<(String, String)>,
     Query(KnownQuery { run, at }): Query<KnownQuery>,
 ) -> Result<Json<RouteRun>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicle(&vehicle)?);
+    let (source, vehicle) = (state.source(&id)?, state.find_vehicle(&vehicle)?);
     state
         .run_jobs
         .run(move |_| {

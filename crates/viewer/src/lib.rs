@@ -47,7 +47,7 @@ mod transfer;
 mod trial;
 mod viewer;
 
-pub use config::ViewerConfig;
+pub use config::{SameName, ViewerConfig};
 pub use control::MouseControl;
 pub use export::export_html;
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};

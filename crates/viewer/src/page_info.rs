@@ -21,6 +21,8 @@ pub(crate) struct PageInfo {
     strategies: Vec<StrategyInfo>,
     /// The names of the vehicles whose fast runs the page shows.
     vehicles: Vec<String>,
+    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
+    vehicle: Option<String>,
     /// The user's own mouse, if the simulator runs one.
     own: Option<OwnMouse>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
@@ -49,6 +51,7 @@ impl PageInfo {
                 .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
                 .collect(),
             vehicles: state.vehicles.iter().map(|vehicle| vehicle.name().into()).collect(),
+            vehicle: state.vehicle.clone(),
             own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
             is_trial: state.is_trial,
             opened: state.open_recordings(),

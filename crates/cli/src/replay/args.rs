@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use mmsim_fastrun::Vehicle;
 
 use crate::args::ReadingArgs;
+use crate::vehicle::parse_vehicle;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
@@ -30,4 +32,8 @@ pub(crate) struct ReplayArgs {
     /// Open the viewer page in a browser
     #[arg(long, requires = "serve")]
     pub(crate) open: bool,
+    /// TOML file of a vehicle whose fast runs the viewer page plays besides those of the presets; may
+    /// be repeated
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle, requires = "serve")]
+    pub(crate) vehicle: Vec<Vehicle>,
 }

@@ -304,6 +304,29 @@ fn fast_runs_fit_into_windows_of_all_sizes() {
 }
 
 #[test]
+fn a_vehicle_from_a_file_is_selected() {
+    with_browser(|browser| {
+        let home = Home::new();
+        let text = "base = \"expert\"\nturns.l90.speed = 1300\n";
+        let file = home.write("slower.toml", text);
+        let file = file.to_str().unwrap();
+        let simulator = Simulator::start_in(home, &["--maze", "two-roads", "--vehicle", file]);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        live.click("[name=fast-run]");
+        let vehicle = Vehicle::from_toml(text, "slower").unwrap();
+        let driven = trajectories(&bundled("10-two-roads.txt"), &vehicle);
+        Runs(live).wait_for_duration("fastest", driven[0].1.duration());
+        let names =
+            "return [...document.querySelector(arguments[0]).options].map((name) => name.text)";
+        let names: Vec<String> = browser.run(names, &[json!(live.part("[name=vehicle]"))]);
+        assert_eq!(names, ["ukmars", "ares", "expert", "kerise", "slower"]);
+        browser.leave();
+    });
+}
+
+#[test]
 fn an_exported_page_plays_fast_runs() {
     with_browser(|browser| {
         let simulator = Simulator::start(&["--maze", "meadow", "--record", "kept"]);
