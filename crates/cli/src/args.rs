@@ -46,8 +46,7 @@ pub(crate) struct ViewerArgs {
     /// Open the viewer page in a browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// TOML file of a vehicle whose fast runs the viewer page plays besides those of the presets; may
-    /// be repeated
+    /// Offer the vehicle in FILE (TOML) for fast runs on the viewer page; may be repeated
     #[arg(long, value_name = "FILE", value_parser = parse_vehicle)]
     pub(crate) vehicle: Vec<Vehicle>,
 }
