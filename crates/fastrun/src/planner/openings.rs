@@ -200,3 +200,130 @@ fn diagonal_turns<L: Line, const N: usize>(
     let turns = from_fn(|turn| if tables.has(5 + turn) { turns[turn] } else { Rows::NONE });
     DiagonalTurns { next, turns }
 }
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Heading, MazeSize};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::lattice::{Direction, Point};
+    use crate::planner::tables::ORDER;
+    use crate::turn::{Side, TurnKind};
+    use crate::vehicle::Vehicle;
+
+    /// Closes one dead end after another.
+    fn without_dead_ends(mut walls: Walls, start: Cell, goals: &CellSet) -> Walls {
+        loop {
+            let is_dead_end = |cell: &Cell| {
+                let count = walls.open_neighbours(*cell).count();
+                count == 1 && *cell != start && !goals.contains(*cell)
+            };
+            let Some(cell) = walls.size().cells().find(is_dead_end) else { return walls };
+            for heading in Heading::ALL {
+                walls.set(cell, heading, true);
+            }
+        }
+    }
+
+    /// Returns true if a mouse that has come to a point can go on, or is in a goal.
+    fn can_go_on(walls: &Walls, goals: &CellSet, at: Point, direction: Direction) -> bool {
+        let next = at.advanced(direction, 1);
+        let is_wall = at.wall().is_some() && !direction.is_diagonal();
+        is_wall
+            || next.is_some_and(|next| next.is_free(walls))
+            || at.cell().is_some_and(|cell| goals.contains(cell))
+    }
+
+    fn check<L: Line, const N: usize>(walls: &Walls, start: Cell, goals: &CellSet) {
+        let tables = Tables::new(&Vehicle::kerise());
+        let openings = Openings::<L, N>::new(walls, goals).without_dead_ends(start);
+        let walls = without_dead_ends(walls.clone(), start, goals);
+        let size = walls.size();
+        let is_legal = |kind: TurnKind, at: Point, direction: Direction, side: Side| {
+            let passes = kind
+                .walls(at, direction, side)
+                .all(|wall| wall.is_some_and(|wall| wall.is_free(&walls)));
+            let end = kind.end(at, direction, side);
+            passes && end.is_some_and(|(end, direction)| can_go_on(&walls, goals, end, direction))
+        };
+        let frames = openings.frames();
+        for (ahead, heading) in Heading::ALL.into_iter().enumerate() {
+            let (frame, turns) = (&frames[ahead], frames[ahead].along_turns(&tables));
+            let direction = Direction::from(heading);
+            for cell in size.cells() {
+                let (x, y) = (usize::from(cell.x), usize::from(cell.y));
+                let (line, position) = [(x, y), (y, x), (x, N - 1 - y), (y, N - 1 - x)][ahead];
+                let bit = |rows: &Rows<L, N>| rows.0[line].to_bits() >> position & 1 == 1;
+                assert_eq!(bit(&frame.forward), !walls.has(cell, heading));
+                assert_eq!(bit(&frame.goals), goals.contains(cell));
+                // The next line is that to the east or north.
+                let next_is_right = matches!(heading, Heading::North | Heading::West);
+                let sides = if next_is_right {
+                    [Side::Right, Side::Left]
+                } else {
+                    [Side::Left, Side::Right]
+                };
+                let centre = Point::centre(cell);
+                for (lane, rows) in turns.0.iter().enumerate() {
+                    let kind = ORDER[lane / 2];
+                    let at = if lane < 2 { centre.advanced(direction, 1) } else { Some(centre) };
+                    let is_free = at.is_some_and(|at| at.is_free(&walls));
+                    let legal = is_free && is_legal(kind, at.unwrap(), direction, sides[lane % 2]);
+                    assert_eq!(bit(rows), legal, "{kind} {cell} {heading}");
+                }
+                if ahead % 2 == 0 {
+                    continue;
+                }
+                let (up, down) = (frame.diagonals_up(&tables), frame.diagonals_down(&tables));
+                for (turns, vertical) in [(up, Heading::North), (down, Heading::South)] {
+                    for (wall, turns) in turns.iter().enumerate() {
+                        let to_wall = if wall == 0 { heading } else { Heading::North };
+                        let Some(at) =
+                            centre.advanced(to_wall.into(), 1).filter(|at| at.is_free(&walls))
+                        else {
+                            continue;
+                        };
+                        let is_east = heading == Heading::East;
+                        let diagonal = match (is_east, vertical) {
+                            (true, Heading::North) => Direction::NorthEast,
+                            (true, _) => Direction::SouthEast,
+                            (false, Heading::North) => Direction::NorthWest,
+                            (false, _) => Direction::SouthWest,
+                        };
+                        let next =
+                            at.advanced(diagonal, 1).is_some_and(|next| next.is_free(&walls));
+                        assert_eq!(bit(&turns.next), next, "{cell} {heading} {vertical}");
+                        for (turn, rows) in turns.turns.iter().enumerate() {
+                            let kind = ORDER[5 + turn];
+                            let mut sides = Side::ALL
+                                .into_iter()
+                                .filter(|&side| kind.begins_at(at, diagonal, side));
+                            let legal = sides.any(|side| is_legal(kind, at, diagonal, side));
+                            assert_eq!(bit(rows), legal, "{kind} {cell} {diagonal}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn bits_are_those_of_the_rules(
+            (width, height) in (1usize..=32, 1usize..=32),
+            rows in prop::collection::vec(any::<[u32; 4]>(), 32),
+            cells in prop::collection::vec(any::<(u8, u8)>(), 2..4),
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let row = |index: usize| from_fn(|y| rows[y][index] & rows[y][index + 1]);
+            let walls = Walls::from_rows(size, row(0), row(2));
+            let cell = |&(x, y): &(u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let goals: CellSet = cells[1..].iter().map(cell).collect();
+            check::<u32, 32>(&walls, cell(&cells[0]), &goals);
+            if width <= 16 && height <= 16 {
+                check::<u16, 16>(&walls, cell(&cells[0]), &goals);
+            }
+        }
+    }
+}

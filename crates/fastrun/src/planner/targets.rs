@@ -168,3 +168,72 @@ pub(super) fn place(node: usize, n: usize) -> (Direction, (usize, usize)) {
     };
     (Direction::ALL[eighths % 8], cell)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::Point;
+    use crate::planner::tables::ORDER;
+    use crate::turn::Side;
+
+    /// Returns the lattice point of a node.
+    fn point(node: usize, n: usize) -> Point {
+        let kind = node / (n * n);
+        let (direction, (x, y)) = place(node, n);
+        let centre =
+            Point::centre(mmsim_maze::Cell::new(x.try_into().unwrap(), y.try_into().unwrap()));
+        let to_wall = match kind {
+            0..WALLS => return centre,
+            WALLS..DIAGONALS => direction,
+            _ if kind % 2 == 1 => Direction::North,
+            _ => Direction::ALL[2 + (kind - DIAGONALS) / 4 * 4],
+        };
+        centre.advanced(to_wall, 1).unwrap()
+    }
+
+    #[test]
+    fn targets_are_the_ends_of_turns() {
+        for n in [16, 32] {
+            let targets = Targets::new(n);
+            for kind in 0..KINDS {
+                for (line, position) in [(5, 7), (8, 3)] {
+                    let from = (kind * n + line) * n + position;
+                    let (begin, (direction, _)) = (point(from, n), place(from, n));
+                    let check = |turn: usize, target: &Target| {
+                        let kind = ORDER[turn];
+                        let ends = Side::ALL.into_iter().filter_map(|side| {
+                            let begins = kind.begins_at(begin, direction, side);
+                            kind.end(begin, direction, side).filter(|_| begins)
+                        });
+                        let node = target.node(line, position.try_into().unwrap());
+                        let end = (point(node, n), place(node, n).0);
+                        assert!(
+                            ends.into_iter().any(|found| found == end),
+                            "{kind} {begin:?} {direction}"
+                        );
+                        end
+                    };
+                    match kind {
+                        0..WALLS => {
+                            for (lane, target) in targets.along[kind].iter().enumerate().skip(2) {
+                                let other = check(lane / 2, &targets.along[kind][lane ^ 1]);
+                                assert_ne!(check(lane / 2, target), other);
+                            }
+                        }
+                        WALLS..DIAGONALS => {
+                            let [left, right, ..] = &targets.along[kind - WALLS];
+                            assert_ne!(check(0, left), check(0, right));
+                        }
+                        _ => {
+                            for (turn, target) in
+                                targets.diagonal[kind - DIAGONALS].iter().enumerate()
+                            {
+                                check(5 + turn, target);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

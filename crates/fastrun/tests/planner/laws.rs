@@ -2,9 +2,7 @@
 // No run takes infinitely long, and equal speeds are copies of each other.
 #![allow(clippy::float_cmp)]
 
-mod common;
-
-use common::{Case, any_case, any_vehicle};
+use crate::cases::{Case, any_case, any_vehicle};
 use mmsim_fastrun::{Arc, Line, TurnKind, Vehicle, VehicleParameters, dijkstra, fastest};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use proptest::prelude::*;
