@@ -141,7 +141,7 @@ impl TurnKind {
         }
         match from.wall() {
             // A mouse crosses a wall, it does not drive along it.
-            Some(_) => self == Self::S90 && from.i.is_multiple_of(2) == (direction.vector().0 != 0),
+            Some(_) => self == Self::S90 && (from.i & 1 == 0) == (direction.vector().0 != 0),
             None => self != Self::S90 && from.cell().is_some(),
         }
     }
@@ -194,7 +194,7 @@ const fn geometry(
 /// Returns the side to which a mouse on a diagonal can turn: the side on which the cell ahead lies.
 fn diagonal_side(from: Point, direction: Direction) -> Option<Side> {
     from.wall()?;
-    let is_west_or_east_wall = from.i.is_multiple_of(2);
+    let is_west_or_east_wall = from.i & 1 == 0;
     let is_steep = matches!(direction, Direction::NorthEast | Direction::SouthWest);
     Some(if is_west_or_east_wall == is_steep { Side::Left } else { Side::Right })
 }

@@ -11,6 +11,7 @@ pub(super) const STRAIGHTS: usize = 64;
 /// The cost of a straight that is too short for its change of speed. Any sum of this cost and a
 /// time is greater than every time.
 pub(super) const IMPOSSIBLE: u32 = 1 << 30;
+const IMPOSSIBLE_LOSS: i32 = 1 << 30;
 
 /// The turns in the order of their classes: those that begin along a line come first.
 pub(super) const ORDER: [TurnKind; 9] = [
@@ -181,9 +182,8 @@ impl Tables {
 
     fn add_losses(&mut self) {
         let all = self.classes.len();
-        self.losses = alloc::vec![IMPOSSIBLE.cast_signed(); all << self.loss_bits];
-        self.losses_after =
-            alloc::vec![IMPOSSIBLE.cast_signed(); (all << self.loss_bits) * STRAIGHTS];
+        self.losses = alloc::vec![IMPOSSIBLE_LOSS; all << self.loss_bits];
+        self.losses_after = alloc::vec![IMPOSSIBLE_LOSS; (all << self.loss_bits) * STRAIGHTS];
         let place = |class: &Class| (class.ends_diagonal, class.kind == Some(TurnKind::S90));
         for instead in 0..all {
             for of in 0..all {
@@ -213,7 +213,7 @@ impl Tables {
         let cost = |class: usize, steps: usize, column: usize| {
             self.costs[(class * STRAIGHTS + steps) << self.row_bits | column]
         };
-        let mut greatest = i32::MIN;
+        let mut greatest = i64::MIN;
         for further in 0..STRAIGHTS - steps {
             // Along a line, only the turn s90 begins at a wall.
             let is_at_wall = (further % 2 == 1) != (kind == Some(TurnKind::S90));
@@ -231,12 +231,13 @@ impl Tables {
             let stop = can_stop.then(|| (finish(instead, further), finish(of, steps + further)));
             for (instead, of) in turns.chain(stop).filter(|&(_, of)| of < IMPOSSIBLE) {
                 if instead >= IMPOSSIBLE {
-                    return IMPOSSIBLE.cast_signed();
+                    return IMPOSSIBLE_LOSS;
                 }
-                greatest = greatest.max(instead.cast_signed() - of.cast_signed());
+                greatest = greatest.max(i64::from(instead) - i64::from(of));
             }
         }
-        greatest
+        // Costs have at most 30 bits.
+        i32::try_from(greatest).unwrap_or(IMPOSSIBLE_LOSS)
     }
 }
 

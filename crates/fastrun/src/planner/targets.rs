@@ -40,16 +40,16 @@ pub(super) struct Targets {
 }
 
 /// North, east, south and west, as steps of x and y.
-const STEPS: [(isize, isize); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
+const STEPS: [(usize, usize); 4] = [(0, 1), (1, 0), (0, usize::MAX), (usize::MAX, 0)];
 
-type Cell = (isize, isize);
+type Cell = (usize, usize);
 
 fn shifted((x, y): Cell, direction: usize) -> Cell {
-    (x + STEPS[direction].0, y + STEPS[direction].1)
+    (x.wrapping_add(STEPS[direction].0), y.wrapping_add(STEPS[direction].1))
 }
 
-/// Returns the cell at a position of a line, or the inverse: both are the same for all directions.
-fn cell(direction: usize, line: isize, position: isize, n: isize) -> Cell {
+/// Returns the cell at a position of a line.
+fn cell(direction: usize, line: usize, position: usize, n: usize) -> Cell {
     match direction {
         0 => (line, position),
         1 => (position, line),
@@ -58,23 +58,23 @@ fn cell(direction: usize, line: isize, position: isize, n: isize) -> Cell {
     }
 }
 
-fn node(kind: usize, direction: usize, (x, y): Cell, n: isize) -> isize {
+fn node(kind: usize, direction: usize, (x, y): Cell, n: usize) -> usize {
     let (line, position) = match direction {
         0 => (x, y),
         1 => (y, x),
         2 => (x, n - 1 - y),
         _ => (y, n - 1 - x),
     };
-    (kind.cast_signed() * n + line) * n + position
+    (kind * n + line) * n + position
 }
 
 /// Returns the node at the centre of a cell.
-fn centre(direction: usize, cell: Cell, n: isize) -> isize {
+fn centre(direction: usize, cell: Cell, n: usize) -> usize {
     node(direction, direction, cell, n)
 }
 
 /// Returns the node at the wall ahead of a cell.
-fn wall(direction: usize, cell: Cell, n: isize) -> isize {
+fn wall(direction: usize, cell: Cell, n: usize) -> usize {
     node(WALLS + direction, direction, cell, n)
 }
 
@@ -84,7 +84,7 @@ fn wall(direction: usize, cell: Cell, n: isize) -> isize {
 /// There is one kind of nodes for each horizontal direction (east, west), each vertical direction
 /// (north, south), and each orientation of the wall: ahead of a cell as seen in the horizontal
 /// direction, or between a cell and its northern neighbour. The node belongs to this cell.
-fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: isize) -> isize {
+fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: usize) -> usize {
     let [horizontal, vertical] =
         if directions[0] % 2 == 1 { directions } else { [directions[1], directions[0]] };
     let is_aside = from.0 == to.0;
@@ -95,15 +95,14 @@ fn diagonal(directions: [usize; 2], from: Cell, to: Cell, n: isize) -> isize {
 
 impl Targets {
     pub(super) fn new(n: usize) -> Self {
-        let n = n.cast_signed();
-        let target = |end: &dyn Fn(isize, isize) -> isize| {
-            let origin = end(0, 0);
-            let wrapped = isize::cast_unsigned;
-            Target {
-                origin: wrapped(origin),
-                line: wrapped(end(1, 0) - origin),
-                position: wrapped(end(0, 1) - origin),
-            }
+        // All cells in question lie within the smallest maze.
+        const SAMPLE: usize = 5;
+        let target = |end: &dyn Fn(usize, usize) -> usize| {
+            let sample = end(SAMPLE, SAMPLE);
+            let line = end(SAMPLE + 1, SAMPLE).wrapping_sub(sample);
+            let position = end(SAMPLE, SAMPLE + 1).wrapping_sub(sample);
+            let origin = sample.wrapping_sub(SAMPLE.wrapping_mul(line.wrapping_add(position)));
+            Target { origin, line, position }
         };
         let along = from_fn(|ahead| {
             from_fn(|lane| {
@@ -151,22 +150,18 @@ impl Targets {
 
 /// Returns the node of a mouse at the centre of a cell.
 pub(super) fn centre_node(direction: usize, cell: mmsim_maze::Cell, n: usize) -> usize {
-    centre(direction, (cell.x.into(), cell.y.into()), n.cast_signed()).cast_unsigned()
+    centre(direction, (cell.x.into(), cell.y.into()), n)
 }
 
 /// Returns the direction of the mouse at a node, and its cell.
-pub(super) fn place(node: usize, n: usize) -> (Direction, (usize, usize)) {
+pub(super) fn place(node: usize, n: usize) -> (Direction, Cell) {
     let (kind, line, position) = (node / (n * n), node / n % n, node % n);
-    let ahead = if kind < DIAGONALS { kind % 4 } else { 1 + (kind - DIAGONALS) / 4 * 2 };
-    let eighths = if kind < DIAGONALS { 2 * ahead } else { [1, 3, 7, 5][kind / 2 - 4] };
-    let last = n - 1 - position;
-    let cell = match ahead {
-        0 => (line, position),
-        1 => (position, line),
-        2 => (line, last),
-        _ => (last, line),
+    let (ahead, eighths) = if kind < DIAGONALS {
+        (kind % 4, kind % 4 * 2)
+    } else {
+        (1 + (kind - DIAGONALS) / 4 * 2, [1, 3, 7, 5][kind / 2 - 4])
     };
-    (Direction::ALL[eighths % 8], cell)
+    (Direction::ALL[eighths], cell(ahead, line, position, n))
 }
 
 #[cfg(test)]
