@@ -3,6 +3,7 @@
 // The operations on bit rows and the inner loop of the search must be inlined.
 #![allow(clippy::inline_always)]
 
+mod classes;
 mod openings;
 mod rows;
 mod search;

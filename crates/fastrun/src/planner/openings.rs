@@ -208,7 +208,7 @@ mod tests {
 
     use super::*;
     use crate::lattice::{Direction, Point};
-    use crate::planner::tables::ORDER;
+    use crate::planner::classes::ORDER;
     use crate::turn::{Side, TurnKind};
     use crate::vehicle::Vehicle;
 

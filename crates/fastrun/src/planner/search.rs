@@ -12,9 +12,10 @@ use alloc::vec::Vec;
 
 use mmsim_maze::{Cell, CellSet, Walls};
 
+use super::classes::ClassRange;
 use super::openings::{AlongTurns, DiagonalTurns, Frame, Openings};
 use super::rows::{Eight, Four, Line, Rows};
-use super::tables::{ClassRange, Costs, IMPOSSIBLE, Tables};
+use super::tables::{Costs, IMPOSSIBLE, Tables};
 use super::targets::{DIAGONALS, KINDS, Targets, WALLS, centre_node};
 
 /// A state: a turn has ended at a place, or the mouse stands in the start cell.

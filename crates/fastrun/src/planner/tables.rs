@@ -2,49 +2,14 @@
 
 use alloc::vec::Vec;
 
+use super::classes::{Class, ClassRange, STRAIGHTS, classes};
 use crate::turn::TurnKind;
 use crate::vehicle::Vehicle;
-
-/// The number of lattice steps of the longest straight, and one more.
-pub(super) const STRAIGHTS: usize = 64;
 
 /// The cost of a straight that is too short for its change of speed. Any sum of this cost and a
 /// time is greater than every time.
 pub(super) const IMPOSSIBLE: u32 = 1 << 30;
 const IMPOSSIBLE_LOSS: i32 = 1 << 30;
-
-/// The turns in the order of their classes: those that begin along a line come first.
-pub(super) const ORDER: [TurnKind; 9] = [
-    TurnKind::S90,
-    TurnKind::L90,
-    TurnKind::In45,
-    TurnKind::L180,
-    TurnKind::In135,
-    TurnKind::Out45,
-    TurnKind::Out135,
-    TurnKind::V90,
-    TurnKind::K90,
-];
-
-/// A turn at one speed. Class 0 is the mouse at rest in the start cell.
-#[derive(Clone, Debug)]
-pub(super) struct Class {
-    /// `None` at rest.
-    pub(super) kind: Option<TurnKind>,
-    pub(super) speed: f64,
-    /// The straight part of the turn after its arc, in mm.
-    after: f64,
-    ends_diagonal: bool,
-}
-
-/// The classes of a turn, fastest first.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ClassRange {
-    pub(super) low: u8,
-    /// The classes from here on are only needed to stop in a goal right after the turn.
-    pub(super) slow: u8,
-    pub(super) high: u8,
-}
 
 /// The classes of a vehicle and the costs between them, in ticks.
 #[derive(Clone, Debug)]
@@ -64,8 +29,9 @@ pub(super) struct Tables {
     row_bits: u32,
     /// For each class and each number of lattice steps: the time of the last straight.
     finish: Vec<u32>,
-    /// `losses[a][b]`, with room for `1 << loss_bits` classes b, is the greatest difference between the costs of everything that may follow a
-    /// turn of class a, and the costs of the same after a turn of class b.
+    /// `losses[a][b]` is the greatest difference between the costs of everything that may follow a
+    /// turn of class a, and the costs of the same after a turn of class b. There is room for
+    /// `1 << loss_bits` classes b.
     losses: Vec<i32>,
     loss_bits: u32,
     /// The same for a mouse that has driven some lattice steps straight on after the turn of class
@@ -270,120 +236,4 @@ fn ticks_per_second(vehicle: &Vehicle) -> f64 {
     let slowest = speeds.fold(f64::INFINITY, |slowest, &speed| libm::fmin(slowest, speed));
     let slowest_run = 1100.0 * 2.0 * vehicle.half_cell() / slowest;
     f64::from(IMPOSSIBLE) / slowest_run
-}
-
-/// Returns the classes, in the order of [`ORDER`] and fastest first, and the range of each turn.
-fn classes(vehicle: &Vehicle) -> (Vec<Class>, [ClassRange; 9]) {
-    let rest = Class {
-        kind: None,
-        speed: 0.0,
-        after: vehicle.parameters().start_offset,
-        ends_diagonal: false,
-    };
-    let mut classes = alloc::vec![rest];
-    let mut ranges = [ClassRange::default(); 9];
-    let needed = needed_speeds(vehicle);
-    #[allow(clippy::cast_possible_truncation)]
-    for (kind, range) in ORDER.into_iter().zip(&mut ranges) {
-        range.low = classes.len() as u8;
-        let mut add = |speeds: u32| {
-            if let Some(fitted) = vehicle.arc(kind) {
-                let (after, ends_diagonal) = (fitted.after, kind.ends_diagonal());
-                let class = |&speed| Class { kind: Some(kind), speed, after, ends_diagonal };
-                let all = vehicle.speeds(kind).iter().enumerate();
-                let added = all.filter(|&(index, _)| speeds >> index & 1 == 1);
-                classes.extend(added.map(|(_, speed)| class(speed)));
-            }
-            classes.len() as u8
-        };
-        let [to_go_on, to_stop] = needed[kind as usize];
-        range.slow = add(to_go_on);
-        range.high = add(to_stop & !to_go_on);
-    }
-    (classes, ranges)
-}
-
-/// Returns for each turn the speeds that a fastest run can need, as bits in the order of
-/// [`Vehicle::speeds`]: the speeds to go on after the turn, and those to stop right after it.
-///
-/// In a fastest run, no turn can be driven at its next higher speed. So each turn has its greatest
-/// speed, or the greatest speed that what comes before or after it allows. A turn that does so is
-/// slower. With limited jerk, a higher speed at one end of a straight may cost time, so all speeds
-/// are needed.
-fn needed_speeds(vehicle: &Vehicle) -> [[u32; 2]; 9] {
-    let has_jerk = |is_diagonal| vehicle.line(is_diagonal).jerk < f64::INFINITY;
-    if has_jerk(false) || has_jerk(true) {
-        return TurnKind::ALL.map(|kind| [(1 << vehicle.speeds(kind).len()) - 1, 0]);
-    }
-    let parameters = vehicle.parameters();
-    let mut needed = TurnKind::ALL.map(|kind| [u32::from(vehicle.arc(kind).is_some()), 0]);
-    for kind in TurnKind::ALL {
-        let Some(fitted) = vehicle.arc(kind) else { continue };
-        let speeds = vehicle.speeds(kind);
-        let line = vehicle.line(false);
-        for steps in 0..STRAIGHTS {
-            let straight = straight(vehicle, steps, false);
-            let (to, from) = (
-                parameters.start_offset + straight + fitted.before,
-                fitted.after + straight + parameters.stop_offset,
-            );
-            let reachable = speeds.iter().position(|&speed| line.time(to, 0.0, speed).is_some());
-            let stoppable = speeds.iter().position(|&speed| line.time(from, speed, 0.0).is_some());
-            if !kind.begins_diagonal() {
-                needed[kind as usize][0] |= bit(reachable);
-            }
-            if !kind.ends_diagonal() {
-                needed[kind as usize][usize::from(steps == 0)] |= bit(stoppable);
-            }
-        }
-    }
-    loop {
-        let before = needed;
-        for first in TurnKind::ALL {
-            for next in TurnKind::ALL {
-                add_needed(vehicle, first, next, &mut needed);
-            }
-        }
-        if needed == before {
-            return needed;
-        }
-    }
-}
-
-/// Adds the speeds of two turns that follow each other which are needed because of the other turn.
-fn add_needed(vehicle: &Vehicle, first: TurnKind, next: TurnKind, needed: &mut [[u32; 2]; 9]) {
-    let is_diagonal = first.ends_diagonal();
-    let (Some(from), Some(to)) = (vehicle.arc(first), vehicle.arc(next)) else { return };
-    if next.begins_diagonal() != is_diagonal {
-        return;
-    }
-    let (speeds, next_speeds) = (vehicle.speeds(first), vehicle.speeds(next));
-    let is_needed = |speeds: [u32; 2], index: usize| (speeds[0] | speeds[1]) >> index & 1 == 1;
-    for steps in 0..STRAIGHTS {
-        let distance = from.after + straight(vehicle, steps, is_diagonal) + to.before;
-        let can = |&speed: &f64, &next: &f64| {
-            vehicle.line(is_diagonal).time(distance, speed, next).is_some()
-        };
-        for (index, speed) in speeds.iter().enumerate() {
-            if is_needed(needed[first as usize], index) {
-                let reachable = next_speeds.iter().position(|next| can(speed, next));
-                needed[next as usize][0] |= bit(reachable);
-            }
-        }
-        for (index, next_speed) in next_speeds.iter().enumerate() {
-            if is_needed(needed[next as usize], index) {
-                let fastest = speeds.iter().position(|speed| can(speed, next_speed));
-                needed[first as usize][0] |= bit(fastest);
-            }
-        }
-    }
-}
-
-fn bit(index: Option<usize>) -> u32 {
-    index.map_or(0, |index| 1 << index)
-}
-
-#[allow(clippy::cast_possible_truncation)]
-fn straight(vehicle: &Vehicle, steps: usize, is_diagonal: bool) -> f64 {
-    vehicle.straight(steps as u8, is_diagonal)
 }

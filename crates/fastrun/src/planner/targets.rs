@@ -168,7 +168,7 @@ pub(super) fn place(node: usize, n: usize) -> (Direction, Cell) {
 mod tests {
     use super::*;
     use crate::lattice::Point;
-    use crate::planner::tables::ORDER;
+    use crate::planner::classes::ORDER;
     use crate::turn::Side;
 
     /// Returns the lattice point of a node.
