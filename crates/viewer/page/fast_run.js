@@ -80,7 +80,8 @@ export class FastRun {
     element.classList.toggle("driving", this.isOn);
     if (this.isOn) this.update();
     else this.close();
-    if (hadFocus) query(element, this.isOn ? "[name=drive]" : "[name=fast-run]").focus();
+    // The pressed button is hidden. The panel handles the shortcuts.
+    if (hadFocus) element.focus({ preventScroll: true });
   }
 
   /** Follows the panel, which shows another source or another state. */
@@ -134,9 +135,9 @@ export class FastRun {
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */
   async #updateKnown() {
     const index = this.#panel.shown?.index ?? -1;
-    if (isExported || this.#isLoadingKnown || index < 0 || index === this.#knownAt) return;
+    const source = this.#source;
+    if (isExported || this.#isLoadingKnown || !source || index < 0 || index === this.#knownAt) return;
     const { signal } = this.#abort;
-    const source = /** @type {api.Source} */ (this.#source);
     this.#isLoadingKnown = true;
     try {
       const run = await api.knownFastRun(source, this.#vehicle.value, index, signal);
@@ -153,7 +154,7 @@ export class FastRun {
     }
     await sleep(KNOWN_PAUSE);
     this.#isLoadingKnown = false;
-    if (this.isOn && this.#source) void this.#updateKnown();
+    if (this.isOn) void this.#updateKnown();
   }
 
   /** Colours a route by speed. @param {RouteName} name */

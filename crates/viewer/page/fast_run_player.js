@@ -32,6 +32,8 @@ export class FastRunPlayer {
     this.#play.onclick = () => (this.playing ? this.pause() : this.#start());
     query(area, "[name=restart]").onclick = () => this.seek(0);
     for (const button of this.#rates) {
+      // A click does not focus the button, so Space still plays.
+      button.onmousedown = (event) => event.preventDefault();
       button.onclick = () => {
         this.#rate = Number(button.value);
         this.#show();

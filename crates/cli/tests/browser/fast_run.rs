@@ -223,7 +223,7 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
         assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
         // The playback begins again after the end, and ends with the last mouse.
         live.click("[name=rate][value='4']");
-        live.click("[name=drive]");
+        browser.press([' ']);
         wait_for("the end", || (!runs.is_playing()).then_some(()));
         assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
         for (route, trajectory) in [&fastest, &slowest] {
