@@ -159,6 +159,8 @@ fn straight(vehicle: &Vehicle, steps: usize, is_diagonal: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use core::fmt::Write;
+
     use super::*;
     use crate::vehicle::VehicleParameters;
 
@@ -166,18 +168,12 @@ mod tests {
     fn list(vehicle: &Vehicle) -> alloc::string::String {
         let (classes, ranges) = classes(vehicle);
         let turn = |(kind, range): (TurnKind, ClassRange)| {
-            let speeds = |low: u8, high: u8| {
-                let speeds = classes[low.into()..high.into()].iter();
-                speeds
-                    .map(|class| alloc::format!(" {}", class.speed))
-                    .collect::<alloc::string::String>()
-            };
-            let bar = if range.slow < range.high { " |" } else { "" };
-            alloc::format!(
-                "{kind}{}{bar}{}",
-                speeds(range.low, range.slow),
-                speeds(range.slow, range.high)
-            )
+            let mut text = alloc::format!("{kind}");
+            for class in range.low..range.high {
+                let bar = if class == range.slow { " |" } else { "" };
+                write!(text, "{bar} {}", classes[usize::from(class)].speed).unwrap();
+            }
+            text
         };
         let turns = ORDER.into_iter().zip(ranges).filter(|(_, range)| range.low < range.high);
         turns.map(turn).collect::<Vec<_>>().join(", ")
