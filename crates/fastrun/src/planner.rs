@@ -10,9 +10,10 @@ mod search;
 mod tables;
 mod targets;
 
-use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Walls};
 
 use crate::lattice::Direction;
+use crate::no_run::NoRun;
 use crate::run::{FastRun, Turn};
 use crate::turn::{Side, TurnKind};
 use crate::vehicle::Vehicle;
@@ -23,6 +24,20 @@ use targets::{Targets, place};
 
 /// Finds the fastest runs of one vehicle. A planner keeps its tables and its memory, so further
 /// plans allocate nothing.
+///
+/// ```
+/// use mmsim_fastrun::{Planner, Vehicle};
+/// use mmsim_maze::{Cell, MazeSize, Walls};
+///
+/// let mut planner = Planner::new(Vehicle::ares());
+/// let (size, start) = (MazeSize::CLASSIC, Cell::new(0, 0));
+/// let mut walls = Walls::open(size);
+/// let open = planner.plan(&walls, start, &size.central_cells())?.time(&Vehicle::ares())?;
+/// walls.set(start, mmsim_maze::Heading::North, true);
+/// let run = planner.plan(&walls, start, &size.central_cells())?;
+/// assert!(run.time(&Vehicle::ares())? > open);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Planner {
     vehicle: Vehicle,
@@ -33,40 +48,18 @@ pub struct Planner {
     run: FastRun,
 }
 
-/// The reason why there is no run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NoRun {
-    /// The start is outside the maze.
-    #[error("the start at {start} is outside the maze of {size} cells")]
-    StartOutside {
-        /// The start cell.
-        start: Cell,
-        /// The size of the maze.
-        size: MazeSize,
-    },
-    /// No goal cell is inside the maze.
-    #[error("no goal cell is inside the maze of {size} cells")]
-    NoGoal {
-        /// The size of the maze.
-        size: MazeSize,
-    },
-    /// The start has walls on all sides.
-    #[error("goal unreachable: the start at {start} has walls on all sides")]
-    StartEnclosed {
-        /// The start cell.
-        start: Cell,
-    },
-    /// Walls separate the goal from the start.
-    #[error("goal unreachable from {start}: walls cut off every goal cell")]
-    GoalCutOff {
-        /// The start cell.
-        start: Cell,
-    },
-}
-
 /// Finds the fastest run from rest in the start cell to rest in a goal cell. If the start is a goal,
 /// the run is empty. To plan several runs, use a [`Planner`].
+///
+/// ```
+/// use mmsim_fastrun::{Vehicle, fastest};
+/// use mmsim_maze::{Cell, MazeSize, Walls};
+/// let walls = Walls::open(MazeSize::CLASSIC);
+/// let goals = MazeSize::CLASSIC.central_cells();
+/// let run = fastest(&walls, Cell::new(0, 0), &goals, &Vehicle::expert())?;
+/// assert!(goals.contains(run.goal().unwrap()));
+/// # Ok::<(), mmsim_fastrun::NoRun>(())
+/// ```
 ///
 /// # Errors
 /// Returns an error if no goal can be reached.
@@ -97,14 +90,7 @@ impl Planner {
     /// # Errors
     /// Returns an error if no goal can be reached.
     pub fn plan(&mut self, walls: &Walls, start: Cell, goals: &CellSet) -> Result<&FastRun, NoRun> {
-        let size = walls.size();
-        if !size.contains(start) {
-            return Err(NoRun::StartOutside { start, size });
-        }
-        let goals = inside(goals, size);
-        if goals.is_empty() {
-            return Err(NoRun::NoGoal { size });
-        }
+        let (size, goals) = (walls.size(), NoRun::check(walls.size(), start, goals)?);
         if goals.contains(start) {
             self.run.reset(start, 0);
             return Ok(&self.run);
@@ -115,7 +101,7 @@ impl Planner {
         } else {
             self.search::<u32, 32>(walls, start, &goals)
         };
-        found.map(|()| &self.run).ok_or_else(|| no_run(walls, start))
+        found.map(|()| &self.run).ok_or_else(|| NoRun::find(walls, start, &goals))
     }
 
     fn search<L: Line, const N: usize>(
@@ -159,47 +145,11 @@ impl Planner {
     }
 }
 
-/// Returns the cells that are inside a maze of this size.
-fn inside(cells: &CellSet, size: MazeSize) -> CellSet {
-    let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
-    let mut rows = *cells.rows();
-    for (y, row) in rows.iter_mut().enumerate() {
-        *row &= if y < size.height().into() { columns } else { 0 };
-    }
-    CellSet::from_rows(rows)
-}
-
-fn no_run(walls: &Walls, start: Cell) -> NoRun {
-    if walls.open_neighbours(start).next().is_none() {
-        NoRun::StartEnclosed { start }
-    } else {
-        NoRun::GoalCutOff { start }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use mmsim_maze::MazeSize;
 
-    #[test]
-    fn reasons_name_what_is_wrong() {
-        let size = MazeSize::new(3, 2).unwrap();
-        let (open, closed) = (Walls::open(size), Walls::closed(size));
-        let mut planner = Planner::new(Vehicle::ukmars());
-        let goals = |x, y| [Cell::new(x, y)].into_iter().collect::<CellSet>();
-        let mut reason = |walls: &Walls, start, goals| {
-            planner.plan(walls, start, &goals).unwrap_err().to_string()
-        };
-        let start = Cell::new(0, 0);
-        insta::assert_snapshot!(reason(&open, Cell::new(3, 0), goals(0, 1)), @"the start at (3, 0) is outside the maze of 3x2 cells");
-        insta::assert_snapshot!(reason(&open, start, goals(0, 2)), @"no goal cell is inside the maze of 3x2 cells");
-        insta::assert_snapshot!(reason(&closed, start, goals(2, 1)), @"goal unreachable: the start at (0, 0) has walls on all sides");
-        let mut cut_off = open.clone();
-        for (x, y) in [(1, 0), (1, 1)] {
-            cut_off.set(Cell::new(x, y), mmsim_maze::Heading::East, true);
-        }
-        insta::assert_snapshot!(reason(&cut_off, start, goals(2, 1)), @"goal unreachable from (0, 0): walls cut off every goal cell");
-    }
+    use super::*;
 
     #[test]
     fn a_planner_can_be_used_for_mazes_of_all_sizes() {

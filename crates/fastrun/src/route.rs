@@ -6,7 +6,8 @@ use core::cmp::Reverse;
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 
-use crate::planner::{NoRun, Planner};
+use crate::no_run::NoRun;
+use crate::planner::Planner;
 use crate::run::FastRun;
 
 /// A criterion by which a route from the start to a goal is chosen. A route is a list of neighbouring
@@ -53,19 +54,8 @@ impl Route {
     /// # Errors
     /// Returns an error if no goal can be reached.
     pub fn cells(self, walls: &Walls, start: Cell, goals: &CellSet) -> Result<Vec<Cell>, NoRun> {
-        let size = walls.size();
-        if !size.contains(start) {
-            return Err(NoRun::StartOutside { start, size });
-        }
-        if !goals.iter().any(|goal| size.contains(goal)) {
-            return Err(NoRun::NoGoal { size });
-        }
-        self.dijkstra(walls, start, goals).ok_or_else(|| {
-            match walls.open_neighbours(start).next() {
-                None => NoRun::StartEnclosed { start },
-                Some(_) => NoRun::GoalCutOff { start },
-            }
-        })
+        let goals = NoRun::check(walls.size(), start, goals)?;
+        self.dijkstra(walls, start, &goals).ok_or_else(|| NoRun::find(walls, start, &goals))
     }
 
     /// Finds the route by Dijkstra's algorithm. The states are the poses of the mouse.
@@ -256,7 +246,7 @@ o---o---o---o
         };
         assert_eq!(route(&walls, start, &goals), NoRun::StartEnclosed { start });
         walls.set(start, Heading::East, false);
-        assert_eq!(route(&walls, start, &goals), NoRun::GoalCutOff { start });
+        assert_eq!(route(&walls, start, &goals), NoRun::GoalEnclosed);
         assert_eq!(route(&walls, start, &CellSet::EMPTY), NoRun::NoGoal { size });
         let outside = Cell::new(2, 0);
         let expected = NoRun::StartOutside { start: outside, size };
