@@ -74,9 +74,8 @@ fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     let classic = Prepared::all(classic_mazes());
     let large = Prepared::all(large_mazes());
-    compare(&mut criterion, "fast-run/mixed", &classic, &rows());
+    let with_twins: Vec<_> = rows().into_iter().chain(naive()).collect();
+    compare(&mut criterion, "fast-run/mixed", &classic, &with_twins);
     compare(&mut criterion, "fast-run/32x32", &large, &rows());
-    let twins: Vec<_> = rows().into_iter().chain(naive()).collect();
-    compare(&mut criterion, "fast-run/naive", &classic[..25.min(classic.len())], &twins);
     criterion.final_summary();
 }

@@ -133,7 +133,7 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
         maze               vehicle       time  gate to gate   distance  turns
         mazes/a.txt        expert     0.461 s       0.197 s    0.574 m      1
         mazes/closed.txt   expert   goal unreachable: the start at (0, 0) has walls on all sides
-        mazes/cut/off.txt  expert   goal unreachable from (0, 0): walls cut off every goal cell
+        mazes/cut/off.txt  expert   goal unreachable: walls enclose every goal cell
         mazes/z.txt        expert     0.471 s       0.219 s    0.810 m      0
 
         mean of 2 mazes    expert     0.466 s       0.208 s    0.692 m    0.5
@@ -149,7 +149,7 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     insta::assert_snapshot!(ended.stdout, @r"
         mazes/closed.txt: expert: goal unreachable: the start at (0, 0) has walls on all sides
 
-        mazes/cut/off.txt: expert: goal unreachable from (0, 0): walls cut off every goal cell
+        mazes/cut/off.txt: expert: goal unreachable: walls enclose every goal cell
         ");
     let ended = home.run(&["fast-run", "mazes/closed.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""));
