@@ -53,7 +53,7 @@ pub(crate) struct Stretch {
 
 impl DrivenPath {
     /// The maximum number of characters of a name in a legend.
-    pub const MAX_NAME_CHARS: usize = 20;
+    pub const MAX_NAME_CHARS: usize = 32;
 
     /// Creates a path from points in the order of time. Neighbouring points should be a few
     /// millimetres apart; points that a line does not need are not drawn. Points with infinite
@@ -231,9 +231,9 @@ pub(crate) mod tests {
         assert_eq!((empty.at(1.0), empty.duration()), (None, 0.0));
         let point = PathPoint { time: 0.0, x: 0.5, y: 0.5, heading: 0.0, speed: 0.0 };
         let wrong = PathPoint { x: f64::NAN, ..point };
-        let resting = DrivenPath::new("a very long name of a mouse", vec![wrong, point]);
+        let resting = DrivenPath::new("a very long name of a mouse and its route", vec![wrong, point]);
         assert_eq!((resting.at(1.0), resting.stretches().len()), (Some(point), 0));
-        assert_eq!(resting.name(), "a very long name of ");
+        assert_eq!(resting.name(), "a very long name of a mouse and ");
         let back = PathPoint { time: 2.0, ..point };
         let away = PathPoint { time: 1.0, x: 0.7, ..point };
         let there_and_back = DrivenPath::new("", vec![point, away, back]);

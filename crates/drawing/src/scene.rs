@@ -195,8 +195,8 @@ impl<'a> Scene<'a> {
     }
 
     /// Adds curves that mice drive, with a legend below the maze. A single path is coloured by the
-    /// speed, and has a scale; several paths have distinct colours. Paths after the first
-    /// [`MAX_PATHS`] are ignored. A page contains no curves.
+    /// speed, and has a scale; several paths have distinct colours, and the first one is on top. Paths
+    /// after the first [`MAX_PATHS`] are ignored. A page contains no curves.
     pub fn with_paths(mut self, paths: &'a [DrivenPath]) -> Self {
         self.paths = &paths[..paths.len().min(MAX_PATHS)];
         self

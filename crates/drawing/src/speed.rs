@@ -30,10 +30,10 @@ pub(crate) const fn path_colours(theme: Theme) -> [Rgb; MAX_PATHS] {
         Theme::Light => [
             Rgb(37, 99, 235),
             Rgb(217, 95, 2),
-            Rgb(110, 35, 85),
-            Rgb(75, 150, 175),
-            Rgb(10, 15, 140),
-            Rgb(20, 12, 30),
+            Rgb(171, 2, 130),
+            Rgb(70, 148, 144),
+            Rgb(72, 5, 152),
+            Rgb(97, 51, 15),
         ],
         Theme::Dark => [
             Rgb(88, 156, 255),
@@ -189,6 +189,7 @@ mod tests {
             }
             for colour in colours {
                 assert!(contrast(colour, floor) >= 3.0, "{theme:?} {colour}");
+                assert!(luminance(colour) > 0.03, "{theme:?} {colour} is almost black");
                 let faint = faint(colour, floor);
                 assert!((1.1..3.0).contains(&contrast(faint, floor)), "{theme:?} {faint}");
             }

@@ -89,7 +89,8 @@ fn animate(scene: &Scene<'_>, width_px: u32) -> Result<Vec<u8>, PictureError> {
     animation.finish()
 }
 
-/// Returns the name of a run: what distinguishes it from the other runs.
+/// Returns the name of a run: what distinguishes it from the other runs. A long name of a vehicle is
+/// shortened, so that the route is legible.
 fn name(run: &Driven<'_>, runs: &[&Driven<'_>]) -> String {
     let (vehicle, route) = (run.vehicle.name(), run.route.name());
     let has_one_vehicle = runs.iter().all(|other| other.vehicle.name() == vehicle);
@@ -97,12 +98,23 @@ fn name(run: &Driven<'_>, runs: &[&Driven<'_>]) -> String {
     match (has_one_vehicle, has_one_route) {
         (_, true) => vehicle.into(),
         (true, false) => route.into(),
-        (false, false) => format!("{vehicle} {route}"),
+        (false, false) => {
+            let max = DrivenPath::MAX_NAME_CHARS - " ".len() - route.len();
+            format!("{} {route}", shortened(vehicle, max))
+        }
+    }
+}
+
+/// Shortens a text to at most `max` characters. The font of pictures has no ellipsis.
+fn shortened(text: &str, max: usize) -> String {
+    match text.char_indices().nth(max) {
+        None => text.into(),
+        Some(_) => text.chars().take(max - 2).chain("..".chars()).collect(),
     }
 }
 
 /// Returns the curve of a run.
-fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
+pub(crate) fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
     let pitch = 2.0 * trajectory.half_cell();
     let point = |Moment { time, x, y, heading, speed, .. }: Moment| PathPoint {
         time,
@@ -124,6 +136,12 @@ mod tests {
     use mmsim_maze::Cell;
 
     use super::*;
+
+    #[test]
+    fn long_names_of_vehicles_leave_room_for_the_route() {
+        assert_eq!(shortened("my-mouse", 8), "my-mouse");
+        assert_eq!(shortened("my-mouse-2", 8), "my-mou..");
+    }
 
     #[test]
     fn the_path_of_a_run_has_its_duration_and_ends() {

@@ -14,8 +14,8 @@ use crate::speed::{faint, path_colours, ramp};
 /// The width of a single path, in units.
 const WIDTH: f64 = 3.0;
 
-/// The width of the uppermost of several paths, in units. Paths are the wider the deeper they are,
-/// so that all of them are visible where they coincide.
+/// The width of the first of several paths, which is on top, in units. Paths are the wider the deeper
+/// they are, so that all of them are visible where they coincide.
 const LEAST_WIDTH: f64 = 1.8;
 
 /// The size of a mouse. The mouse of a search almost fills a cell; on a curve, a mouse has about
@@ -41,7 +41,7 @@ impl Svg<'_> {
             if is_faint && scene.time.is_none() {
                 continue;
             }
-            for (index, path) in scene.paths.iter().enumerate() {
+            for (index, path) in scene.paths.iter().enumerate().rev() {
                 let Style { mut colours, width } = self.style(index);
                 for colour in colours.iter_mut().filter(|_| is_faint) {
                     *colour = faint(*colour, floor);
@@ -66,9 +66,9 @@ impl Svg<'_> {
             return Style { colours: ramp(theme), width: WIDTH };
         }
         #[expect(clippy::cast_precision_loss, reason = "few paths")]
-        let (deeper, all) = ((count - 1 - index) as f64, (count - 1) as f64);
+        let (depth, all) = (index as f64, (count - 1) as f64);
         let step = f64::min(1.9, 5.0 / all);
-        Style { colours: vec![path_colours(theme)[index]], width: LEAST_WIDTH + step * deeper }
+        Style { colours: vec![path_colours(theme)[index]], width: LEAST_WIDTH + step * depth }
     }
 
     /// Draws a part of a path, up to a time in s.
@@ -123,11 +123,11 @@ impl Svg<'_> {
         }
     }
 
-    /// Draws the mice on their paths.
+    /// Draws the mice on their paths, the first one on top.
     pub(super) fn mice_on_paths(&mut self) {
         let Some(time) = self.scene.time else { return };
         let count = self.scene.paths.len();
-        for (index, path) in self.scene.paths.iter().enumerate() {
+        for (index, path) in self.scene.paths.iter().enumerate().rev() {
             let Some(point) = path.at(time) else { continue };
             let (x, y) = self.place(&point);
             let fill = match count {
@@ -338,6 +338,9 @@ mod tests {
                     .collect();
             assert_eq!(widths.len(), 2 * shown, "faint and strong");
             assert!(widths[..shown].windows(2).all(|pair| pair[0] > pair[1] + 0.9), "{widths:?}");
+            let place = |colour: &Rgb| svg.find(&format!("style=\"fill:{colour}\" transform"));
+            let places: Vec<_> = path_colours(Theme::Light)[..shown].iter().map(place).collect();
+            assert!(places.is_sorted_by(|one, other| one > other), "the first mouse is on top");
         }
     }
 
@@ -352,7 +355,7 @@ mod tests {
 
     #[test]
     fn everything_in_a_legend_is_visible() {
-        let names = ["fastest", "a long name of a mous"];
+        let names = ["fastest", "a long name of a mouse, cut off."];
         let paths: Vec<_> = names.iter().map(|name| path(name)).collect();
         for (width, height) in [(1, 1), (2, 2), (16, 16), (32, 5), (1, 32)] {
             let walls = Walls::open(MazeSize::new(width, height).unwrap());
