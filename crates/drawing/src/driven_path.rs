@@ -70,6 +70,14 @@ impl DrivenPath {
         &self.name
     }
 
+    /// Returns the points that a line needs to stay near the curve: their distances to the east and to
+    /// the north of the maze's south-west corner, in cells.
+    pub fn outline(&self) -> Vec<(f64, f64)> {
+        let mut kept: Vec<PathPoint> = self.points.first().copied().into_iter().collect();
+        simplify(&self.points, &mut kept);
+        kept.iter().map(|point| (point.x, point.y)).collect()
+    }
+
     /// Returns the time at the last point, in s.
     pub fn duration(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.time)
@@ -191,6 +199,9 @@ pub(crate) mod tests {
         let path = path("a");
         let drawn: Vec<_> = path.stretches().iter().flat_map(|part| &part.points).collect();
         assert!(drawn.len() < 80, "{}", drawn.len());
+        let outline = path.outline();
+        assert_eq!(outline[..2], [(0.5, 0.5), (1.5, 0.5)], "a straight is one line");
+        assert!(outline.len() < 50, "{}", outline.len());
         for point in &path.points {
             let nearest = drawn.windows(2).map(|pair| deviation(point, pair[0], pair[1]));
             assert!(nearest.fold(f64::INFINITY, f64::min) <= TOLERANCE, "{point:?}");

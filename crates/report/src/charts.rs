@@ -43,6 +43,8 @@ pub(crate) const STYLE: &str = include_str!("charts/style.css");
 pub struct Chart {
     name: String,
     title: String,
+    /// A line below the title.
+    subtitle: String,
     height: f64,
     content: Markup,
 }
@@ -65,14 +67,16 @@ impl Chart {
     }
 
     fn frame(&self) -> Frame<'_> {
-        let (title, height) = (&*self.title, self.height);
-        Frame { title, max_title: 56, width: WIDTH, height, scale: 1.5 }
+        let (title, subtitle, height) = (&*self.title, &*self.subtitle, self.height);
+        Frame { title, subtitle, max_title: 56, width: WIDTH, height, scale: 1.5 }
     }
 }
 
-/// The background and the title of a chart.
+/// The background, the title and the subtitle of a chart.
 struct Frame<'a> {
     title: &'a str,
+    /// A line below the title, or an empty string.
+    subtitle: &'a str,
     /// The maximum number of visible characters of the title.
     max_title: usize,
     width: f64,
@@ -89,15 +93,20 @@ impl Frame<'_> {
     }
 
     fn draw(&self, scale: Option<f64>, style: &Markup, content: &Markup) -> Markup {
-        let Self { title, max_title, width, height, .. } = *self;
+        let Self { title, subtitle, max_title, width, height, .. } = *self;
+        let colon = if subtitle.is_empty() { "" } else { ": " };
+        let label = clean(&[title, colon, subtitle].concat());
         let pixels = |length: f64| scale.map(|scale| decimals(scale * length));
         html! {
             svg xmlns="http://www.w3.org/2000/svg" class="chart"
                 viewBox={ "0 0 " (width) " " (decimals(height)) }
-                width=[pixels(width)] height=[pixels(height)] role="img" aria-label=(clean(title)) {
+                width=[pixels(width)] height=[pixels(height)] role="img" aria-label=(label) {
                 (style)
                 rect class="floor" width=(width) height=(decimals(height)) {}
                 text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(title, max_title)) }
+                @if !subtitle.is_empty() {
+                    text class="quiet" x=(MARGIN) y=(MARGIN + 12.0 + LINE) { (shortened(subtitle, 70)) }
+                }
                 (content)
             }
         }
@@ -175,11 +184,11 @@ impl Pair<'_> {
         }
     }
 
-    fn chart(&self, kind: &str, title: String, height: f64, content: Markup) -> Chart {
+    fn chart(&self, kind: &str, subtitle: String, height: f64, content: Markup) -> Chart {
         let number = self.candidate + 1;
         let name = self.candidate_name(self.candidate, 22);
         let name = file_name(&format!("{}-{kind}-{number}-{name}", self.measure.key));
-        Chart { name, title, height, content }
+        Chart { name, title: self.measure.heading(), subtitle, height, content }
     }
 }
 

@@ -28,6 +28,7 @@ pub struct Comparison {
     title: String,
     notes: Vec<String>,
     overview: Vec<Vec<String>>,
+    pictures_caption: String,
     candidates: Vec<Candidate>,
     mazes: Vec<String>,
     measures: Vec<(Measure, Values)>,
@@ -129,6 +130,7 @@ impl Comparison {
             title: title.into(),
             notes: Vec::new(),
             overview: Vec::new(),
+            pictures_caption: String::new(),
             candidates,
             mazes,
             measures: Vec::new(),
@@ -211,6 +213,12 @@ impl Comparison {
         self
     }
 
+    /// Sets the sentences that state which paths the pictures of a report show.
+    pub fn with_pictures_caption(mut self, caption: impl Into<String>) -> Self {
+        self.pictures_caption = caption.into();
+        self
+    }
+
     /// Returns the title.
     pub fn title(&self) -> &str {
         &self.title
@@ -224,6 +232,11 @@ impl Comparison {
     /// Returns the table for the beginning of a report, or no rows.
     pub fn overview(&self) -> &[Vec<String>] {
         &self.overview
+    }
+
+    /// Returns the sentences that state which paths the pictures of a report show, or an empty string.
+    pub fn pictures_caption(&self) -> &str {
+        &self.pictures_caption
     }
 
     /// Returns the candidates.

@@ -22,13 +22,21 @@ const OPEN_MEASURES: usize = 2;
 const OPEN_CHARTS: usize = 4;
 
 /// The path of a candidate through a maze, for pictures in a report.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MousePath<'a> {
     /// The maze.
     pub maze: &'a Maze,
-    /// The cells from the start to the last cell that the mouse entered. Cells that are not
-    /// neighbours are connected by a straight line.
-    pub cells: Vec<Cell>,
+    /// The points from the start to the end of the path, which are connected by straight lines: their
+    /// distances to the east and to the north of the maze's south-west corner, in cells.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl<'a> MousePath<'a> {
+    /// Returns the path through the centres of cells.
+    pub fn through_cells(maze: &'a Maze, cells: &[Cell]) -> Self {
+        let centre = |cell: &Cell| (f64::from(cell.x) + 0.5, f64::from(cell.y) + 0.5);
+        Self { maze, points: cells.iter().map(centre).collect() }
+    }
 }
 
 impl Comparison {
@@ -52,7 +60,7 @@ impl Comparison {
     ///         Some([1.0, 3.0][candidate])
     ///     });
     /// let page = comparison.html(|_candidate, _maze| {
-    ///     Some(MousePath { maze: &maze, cells: vec![Cell::new(0, 0), Cell::new(1, 0)] })
+    ///     Some(MousePath::through_cells(&maze, &[Cell::new(0, 0), Cell::new(1, 0)]))
     /// });
     /// assert!(page.contains(r#"<data class="mean" value="3">3.000</data>"#));
     /// # Ok::<(), mmsim_maze::ParseMazeError>(())
@@ -140,7 +148,7 @@ impl Comparison {
                 @if index < OPEN_MEASURES {
                     (content)
                 } @else {
-                    details { summary { "Tables and charts of " (heading) } (content) }
+                    details { summary { "Tables and charts" } (content) }
                 }
             }
         }
@@ -188,8 +196,8 @@ fn explanations() -> Markup {
             ul {
                 li {
                     "Lower values are better. Means, medians and quartiles refer to the mazes in which every "
-                    "candidate has a value, so that all candidates are compared in the same mazes. Candidates "
-                    "without values are ignored."
+                    "mouse has a value, so that all mice are compared in the same mazes. Mice without "
+                    "values are ignored."
                 }
                 li {
                     "Half of the values are in the middle half, which lies between the first and the third "
@@ -197,7 +205,7 @@ fn explanations() -> Markup {
                     "deviation is that of a sample."
                 }
                 li {
-                    "Differences are paired: they are means over the mazes in which both candidates have a value. "
+                    "Differences are paired: they are means over the mazes in which both mice have a value. "
                     "The 95\u{a0}% interval is the confidence interval of such a mean, by Student's t-distribution. An "
                     "interval that contains 0 means that the difference may be due to chance."
                 }
@@ -322,7 +330,7 @@ mod tests {
         assert_eq!(open.matches("<svg").count(), 1 + 4);
         assert_eq!(sections[0].matches("<svg").count(), 1 + 2 * 3);
         assert!(sections[1].contains("<h2>score</h2><ul>"));
-        assert!(sections[2].contains("<h2>processor time (µs)</h2><details>"));
+        assert!(sections[2].contains("<h2>processor time (µs)</h2><details><summary>Tables and charts</summary>"));
     }
 
     #[test]

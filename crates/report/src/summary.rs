@@ -70,7 +70,7 @@ impl MeasureStatistics {
         head.extend(["mean", "median", "middle half"].map(String::from));
         let is_compared = self.candidates.len() > 1;
         if is_compared {
-            let reference = self.reference.as_deref().unwrap_or("the first candidate");
+            let reference = self.reference.as_deref().unwrap_or("the first mouse");
             head.push(format!("difference from {}", shortened(reference, 24)));
             head.extend(["95 % interval", "better", "equal", "worse"].map(String::from));
         }
@@ -130,7 +130,7 @@ impl MeasureStatistics {
         };
         let (with, without) = (names(|one| one.mazes > 0), names(|one| one.mazes == 0));
         let who = match &with[..] {
-            [] => return format!("No candidate {verb} a maze."),
+            [] => return format!("No mouse {verb} a maze."),
             [one] => one,
             [_, _] => "both",
             _ => "all",
@@ -304,8 +304,8 @@ mod tests {
         Means over the 1 of 4 mazes that both solved (b, d solved none).
         Means over the 4 mazes that b solved (a solved none).
         There are no means, because there is no maze that both solved.
-        No candidate solved a maze.
-        No candidate solved a maze.
+        No mouse solved a maze.
+        No mouse solved a maze.
         ");
     }
 
@@ -340,7 +340,7 @@ mod tests {
         g solved none of the 4 mazes.
         a solved none of the 4 mazes.
         There is no maze that both b and c solved.
-        No candidate solved a maze.
+        No mouse solved a maze.
         In the 4 mazes that both scored in, the score is 4.00 lower for a than for b (95 % interval 2.70 to 5.30).
         In the 4 mazes that both solved, the processor time is 4.00 µs higher for a than for b (95 % interval 2.70 to 5.30).
         In the 4 mazes that both solved, the time of the search is 4.00 s higher for a than for b (95 % interval 2.70 to 5.30).

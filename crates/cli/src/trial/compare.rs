@@ -85,7 +85,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
             table.rows.iter().map(|(_, contender)| trials.outcomes_of(contender)).collect();
         let page = robots.html(|robot, maze| {
             let cells = outcomes[robot][maze].race_cells();
-            Some(MousePath { maze: &mazes[maze].maze, cells })
+            Some(MousePath::through_cells(&mazes[maze].maze, &cells))
         });
         replace(file, page.as_bytes())?;
     }

@@ -13,8 +13,8 @@ const MAX_BAR: f64 = 24.0;
 /// Draws a bar for each maze, sorted by the candidate's value minus that of the reference.
 pub(super) fn chart(pair: &Pair<'_>) -> Chart {
     let [reference, candidate] = pair.names();
-    let title = format!("{}: {candidate} minus {reference}", pair.measure.name);
-    let legend_top = MARGIN + LINE + 6.0;
+    let subtitle = format!("{candidate} minus {reference}");
+    let legend_top = MARGIN + 2.0 * LINE + 6.0;
     let mut bars: Vec<(&str, f64)> =
         pair.points().into_iter().map(|(maze, one, other)| (maze, other - one)).collect();
     bars.sort_by(|(_, one), (_, other)| other.total_cmp(one));
@@ -49,7 +49,7 @@ pub(super) fn chart(pair: &Pair<'_>) -> Chart {
         path class="axis" d={ "M" (decimals(left)) " " (decimals(zero)) "H" (right) } {}
         text class="middle quiet" x=(WIDTH / 2.0) y=(bottom + 22.0) { (shortened(&caption, 60)) }
     };
-    pair.chart("differences", title, bottom + 30.0, content)
+    pair.chart("differences", subtitle, bottom + 30.0, content)
 }
 
 fn square(difference: f64, x: f64, y: f64) -> Markup {

@@ -35,7 +35,6 @@ pub(super) fn chart(comparison: &Comparison, measure: &Measure, values: &Values)
         count => format!("{}; dot: maze, line: median, box: middle half", mazes(count)),
     };
     let content = html! {
-        text class="quiet" x=(MARGIN) y=(MARGIN + 12.0 + LINE) { (shortened(&caption, 70)) }
         @if !common.is_empty() {
             @for (x, label) in axis.ticks() {
                 path class="grid" d={ "M" (decimals(x)) " " (top) "V" (bottom) } {}
@@ -66,6 +65,7 @@ pub(super) fn chart(comparison: &Comparison, measure: &Measure, values: &Values)
     Chart {
         name: file_name(&format!("{}-distribution", measure.key)),
         title: measure.heading(),
+        subtitle: caption,
         height: bottom + 40.0,
         content,
     }

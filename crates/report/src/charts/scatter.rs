@@ -9,8 +9,8 @@ use crate::text::{clean, shortened};
 /// Draws a point for each maze, with the reference's value as x and the candidate's value as y.
 pub(super) fn chart(pair: &Pair<'_>) -> Chart {
     let [reference, candidate] = pair.names();
-    let title = format!("{}: {candidate} against {reference}", pair.measure.name);
-    let legend_top = MARGIN + LINE + 6.0;
+    let subtitle = format!("{candidate} against {reference}");
+    let legend_top = MARGIN + 2.0 * LINE + 6.0;
     let points = pair.points();
     let top = legend_top + 3.0 * LINE + 12.0;
     let scale = Axis::new(points.iter().flat_map(|&(_, x, y)| [x, y]), 5.0, (0.0, 1.0));
@@ -47,7 +47,7 @@ pub(super) fn chart(pair: &Pair<'_>) -> Chart {
             (mark(y - x, x_axis.at(x), y_axis.at(y), &title))
         }
     };
-    pair.chart("scatter", title, bottom + 40.0, content)
+    pair.chart("scatter", subtitle, bottom + 40.0, content)
 }
 
 /// Draws a circle if the reference is better, a triangle if the candidate is better, and a square if

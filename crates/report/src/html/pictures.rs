@@ -47,7 +47,10 @@ impl Comparison {
             @if !galleries.is_empty() {
                 section class="pictures" {
                     h2 { "Mazes with the largest differences in " (clean(&measure.name)) }
-                    p class="quiet" { "A ring marks the start of a path, and a disc marks its end." }
+                    p class="quiet" {
+                        (clean(self.pictures_caption()))
+                        " A ring marks the start of a path, and a disc marks its end."
+                    }
                     @for (index, gallery) in galleries.iter().enumerate() {
                         @if index < OPEN_CANDIDATES {
                             h3 { (clean(gallery.names[1])) }
@@ -75,7 +78,7 @@ impl Comparison {
             Some(Picture {
                 maze: self.mazes().get(maze)?,
                 values: [values.row(reference)[maze]?, values.row(other)[maze]?],
-                svg: two_paths(paths[0].maze, [&paths[0].cells, &paths[1].cells]),
+                svg: two_paths(paths[0].maze, [&paths[0].points, &paths[1].points]),
             })
         };
         let mut differences = values.differences(other, reference);
@@ -117,12 +120,12 @@ impl Picture<'_> {
     fn draw(&self, measure: &Measure, [reference, other]: [&str; 2]) -> Markup {
         let format = NumberFormat::for_values(self.values);
         let [one, two] = self.values.map(|number| format.plain(number).replace('-', "−"));
-        let unit = if measure.unit.is_empty() { "" } else { &format!(" {}", measure.unit) };
         html! {
             figure {
                 (PreEscaped(&self.svg))
                 figcaption {
-                    (clean(self.maze)) ": " (reference) " " (one) (unit) ", " (other) " " (two) (unit)
+                    (clean(self.maze)) ", " (clean(&measure.heading())) ": "
+                    (reference) " " (one) ", " (other) " " (two)
                 }
             }
         }
@@ -153,7 +156,7 @@ mod tests {
     }
 
     fn path(maze: &Maze) -> MousePath<'_> {
-        MousePath { maze, cells: vec![Cell::new(0, 0), Cell::new(0, 1)] }
+        MousePath::through_cells(maze, &[Cell::new(0, 0), Cell::new(0, 1)])
     }
 
     #[test]
@@ -164,10 +167,10 @@ mod tests {
         let page =
             comparison(2, 20, steps).pictures_section(|_, _| Some(path(&maze))).into_string();
         let losses = (0..6)
-            .map(|maze| format!("maze {maze}: mine 100 steps, flood-fill {} steps", 90 + maze));
+            .map(|maze| format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze));
         let wins = (17..20)
             .rev()
-            .map(|maze| format!("maze {maze}: mine 100 steps, flood-fill {} steps", 90 + maze));
+            .map(|maze| format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze));
         assert_eq!(captions(&page), losses.chain(wins).collect::<Vec<_>>());
         assert_eq!(page.matches("<svg").count(), 9);
     }
@@ -180,8 +183,8 @@ mod tests {
         let page = comparison.pictures_section(|_, index| (index > 2).then(|| path(&maze)));
         let page = page.into_string();
         let expected = [
-            "maze 3: mine 1 steps, flood-fill 0 steps",
-            "maze 5: mine 1 steps, flood-fill 2 steps",
+            "maze 3, steps to the goal: mine 1, flood-fill 0",
+            "maze 5, steps to the goal: mine 1, flood-fill 2",
         ];
         assert_eq!(captions(&page), expected);
         assert!(!page.contains("left-wall"), "equal in all mazes");
