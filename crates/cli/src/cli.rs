@@ -190,6 +190,19 @@ mod tests {
     }
 
     #[test]
+    fn help_has_no_line_that_is_wrapped() {
+        // The width where there is no terminal.
+        const WIDTH: usize = 100;
+        let command = Cli::command();
+        for command in command.get_subcommands().chain([&command]) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in help.lines() {
+                assert!(line.len() <= WIDTH, "{}: {line}", command.get_name());
+            }
+        }
+    }
+
+    #[test]
     fn verbosity_may_precede_a_command() {
         let arranged = |line: &str| {
             let arguments = verbosity_after_command(line.split(' ').map(OsString::from).collect());

@@ -78,7 +78,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         write_charts(folder, &report.comparison)?;
     }
     if let Some(file) = &args.html {
-        replace(file, report.html(&mazes).as_bytes())?;
+        replace(file, report.html(&mazes, args.vehicle.as_ref()).as_bytes())?;
     }
     Ok(all_readable)
 }
@@ -112,7 +112,7 @@ fn compare(
     if let Some(vehicle) = args.vehicle.clone() {
         let timing = Timing { vehicle, search_speed: args.search_speed };
         measure_times(&mut figures, mazes, &timing);
-        measures.extend(TIMED_MEASURES);
+        measures.splice(..0, TIMED_MEASURES);
         let Timing { vehicle, search_speed } = &timing;
         let name = Escaped(vehicle.name());
         note = Some(format!("Fast runs with the vehicle {name}; searches at {search_speed}."));

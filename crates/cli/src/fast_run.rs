@@ -3,7 +3,7 @@
 pub(crate) mod args;
 mod c_array;
 mod driven;
-mod picture;
+pub(crate) mod picture;
 mod report;
 mod samples;
 mod table;

@@ -28,14 +28,14 @@ Examples:
   mmsim compare mazes/ --json                     print searches and statistics as JSON
 
 A mouse is a program for the simulator mms, or a client that connects to the address in the
-environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the same address. It runs
-once in each maze, in parallel on all processors. A mouse that has reached the goal and not moved for
-two seconds has finished. Failures are counted and listed; the other searches continue.
+environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the same address. A
+mouse runs once in each maze, in parallel on all processors. It has finished if it has reached the
+goal and not moved for two seconds. Failures are counted and listed; the other searches continue.
 
 Means and medians cover the mazes in which all mice reached the goal. Differences, from the first
 mouse, cover the mazes in which both reached the goal; the middle half lies between the quartiles.
 
-The exit code is 0 if all mazes could be read, whatever the searches found.";
+The exit code is 0 if all mazes could be read, regardless of the results.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]

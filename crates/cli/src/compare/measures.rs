@@ -75,16 +75,8 @@ pub(super) const MEASURES: [SearchMeasure; 7] = [
     },
 ];
 
-/// The measures of a vehicle, in addition to [`MEASURES`].
+/// The measures of a vehicle, which come before [`MEASURES`].
 pub(super) const TIMED_MEASURES: [SearchMeasure; 5] = [
-    SearchMeasure {
-        key: "search_time_s",
-        name: "time of the search",
-        unit: "s",
-        verb: "solved",
-        is_in_text: true,
-        value: |search| Some(search.times?.search_time_s).filter(|_| search.is_complete),
-    },
     SearchMeasure {
         key: "fast_run_time_s",
         name: "time of the fast run",
@@ -92,14 +84,6 @@ pub(super) const TIMED_MEASURES: [SearchMeasure; 5] = [
         verb: "solved",
         is_in_text: true,
         value: |search| search.times?.fast_run_time_s,
-    },
-    SearchMeasure {
-        key: "fast_run_loss_percent",
-        name: "loss of the fast run",
-        unit: "%",
-        verb: "solved",
-        is_in_text: true,
-        value: |search| search.times?.fast_run_loss_percent,
     },
     SearchMeasure {
         key: "total_time_s",
@@ -110,11 +94,27 @@ pub(super) const TIMED_MEASURES: [SearchMeasure; 5] = [
         value: |search| search.times?.total_time_s,
     },
     SearchMeasure {
+        key: "search_time_s",
+        name: "time of the search",
+        unit: "s",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| Some(search.times?.search_time_s).filter(|_| search.is_complete),
+    },
+    SearchMeasure {
+        key: "fast_run_loss_percent",
+        name: "loss of the fast run",
+        unit: "%",
+        verb: "solved",
+        is_in_text: true,
+        value: |search| search.times?.fast_run_loss_percent,
+    },
+    SearchMeasure {
         key: "known_run_time_s",
         name: "time of the fastest known run",
         unit: "s",
         verb: "solved",
-        is_in_text: false,
+        is_in_text: true,
         value: |search| search.times?.known_run_time_s,
     },
 ];

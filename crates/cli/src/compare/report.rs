@@ -1,7 +1,9 @@
 //! The report on a comparison: a table, CSV and JSON.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::Escaped;
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, MousePath, Statistics};
 use serde::Serialize;
@@ -9,7 +11,8 @@ use serde::Serialize;
 use super::candidate::Candidate;
 use super::figures::{Ending, Figures};
 use super::measures::SearchMeasure;
-use super::times::Times;
+use super::times::{Times, plan};
+use crate::fast_run::picture::path as driven_path;
 use crate::selection::Selected;
 
 /// The report on one search. The field names are JSON keys and CSV column names.
@@ -114,7 +117,9 @@ impl Report {
             })
         });
         let statistics = comparison.statistics();
-        let solved = comparison.measures().first().map(|(_, values)| values.common_mazes());
+        let mut measured = comparison.measures().iter();
+        let steps = measured.find(|(measure, _)| measure.key == "steps_to_goal");
+        let solved = steps.map(|(_, values)| values.common_mazes());
         let shortest_paths = solved
             .unwrap_or_default()
             .into_iter()
@@ -134,11 +139,27 @@ impl Report {
         Self { comparison, measures, statistics, candidates }
     }
 
-    /// Returns the report as an HTML page, with pictures of the searches.
-    pub(crate) fn html(&self, mazes: &[Selected]) -> String {
-        self.comparison.html(|candidate, maze| {
-            let cells = self.candidates[candidate].mazes[maze].figures.path.clone();
-            Some(MousePath { maze: &mazes[maze].maze, cells })
+    /// Returns the report as an HTML page, with pictures of the searches or, if there is a vehicle, of
+    /// the fast runs.
+    pub(crate) fn html(&self, mazes: &[Selected], vehicle: Option<&Vehicle>) -> String {
+        let planner = vehicle.map(|vehicle| RefCell::new(Planner::new(vehicle.clone())));
+        let caption = match vehicle {
+            Some(_) => "The lines are the fast runs.",
+            None => {
+                "The lines are whole searches: the search run and, if the mouse returns to the start, the \
+                 return run."
+            }
+        };
+        self.comparison.clone().with_pictures_caption(caption).html(|candidate, maze| {
+            let figures = &self.candidates[candidate].mazes[maze].figures;
+            let maze = &mazes[maze].maze;
+            let Some(planner) = &planner else {
+                return Some(MousePath::through_cells(maze, &figures.path));
+            };
+            let mut planner = planner.borrow_mut();
+            let trajectory = plan(&mut planner, maze, &figures.outcome)?;
+            let trajectory = trajectory.drive(planner.vehicle()).ok()?;
+            Some(MousePath { maze, points: driven_path("", &trajectory).outline() })
         })
     }
 }

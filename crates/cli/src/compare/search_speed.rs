@@ -40,10 +40,13 @@ impl FromStr for SearchSpeed {
             seconds.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds))
         };
         let times = text.split_once(',').and_then(|(step, turn)| Some((time(step)?, time(turn)?)));
-        let (step, turn) = times.filter(|&(step, _)| step > 0.0).ok_or(
+        let (step, turn) = times.ok_or(
             "expected seconds per cell and seconds per quarter turn such as 0.3,0.2, \
              from 0 to 3600",
         )?;
+        if step == 0.0 {
+            return Err("the time per cell must be greater than 0".into());
+        }
         Ok(Self { step, turn })
     }
 }
@@ -65,10 +68,14 @@ mod tests {
         assert_eq!(speed.to_string(), "0.25 s per cell and 0.5 s per quarter turn");
         assert!(SearchSpeed::DEFAULT.parse::<SearchSpeed>().is_ok());
         assert!("1,0".parse::<SearchSpeed>().is_ok());
-        for wrong in ["", "0.3", "0.3 0.2", "0,0.2", "-1,0.2", "0.3,-1", "nan,1", "inf,1", "1,3601"]
+        for wrong in ["", "0.3", "0.3 0.2", "-1,0.2", "0.3,-1", "nan,1", "inf,1", "1,3601"]
         {
             let error = wrong.parse::<SearchSpeed>().unwrap_err();
             assert!(error.starts_with("expected seconds per cell and "), "{wrong}: {error}");
+        }
+        for wrong in ["0,0", "0,0.2"] {
+            let error = wrong.parse::<SearchSpeed>().unwrap_err();
+            assert_eq!(error, "the time per cell must be greater than 0");
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::output::counted;
 const MAX_REASONS: usize = 5;
 
 impl Report {
-    /// Returns the tables, and the failures of each mouse.
+    /// Returns the overview, the notes, the other tables, and the failures of each mouse.
     pub(crate) fn text(&self) -> String {
         let measures = self.measures.iter().zip(&self.statistics);
         let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
@@ -24,8 +24,8 @@ impl Report {
         let failures = (0..self.candidates.len()).filter_map(|candidate| self.failures(candidate));
         let sections = [aligned(self.comparison.overview())]
             .into_iter()
-            .chain(tables)
             .chain(notes)
+            .chain(tables)
             .chain(failures);
         sections.collect::<Vec<_>>().join("\n")
     }

@@ -26,7 +26,7 @@ allow. Steps and turns of the search are timed by --search-speed, fast runs by -
 that does not return to the start by itself, is reset or runs into a wall counts as touched.
 docs/contest.md describes the model.
 
-The exit code is 0 if all mazes could be read, whatever the scores.";
+The exit code is 0 if all mazes could be read, regardless of the scores.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]

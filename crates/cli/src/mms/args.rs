@@ -19,10 +19,10 @@ Examples:
   mmsim mms --connect tcp://127.0.0.1:6574 -- ./my-mouse
                                                  use the maze of a running simulator
 
-Press Enter to press the reset button. On the viewer page, you can also run the mouse again, stop it,
-pause it, and change its pace. The exit code is that of the mouse, or 128 plus the number of the
-signal that killed it; 1 if the mouse did not start, was stopped, exceeded --limit or --time-limit, or
-lost the simulator; 130 after Ctrl-C.";
+Press Enter to press the reset button. On the viewer page, you can also run the mouse again, stop
+it, pause it, and change its pace. The exit code is that of the mouse, or 128 plus the number of the
+signal that killed it; 1 if the mouse did not start, was stopped, exceeded --limit or --time-limit,
+or lost the simulator; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]

@@ -21,7 +21,7 @@ fn the_documentation_shows_the_times_of_the_bundled_mazes() {
     let shown: Vec<_> = page.lines().map(words).collect();
     let is_timed = |table: &&str| table.starts_with("time ") || table.starts_with("loss ");
     let tables: Vec<_> = ended.stdout.split("\n\n").filter(is_timed).collect();
-    assert_eq!(tables.len(), 4, "{}", ended.stdout);
+    assert_eq!(tables.len(), 5, "{}", ended.stdout);
     for line in tables.iter().flat_map(|table| table.lines()).map(words) {
         assert!(shown.contains(&line), "{line:?} is missing in docs/compare.md");
     }
@@ -122,9 +122,11 @@ fn tables_csv_and_charts_contain_the_times() {
     }
     assert!(home.path().join("charts/fast_run_time_s-differences-2-flood-fill.svg").exists());
     let page = fs::read_to_string(home.path().join("report.html")).unwrap();
-    assert!(
-        page.contains("Fast runs with the vehicle expert") && page.contains("time of the search")
-    );
+    assert!(page.contains("Fast runs with the vehicle expert"));
+    let headings: Vec<_> = page.split("<h2>").skip(1).map(|rest| rest.split("</h2>").next()).collect();
+    let times = [Some("time of the fast run (s)"), Some("time until the end of the fast run (s)")];
+    assert_eq!(headings[..2], times);
+    assert!(headings.contains(&Some("steps to the goal")), "{headings:?}");
     let reports = run(&["--json"]).json();
     let csv = run(&["--csv"]).stdout;
     let mut rows = csv::Reader::from_reader(csv.as_bytes());
@@ -198,7 +200,7 @@ fn wrong_vehicles_and_speeds_are_usage_errors() {
         (&["--vehicle", "wrong.toml"], "line 2"),
         (&["--vehicle", "none.toml"], "cannot read the file"),
         (&["--vehicle", "expert", "--search-speed", "0.3"], "expected seconds per cell and"),
-        (&["--vehicle", "expert", "--search-speed", "0,1"], "expected seconds per cell and"),
+        (&["--vehicle", "expert", "--search-speed", "0,1"], "must be greater than 0"),
         (&["--search-speed", "0.3,0.2"], "--vehicle"),
     ] {
         let ended = home.run(&[&["compare"], arguments].concat());
