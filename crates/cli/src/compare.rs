@@ -45,7 +45,8 @@ use crate::exit;
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
 use crate::output::{
-    check_folder, create_folder, print, print_pretty_json, progress, replace, write_charts,
+    check_folder, create_folder, print, print_csv, print_pretty_json, progress, replace,
+    write_charts,
 };
 use crate::parallel::map_each;
 use crate::selection::Selected;
@@ -65,9 +66,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     if args.json {
         print_pretty_json(&report.candidates)?;
     } else if args.csv {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        report.candidates.iter().try_for_each(|candidate| candidate.write_csv(&mut csv))?;
-        print(&String::from_utf8(csv.into_inner()?)?)?;
+        print_csv(|csv| report.candidates.iter().try_for_each(|one| one.write_csv(csv)))?;
     } else if !mazes.is_empty() {
         print(&report.text())?;
     }

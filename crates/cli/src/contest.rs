@@ -17,7 +17,7 @@ use crate::compare::candidate::Candidate;
 use crate::compare::search_speed::SearchSpeed;
 use crate::compare::{distinct_mazes, search_all, unique_names};
 use crate::inputs::Inputs;
-use crate::output::{print, print_pretty_json};
+use crate::output::{print, print_csv, print_pretty_json};
 use crate::parallel::map_each;
 use crate::usage::CommandResult;
 
@@ -79,6 +79,8 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     };
     if args.json {
         print_pretty_json(&contest)?;
+    } else if args.csv {
+        print_csv(|csv| contest.mazes.iter().try_for_each(|maze| maze.write_csv(csv)))?;
     } else if !mazes.is_empty() {
         print(&contest.text())?;
     }

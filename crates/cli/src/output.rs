@@ -1,5 +1,6 @@
 //! Printing data to stdout and messages to stderr, and writing files.
 
+use std::error::Error;
 use std::fmt::Display;
 use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -34,6 +35,15 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
 /// may not fit in memory.
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
     write_json(value, CompactFormatter)
+}
+
+/// Prints CSV.
+pub(crate) fn print_csv(
+    write: impl FnOnce(&mut csv::Writer<Vec<u8>>) -> csv::Result<()>,
+) -> Result<(), Box<dyn Error>> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    write(&mut csv)?;
+    Ok(print(&String::from_utf8(csv.into_inner()?)?)?)
 }
 
 /// Prints a value as indented JSON.

@@ -2,6 +2,7 @@
 
 mod harness;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -101,6 +102,36 @@ fn json_has_every_run_of_every_mouse() {
     assert_eq!(standings[0]["mouse"], "shortest-path-search");
     assert_eq!((&standings[0]["scored"], &standings[0]["wins"]), (&json!(1), &json!(1)));
     assert_eq!(standings[1]["total_score_s"], flood["score_s"]);
+}
+
+#[test]
+fn csv_has_a_line_for_each_mouse_in_each_maze() {
+    let home = Home::new();
+    home.write("mazes/a.txt", LOOP);
+    home.write("mazes/closed.txt", CLOSED);
+    let arguments = ["contest", "mazes", "--strategies", "flood-fill,shortest-path-search"];
+    let ended = home.run(&[&arguments[..], &["--csv"]].concat());
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    let contest = home.run(&[&arguments[..], &["--json"]].concat()).json();
+    let mut csv = csv::Reader::from_reader(ended.stdout.as_bytes());
+    let rows: Vec<BTreeMap<String, String>> = csv.deserialize().collect::<Result<_, _>>().unwrap();
+    assert_eq!(rows.len(), 2, "a maze with an unreachable goal has no line");
+    for (row, entry) in rows.iter().zip(contest["mazes"][0]["entries"].as_array().unwrap()) {
+        for key in ["rank", "mouse", "score_s", "search_time_s", "touched"] {
+            let value = entry[key].as_str().map_or_else(|| entry[key].to_string(), String::from);
+            assert_eq!(row[key], value, "{key}");
+        }
+        let runs = entry["runs"].as_array().unwrap();
+        let best = runs.iter().find(|run| run["score_s"] == entry["score_s"]).unwrap();
+        for key in ["time_s", "rest_to_rest_s", "start_s"] {
+            assert_eq!(row[key], best[key].to_string(), "{key}");
+        }
+        assert_eq!((&*row["name"], &*row["error"]), ("a", ""));
+        assert_eq!(row["runs"], runs.len().to_string());
+        assert_eq!(row["search_run_s"], runs[0]["time_s"].to_string());
+    }
+    let ended = home.run(&[&arguments[..], &["--csv", "--json"]].concat());
+    assert_eq!(ended.code, Some(2));
 }
 
 #[test]

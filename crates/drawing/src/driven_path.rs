@@ -242,7 +242,8 @@ pub(crate) mod tests {
         assert_eq!((empty.at(1.0), empty.duration()), (None, 0.0));
         let point = PathPoint { time: 0.0, x: 0.5, y: 0.5, heading: 0.0, speed: 0.0 };
         let wrong = PathPoint { x: f64::NAN, ..point };
-        let resting = DrivenPath::new("a very long name of a mouse and its route", vec![wrong, point]);
+        let resting =
+            DrivenPath::new("a very long name of a mouse and its route", vec![wrong, point]);
         assert_eq!((resting.at(1.0), resting.stretches().len()), (Some(point), 0));
         assert_eq!(resting.name(), "a very long name of a mouse and ");
         let back = PathPoint { time: 2.0, ..point };

@@ -330,7 +330,11 @@ mod tests {
         assert_eq!(open.matches("<svg").count(), 1 + 4);
         assert_eq!(sections[0].matches("<svg").count(), 1 + 2 * 3);
         assert!(sections[1].contains("<h2>score</h2><ul>"));
-        assert!(sections[2].contains("<h2>processor time (µs)</h2><details><summary>Tables and charts</summary>"));
+        assert!(
+            sections[2].contains(
+                "<h2>processor time (µs)</h2><details><summary>Tables and charts</summary>"
+            )
+        );
     }
 
     #[test]

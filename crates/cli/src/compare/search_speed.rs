@@ -68,8 +68,7 @@ mod tests {
         assert_eq!(speed.to_string(), "0.25 s per cell and 0.5 s per quarter turn");
         assert!(SearchSpeed::DEFAULT.parse::<SearchSpeed>().is_ok());
         assert!("1,0".parse::<SearchSpeed>().is_ok());
-        for wrong in ["", "0.3", "0.3 0.2", "-1,0.2", "0.3,-1", "nan,1", "inf,1", "1,3601"]
-        {
+        for wrong in ["", "0.3", "0.3 0.2", "-1,0.2", "0.3,-1", "nan,1", "inf,1", "1,3601"] {
             let error = wrong.parse::<SearchSpeed>().unwrap_err();
             assert!(error.starts_with("expected seconds per cell and "), "{wrong}: {error}");
         }

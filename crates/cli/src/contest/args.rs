@@ -72,6 +72,9 @@ pub(crate) struct ContestArgs {
     /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
+    /// Print CSV: a header, and one line for each mouse in each maze
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) csv: bool,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

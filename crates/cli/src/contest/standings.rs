@@ -1,5 +1,8 @@
 //! The ranks of the mice, in each maze and in total.
 
+use std::io::Write;
+
+use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::attempt::Attempt;
@@ -39,6 +42,27 @@ pub(super) struct Standing {
     pub(super) total_score_s: f64,
 }
 
+/// The attempt of a mouse in a maze. The field names are CSV column names.
+#[derive(Debug, Serialize)]
+struct EntryColumns<'a> {
+    path: String,
+    name: String,
+    width: u8,
+    height: u8,
+    rank: Option<usize>,
+    mouse: &'a str,
+    score_s: Option<f64>,
+    /// The times of the run that counts.
+    time_s: Option<f64>,
+    rest_to_rest_s: Option<f64>,
+    start_s: Option<f64>,
+    search_run_s: Option<f64>,
+    search_time_s: f64,
+    runs: usize,
+    touched: bool,
+    error: Option<String>,
+}
+
 impl MazeResult {
     /// Ranks the attempts of all mice in a maze.
     pub(super) fn new(selected: &Selected, name: &str, attempts: Vec<(String, Attempt)>) -> Self {
@@ -62,6 +86,32 @@ impl MazeResult {
         }
     }
 
+    /// Writes the attempt of each mouse as one line of CSV, best mice first. Writes a header first if
+    /// nothing has been written yet. Escapes control characters, so that each attempt stays on one line.
+    pub(super) fn write_csv<W: Write>(&self, csv: &mut csv::Writer<W>) -> csv::Result<()> {
+        let escaped = |text: &str| Escaped(text).to_string();
+        self.entries.iter().try_for_each(|Entry { rank, mouse, attempt }| {
+            let best = attempt.best_run();
+            csv.serialize(EntryColumns {
+                path: escaped(&self.path),
+                name: escaped(&self.name),
+                width: self.width,
+                height: self.height,
+                rank: *rank,
+                mouse,
+                score_s: attempt.score_s,
+                time_s: best.map(|run| run.time_s),
+                rest_to_rest_s: best.and_then(|run| run.rest_to_rest_s),
+                start_s: best.map(|run| run.start_s),
+                search_run_s: attempt.runs.first().map(|run| run.time_s),
+                search_time_s: attempt.search_time_s,
+                runs: attempt.runs.len(),
+                touched: attempt.touched,
+                error: attempt.error.as_deref().map(escaped),
+            })
+        })
+    }
+
     /// Returns the attempt of a mouse.
     pub(super) fn entry(&self, mouse: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.mouse == mouse)
@@ -69,8 +119,8 @@ impl MazeResult {
 }
 
 impl Standing {
-    /// Returns the totals, best mice first. A mouse with a score in more mazes is better; among mice
-    /// with as many, the one with the lower total.
+    /// Returns the totals, best mice first. A mouse with a score in more mazes is better; ties go to the
+    /// lower total.
     pub(super) fn all<'m>(
         mice: impl Iterator<Item = &'m str>,
         results: &[MazeResult],

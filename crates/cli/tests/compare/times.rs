@@ -123,7 +123,8 @@ fn tables_csv_and_charts_contain_the_times() {
     assert!(home.path().join("charts/fast_run_time_s-differences-2-flood-fill.svg").exists());
     let page = fs::read_to_string(home.path().join("report.html")).unwrap();
     assert!(page.contains("Fast runs with the vehicle expert"));
-    let headings: Vec<_> = page.split("<h2>").skip(1).map(|rest| rest.split("</h2>").next()).collect();
+    let headings: Vec<_> =
+        page.split("<h2>").skip(1).map(|rest| rest.split("</h2>").next()).collect();
     let times = [Some("time of the fast run (s)"), Some("time until the end of the fast run (s)")];
     assert_eq!(headings[..2], times);
     assert!(headings.contains(&Some("steps to the goal")), "{headings:?}");

@@ -79,7 +79,8 @@ impl BarChart {
             @for (group, top) in self.groups.iter().zip(tops) { (scale.group(top, group)) }
         };
         let (title, height) = (&*self.title, bottom + MARGIN);
-        Frame { title, subtitle: "", max_title: 90, width: WIDTH, height, scale: 1.0 }.file(&content)
+        Frame { title, subtitle: "", max_title: 90, width: WIDTH, height, scale: 1.0 }
+            .file(&content)
     }
 
     fn legend(&self, y: f64) -> Markup {

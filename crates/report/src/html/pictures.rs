@@ -166,11 +166,12 @@ mod tests {
         let steps = |one, maze| [100.0, 90.0 + crate::charts::count(maze)][one];
         let page =
             comparison(2, 20, steps).pictures_section(|_, _| Some(path(&maze))).into_string();
-        let losses = (0..6)
-            .map(|maze| format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze));
-        let wins = (17..20)
-            .rev()
-            .map(|maze| format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze));
+        let losses = (0..6).map(|maze| {
+            format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze)
+        });
+        let wins = (17..20).rev().map(|maze| {
+            format!("maze {maze}, steps to the goal: mine 100, flood-fill {}", 90 + maze)
+        });
         assert_eq!(captions(&page), losses.chain(wins).collect::<Vec<_>>());
         assert_eq!(page.matches("<svg").count(), 9);
     }
