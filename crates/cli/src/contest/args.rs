@@ -19,6 +19,7 @@ Examples:
   mmsim contest mazes/ --rules apec                compete in each maze of a folder, add up scores
   mmsim contest harbour --mouse mine=./my-mouse    let your own mouse compete with the strategies
   mmsim contest harbour --vehicle ares --search-speed 0.2,0.1
+  mmsim contest mazes/ --csv > scores.csv          write a CSV file, one line per mouse and maze
   mmsim contest harbour --json                     print all runs as JSON
 
 Each mouse searches the maze, returns to the start, and then runs as often as the rules and the time
