@@ -117,9 +117,8 @@ impl Report {
             })
         });
         let statistics = comparison.statistics();
-        let mut measured = comparison.measures().iter();
-        let steps = measured.find(|(measure, _)| measure.key == "steps_to_goal");
-        let solved = steps.map(|(_, values)| values.common_mazes());
+        let to_goal = comparison.measures().iter().find(|(one, _)| one.key == "steps_to_goal");
+        let solved = to_goal.map(|(_, values)| values.common_mazes());
         let shortest_paths = solved
             .unwrap_or_default()
             .into_iter()

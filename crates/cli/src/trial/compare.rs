@@ -190,6 +190,7 @@ impl<'a> Trials<'a> {
         let robots = table.rows.iter().map(|(name, _)| name.as_str().into()).collect();
         let mazes = self.mazes.iter().map(|maze| maze.name.clone()).collect();
         Comparison::new("Robots in the two-run trial", robots, mazes)
+            .with_pictures_caption("The lines are the races.")
             .with_measure(measure("score", "score", ""), |robot, maze| {
                 score(robot, maze).map(Score::value)
             })
