@@ -39,6 +39,17 @@ pub(crate) fn heading(angle: f64, q: f64) -> f64 {
     angle * turned(q)
 }
 
+/// Returns the curvature in the middle of an arc of `length` mm, in 1/mm.
+pub(crate) fn greatest_curvature(angle: f64, length: f64) -> f64 {
+    1.5 * angle / length
+}
+
+/// Returns the curvature in 1/mm, positive to the left for positive angles, after the fraction `q`
+/// (0 to 1) of an arc of `length` mm.
+pub(crate) fn curvature(angle: f64, length: f64, q: f64) -> f64 {
+    6.0 * angle * q * (1.0 - q) / length
+}
+
 /// Returns the length of the two tangents of an arc as a fraction of its length: from each end to
 /// the corner of the two lines.
 pub(crate) fn tangent(angle: f64) -> f64 {

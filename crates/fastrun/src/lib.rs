@@ -36,11 +36,14 @@ mod planner;
 mod presets;
 mod route;
 mod run;
+#[cfg(feature = "std")]
+mod setting;
 mod trajectory;
 mod turn;
 mod vehicle;
 #[cfg(feature = "std")]
 mod vehicle_file;
+mod warning;
 
 pub use lattice::{Direction, Point};
 pub use line::{Line, Piece};
@@ -54,6 +57,7 @@ pub use turn::{Side, TurnKind};
 pub use vehicle::{Arc, FittedArc, Vehicle, VehicleError, VehicleParameters};
 #[cfg(feature = "std")]
 pub use vehicle_file::{VehicleFileError, VehicleFileFault};
+pub use warning::{STANDARD_GRAVITY, VehicleWarning};
 
 /// Tests the code in the README of this crate.
 #[cfg(doctest)]

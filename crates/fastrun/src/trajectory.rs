@@ -75,6 +75,8 @@ pub struct Moment {
     pub speed: f64,
     /// The acceleration in the direction of travel, in mm/s².
     pub acceleration: f64,
+    /// The angular velocity in rad/s, positive to the left.
+    pub angular_velocity: f64,
 }
 
 /// The reason why a vehicle cannot drive a run.
@@ -150,6 +152,7 @@ impl FastRun {
             heading,
             speed: 0.0,
             acceleration: 0.0,
+            angular_velocity: 0.0,
         };
         let mut segments = Vec::with_capacity(2 * self.turns().len() + 1);
         self.for_each_leg(vehicle, |straight, line, length, from, to, turn| {
@@ -317,7 +320,12 @@ impl Segment {
 
     /// Returns the state of the mouse at the end.
     pub fn exit(&self) -> Moment {
-        Moment { speed: self.exit_speed, acceleration: 0.0, ..self.at(self.duration) }
+        Moment {
+            speed: self.exit_speed,
+            acceleration: 0.0,
+            angular_velocity: 0.0,
+            ..self.at(self.duration)
+        }
     }
 
     /// Returns the state of the mouse at a time in s since the beginning of the segment.
@@ -349,6 +357,7 @@ impl Segment {
             heading,
             speed,
             acceleration,
+            angular_velocity: 0.0,
         }
     }
 
@@ -370,6 +379,7 @@ impl Segment {
             heading: self.entry.heading + arc::heading(angle, q),
             speed: self.entry.speed,
             acceleration: 0.0,
+            angular_velocity: self.entry.speed * arc::curvature(angle, self.length, q),
         }
     }
 

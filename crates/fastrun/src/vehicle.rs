@@ -42,6 +42,28 @@ pub struct Arc {
     pub speed: f64,
 }
 
+impl Arc {
+    /// Returns the greatest centripetal acceleration on the arc at its speed, in mm/s²:
+    /// v²·1.5·θ/L, in the middle of the arc.
+    ///
+    /// ```
+    /// use mmsim_fastrun::{Arc, TurnKind};
+    /// let arc = Arc { length: 195.0, speed: 909.0 };
+    /// let acceleration = arc.centripetal_acceleration(TurnKind::L90);
+    /// assert!((acceleration - 9984.0).abs() < 1.0);
+    /// assert!((arc.speed_at(TurnKind::L90, acceleration) - 909.0).abs() < 1e-9);
+    /// ```
+    pub fn centripetal_acceleration(&self, kind: TurnKind) -> f64 {
+        self.speed * self.speed * arc::greatest_curvature(kind.angle(), self.length)
+    }
+
+    /// Returns the speed in mm/s at which the arc needs a centripetal acceleration in mm/s².
+    pub fn speed_at(&self, kind: TurnKind, centripetal_acceleration: f64) -> f64 {
+        let curvature = arc::greatest_curvature(kind.angle(), self.length);
+        libm::sqrt(centripetal_acceleration / curvature)
+    }
+}
+
 /// A mouse whose dynamics are known and possible.
 ///
 /// ```
@@ -128,7 +150,10 @@ pub enum VehicleError {
         place: &'static str,
     },
     /// A turn onto or off a diagonal, but no limits for diagonals.
-    #[error("turn {kind} needs the limits of the mouse on diagonals, which are missing")]
+    #[error(
+        "turn {kind} needs the limits of the mouse on diagonals \
+         (set diagonal.acceleration and diagonal.top_speed)"
+    )]
     NoDiagonal {
         /// The turn.
         kind: TurnKind,
@@ -144,12 +169,14 @@ pub enum VehicleError {
     NoSmallTurn,
     /// The slowest turn is too fast to be reached from rest, or to stop after it.
     #[error(
-        "a mouse cannot {} {speed} mm/s, the speed of its slowest turn, within {distance:.1} mm, \
-         the distance {}",
+        "a mouse cannot {} {speed} mm/s, the speed of its slowest turn {kind}, within \
+         {distance:.1} mm, the distance {}",
         if *.stops { "stop from" } else { "reach" },
         if *.stops { "after the last turn" } else { "before the first turn" }
     )]
     TooWeak {
+        /// The slowest turn.
+        kind: TurnKind,
         /// The speed of the slowest turn, in mm/s.
         speed: f64,
         /// The distance, in mm.
@@ -181,7 +208,22 @@ impl VehicleError {
             Self::TooWeak { stops: false, .. } => "along.acceleration".into(),
         }
     }
+
+    /// Returns the second value of the conflict, if there is one.
+    #[cfg(feature = "std")]
+    pub(crate) fn other_key(&self) -> Option<Cow<'static, str>> {
+        match self {
+            Self::FasterThanLine { place, .. } if *place == ON_DIAGONALS => {
+                Some("diagonal.top_speed".into())
+            }
+            Self::FasterThanLine { .. } => Some("along.top_speed".into()),
+            Self::TooWeak { kind, .. } => Some(format!("turns.{kind}.speed").into()),
+            _ => None,
+        }
+    }
 }
+
+const ON_DIAGONALS: &str = "on diagonals";
 
 /// Suggests millimetres for a number that seems to be in metres.
 fn hint(found: f64, unit: &str, range: &RangeInclusive<f64>) -> String {
@@ -220,16 +262,18 @@ impl Vehicle {
         speeds.sort_by(|a, b| b.total_cmp(a));
         speeds.dedup();
         let small = arcs[TurnKind::S90 as usize].ok_or(VehicleError::NoSmallTurn)?;
-        let slowest = speeds.last().copied().unwrap_or(small.arc.speed);
+        let by_speed = |a: &&(TurnKind, Arc), b: &&(TurnKind, Arc)| a.1.speed.total_cmp(&b.1.speed);
+        let slowest = parameters.turns.iter().min_by(by_speed);
+        let (kind, Arc { speed, .. }) = slowest.copied().unwrap_or((TurnKind::S90, small.arc));
         let along = &parameters.along;
         let first = parameters.start_offset + parameters.half_cell + small.before;
         let last = small.after + parameters.half_cell + parameters.stop_offset;
         for (distance, stops, time) in [
-            (first, false, along.time(first, 0.0, slowest)),
-            (last, true, along.time(last, slowest, 0.0)),
+            (first, false, along.time(first, 0.0, speed)),
+            (last, true, along.time(last, speed, 0.0)),
         ] {
             if time.is_none() {
-                return Err(VehicleError::TooWeak { speed: slowest, distance, stops });
+                return Err(VehicleError::TooWeak { kind, speed, distance, stops });
             }
         }
         for (kind, arc) in &mut parameters.turns {
@@ -257,6 +301,18 @@ impl Vehicle {
     /// Returns the arc of a turn, or `None` if the mouse cannot do the turn.
     pub const fn arc(&self, kind: TurnKind) -> Option<&FittedArc> {
         self.arcs[kind as usize].as_ref()
+    }
+
+    /// Returns the greatest centripetal acceleration in a turn at its greatest speed, in mm/s², or
+    /// `None` if the mouse cannot do the turn.
+    ///
+    /// ```
+    /// use mmsim_fastrun::{STANDARD_GRAVITY, TurnKind, Vehicle};
+    /// let acceleration = Vehicle::expert().centripetal_acceleration(TurnKind::L90).unwrap();
+    /// assert!((acceleration / STANDARD_GRAVITY - 2.3).abs() < 0.01);
+    /// ```
+    pub fn centripetal_acceleration(&self, kind: TurnKind) -> Option<f64> {
+        self.arc(kind).map(|fitted| fitted.arc.centripetal_acceleration(kind))
     }
 
     /// Returns the speeds in mm/s at which the mouse drives a turn: its greatest speed, and the
@@ -325,7 +381,7 @@ fn check_speed(
     }
     let lines = [
         (uses_along, Some(&parameters.along), "along rows and columns"),
-        (uses_diagonal, parameters.diagonal.as_ref(), "on diagonals"),
+        (uses_diagonal, parameters.diagonal.as_ref(), ON_DIAGONALS),
     ];
     for (is_used, line, place) in lines {
         if let Some(&Line { top_speed, .. }) =

@@ -1,6 +1,7 @@
 //! Vehicles as TOML text.
 
 use alloc::borrow::Cow;
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -13,8 +14,10 @@ use serde::de::{Deserializer, Error as _};
 use toml::de::{DeTable, DeValue};
 
 use crate::line::Line;
+use crate::setting::{Setting, Table};
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleError, VehicleParameters, length_of_180};
+use crate::warning::STANDARD_GRAVITY;
 
 /// The size of a cell of a classic maze, in mm.
 const CLASSIC_CELL: f64 = 180.0;
@@ -60,6 +63,16 @@ pub enum VehicleFileFault {
     /// The mouse is impossible.
     #[error("{0}")]
     Vehicle(VehicleError),
+    /// The mouse is impossible, because of a value of its base.
+    #[error("{error}; {key} is the value of base {base:?}")]
+    Inherited {
+        /// What is impossible.
+        error: Box<VehicleError>,
+        /// The parameter with the value of the base, such as `turns.l90.length`.
+        key: String,
+        /// The name of the base.
+        base: String,
+    },
 }
 
 #[derive(Deserialize)]
@@ -71,9 +84,9 @@ struct VehicleFile {
     start_offset: Option<f64>,
     stop_offset: Option<f64>,
     along: Option<LineTable>,
-    diagonal: Option<LineTable>,
+    diagonal: Option<Setting<LineTable>>,
     #[serde(default)]
-    turns: HashMap<TurnKind, ArcTable>,
+    turns: HashMap<TurnKind, Setting<ArcTable>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -89,10 +102,18 @@ struct LineTable {
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table such as { length = 116, speed = 500 }")]
+#[serde(deny_unknown_fields)]
 struct ArcTable {
     length: Option<f64>,
     speed: Option<f64>,
+}
+
+impl Table for LineTable {
+    const EXAMPLE: &'static str = "{ acceleration = 9000, top_speed = 3000 }";
+}
+
+impl Table for ArcTable {
+    const EXAMPLE: &'static str = "{ length = 116, speed = 500 }";
 }
 
 impl<'de> Deserialize<'de> for TurnKind {
@@ -121,6 +142,9 @@ impl Vehicle {
     /// | `along.jerk`, `diagonal.jerk` | `inf`, no limit |
     /// | `diagonal` | none; the mouse does not drive diagonally |
     /// | `turns.180.length` | the only possible length |
+    ///
+    /// `diagonal = false` removes the limits on diagonals and the turns onto, on and off diagonals
+    /// of the base. `turns.l90 = false` removes a turn of the base.
     ///
     /// # Errors
     /// Returns an error with its line if the text is not TOML, if a key is unknown or missing, or
@@ -151,7 +175,8 @@ impl Vehicle {
                 error.message().replace('\n', ", ").replace("expected f64", "expected a number"),
             ),
         })?;
-        file.vehicle(name).map_err(|fault| VehicleFileError { line: fault.line(text), fault })
+        let base = file.base.clone();
+        file.vehicle(name).map_err(|fault| fault.in_text(text, base))
     }
 
     /// Writes the vehicle as TOML text, which [`from_toml`](Self::from_toml) reads.
@@ -183,15 +208,18 @@ impl Vehicle {
                 let _ = writeln!(text, "jerk = {jerk}");
             }
         }
-        text.push_str("\n[turns]\n");
+        text.push_str("\n[turns] # with their centripetal accelerations\n");
         for kind in TurnKind::ALL {
             let Some(Arc { length, speed }) = self.arc(kind).map(|fitted| fitted.arc) else {
                 continue;
             };
-            let _ = match kind {
-                TurnKind::L180 => writeln!(text, "{kind} = {{ speed = {speed} }}"),
-                _ => writeln!(text, "{kind} = {{ length = {length}, speed = {speed} }}"),
+            let acceleration = self.centripetal_acceleration(kind).unwrap_or_default();
+            let table = match kind {
+                TurnKind::L180 => format!("{{ speed = {speed} }}"),
+                _ => format!("{{ length = {length}, speed = {speed} }}"),
             };
+            let g = acceleration / STANDARD_GRAVITY;
+            let _ = writeln!(text, "{:<46} # {g:.2} g", format!("{kind} = {table}"));
         }
         text
     }
@@ -211,6 +239,7 @@ impl VehicleFile {
             },
             None => None,
         };
+        let has_diagonal = !matches!(self.diagonal, Some(Setting::None));
         let base = base.as_ref();
         let cell = self.cell.or(base.map(|base| 2.0 * base.half_cell)).unwrap_or(CLASSIC_CELL);
         let half_cell = cell / 2.0;
@@ -220,17 +249,20 @@ impl VehicleFile {
         let along = self.along.unwrap_or_default().line("along", base.map(|base| base.along))?;
         let on_diagonal = base.and_then(|base| base.diagonal);
         let diagonal = match self.diagonal {
-            Some(table) => Some(table.line("diagonal", on_diagonal)?),
+            Some(Setting::Table(table)) => Some(table.line("diagonal", on_diagonal)?),
+            Some(Setting::None) => None,
             None => on_diagonal,
         };
         let mut turns = Vec::new();
         for kind in TurnKind::ALL {
-            let arc = base.and_then(|base| {
+            let is_driven = has_diagonal || !kind.begins_diagonal() && !kind.ends_diagonal();
+            let arc = base.filter(|_| is_driven).and_then(|base| {
                 base.turns.iter().find(|(other, _)| *other == kind).map(|(_, arc)| *arc)
             });
-            let Some(table) = self.turns.get(&kind).copied().or(arc.map(|_| ArcTable::default()))
-            else {
-                continue;
+            let table = match self.turns.get(&kind) {
+                Some(Setting::Table(table)) => *table,
+                None if arc.is_some() => ArcTable::default(),
+                Some(Setting::None) | None => continue,
             };
             turns.push((kind, table.arc(kind, arc, half_cell)?));
         }
@@ -290,27 +322,62 @@ fn as_cell(error: VehicleError) -> VehicleError {
 }
 
 impl VehicleFileFault {
-    /// Returns the number of the line with the key at fault. If the key is missing, returns the
-    /// line of its table, or `None` if the table is missing too.
-    fn line(&self, text: &str) -> Option<usize> {
-        let key = match self {
-            Self::Toml(_) => return None,
+    /// Adds the number of the line with the key at fault. If the key is missing, adds the line of
+    /// the key with which the value of the base is in conflict, or else the line of the table.
+    fn in_text(self, text: &str, base: Option<String>) -> VehicleFileError {
+        let key = match &self {
+            Self::Toml(_) => return VehicleFileError { line: None, fault: self },
             Self::Name { .. } => "name".into(),
             Self::UnknownBase { .. } => "base".into(),
             Self::Missing { key } => key.into(),
             Self::Vehicle(error) => error.key(),
+            Self::Inherited { error, .. } => error.key(),
         };
-        let root = DeTable::parse(text).ok()?;
-        let (mut table, mut start) = (Some(root.get_ref()), None);
-        for part in key.split('.') {
-            let Some((name, value)) = table.and_then(|table| table.get_key_value(part)) else {
-                break;
-            };
-            start = Some(name.span().start);
-            table = DeValue::as_table(value.get_ref());
-        }
-        Some(line_number(text, start?))
+        let (line, is_given) = find(text, &key);
+        let (Self::Vehicle(error), Some(base)) = (&self, base) else {
+            return VehicleFileError { line, fault: self };
+        };
+        let other = error.other_key();
+        let given = |key: &str| Some(find(text, key)).filter(|(_, is_given)| *is_given);
+        let (line, inherited) = match (is_given, &other) {
+            (true, Some(other)) if given(other).is_none() => (line, Some(other.clone())),
+            (true, _) => (line, None),
+            (false, _) => {
+                let mut others = other.as_deref().into_iter().chain(OTHER_KEYS);
+                (others.find_map(given).map_or(line, |(line, _)| line), Some(key))
+            }
+        };
+        let fault = match inherited {
+            Some(key) if self.is_conflict() => {
+                Self::Inherited { error: Box::new(error.clone()), key: key.into(), base }
+            }
+            _ => self,
+        };
+        VehicleFileError { line, fault }
     }
+
+    /// Returns true if a value is impossible only together with another one.
+    const fn is_conflict(&self) -> bool {
+        !matches!(self, Self::Vehicle(VehicleError::NoSmallTurn | VehicleError::NoDiagonal { .. }))
+    }
+}
+
+/// Keys with which a value of the base can be in conflict.
+const OTHER_KEYS: [&str; 3] = ["cell", "start_offset", "stop_offset"];
+
+/// Returns the number of the line with a key, and true. If there is no such key, returns the line of
+/// its table, if there is one, and false. An acceleration also sets a braking.
+fn find(text: &str, key: &str) -> (Option<usize>, bool) {
+    let Ok(root) = DeTable::parse(text) else { return (None, false) };
+    let (mut table, mut line) = (Some(root.get_ref()), None);
+    for part in key.split('.') {
+        let value = |part| table.and_then(|table| table.get_key_value(part));
+        let value = value(part).or_else(|| value("acceleration").filter(|_| part == "braking"));
+        let Some((name, value)) = value else { return (line, false) };
+        line = Some(line_number(text, name.span().start));
+        table = DeValue::as_table(value.get_ref());
+    }
+    (line, true)
 }
 
 fn line_number(text: &str, at: usize) -> usize {
@@ -391,6 +458,21 @@ s90 = { length = 116, speed = 600 }
     }
 
     #[test]
+    fn diagonals_and_turns_of_the_base_can_be_removed() {
+        let turns = |vehicle: &Vehicle| -> Vec<&str> {
+            vehicle.parameters().turns.iter().map(|(kind, _)| kind.name()).collect()
+        };
+        let straight = read("base = 'expert'\ndiagonal = false").unwrap();
+        assert_eq!(straight.parameters().diagonal, None);
+        assert_eq!(turns(&straight), ["s90", "l90", "180"]);
+        let fewer = read("base = 'ukmars'\nturns.l90 = false\ndiagonal = false").unwrap();
+        assert_eq!(fewer.parameters().turns, Vehicle::ukmars().parameters().turns);
+        let fewer = read("base = 'expert'\n[turns]\n45in = false\n180 = false").unwrap();
+        assert_eq!(turns(&fewer), ["s90", "l90", "135in", "45out", "135out", "v90"]);
+        assert_eq!(fewer.line(true), Vehicle::expert().line(true));
+    }
+
+    #[test]
     fn faults_name_the_line_and_the_key() {
         insta::assert_snapshot!(error("cell = 180\ncell = 90"), @"line 2: duplicate key");
         insta::assert_snapshot!(error("cell = 180\n\n[along]\nacceleration = fast"), @"line 4: invalid boolean, expected `false`");
@@ -398,7 +480,10 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(error("[along]\nacelleration = 9000"), @"line 2: unknown field `acelleration`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
         insta::assert_snapshot!(error("[turns]\ns90 = { length = 116, speed = 600 }\nl9O = { speed = 3 }"), @"line 3: unknown turn `l9O`, expected one of s90, l90, 180, 45in, 135in, 45out, 135out, v90, k90");
         insta::assert_snapshot!(error("along = 3"), @"line 1: invalid type: integer `3`, expected a table such as { acceleration = 9000, top_speed = 3000 }");
-        insta::assert_snapshot!(error("[turns]\nl90 = 900"), @"line 2: invalid type: integer `900`, expected a table such as { length = 116, speed = 500 }");
+        insta::assert_snapshot!(error("[turns]\nl90 = 900"), @"line 2: invalid type: integer `900`, expected false or a table such as { length = 116, speed = 500 }");
+        insta::assert_snapshot!(error("[turns]\nl90 = true"), @"line 2: invalid value: boolean `true`, expected false or a table such as { length = 116, speed = 500 }");
+        insta::assert_snapshot!(error("diagonal = true"), @"line 1: invalid value: boolean `true`, expected false or a table such as { acceleration = 9000, top_speed = 3000 }");
+        insta::assert_snapshot!(error("[diagonal]\n\nbreaking = 3"), @"line 3: unknown field `breaking`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
         insta::assert_snapshot!(error("turns = [1]"), @"line 1: invalid type: sequence, expected a map");
         insta::assert_snapshot!(error("base = 'ares'\nname = ''"), @"line 2: name: expected 1 to 64 characters, found 0");
         insta::assert_snapshot!(error(&format!("name = '{}'", "ü".repeat(65))), @"line 1: name: expected 1 to 64 characters, found 65");
@@ -424,10 +509,16 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(based("turns.l90.speed = 1.6"), @"line 2: turns.l90.speed: expected 10 to 20000 mm/s, found 1.6 mm/s (if it is in m/s, write 1600)");
         insta::assert_snapshot!(based("[turns]\nv90.length = 177\nl90.length = 400"), @"line 4: turn l90 does not fit: its arc of 400 mm is 102.5 mm too long (at most 297.4 mm)");
         insta::assert_snapshot!(based("turns.180.length = 380"), @"line 2: turn 180 does not fit: its arc of 380 mm ends 4.7 mm beyond the centre of the neighbouring cell (expected an arc of 370.31 mm)");
-        insta::assert_snapshot!(based("turns.45in.speed = 2600"), @"line 2: turn 45in at 2600 mm/s is faster than the top speed of 2500 mm/s along rows and columns");
-        insta::assert_snapshot!(based("cell = 90"), @"turn s90 does not fit: its arc of 116 mm is 41.6 mm too long (at most 74.3 mm)");
-        insta::assert_snapshot!(based("along.acceleration = 200"), @"line 2: a mouse cannot reach 1050 mm/s, the speed of its slowest turn, within 154.8 mm, the distance before the first turn");
-        insta::assert_snapshot!(error(&format!("{SIMPLE}v90 = {{ length = 100, speed = 600 }}")), @"line 6: turn v90 needs the limits of the mouse on diagonals, which are missing");
+        insta::assert_snapshot!(based("turns.45in.speed = 2600"), @r#"line 2: turn 45in at 2600 mm/s is faster than the top speed of 2500 mm/s along rows and columns; along.top_speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("cell = 90"), @r#"line 2: turn s90 does not fit: its arc of 116 mm is 41.6 mm too long (at most 74.3 mm); turns.s90.length is the value of base "expert""#);
+        insta::assert_snapshot!(based("along.acceleration = 200"), @r#"line 2: a mouse cannot reach 1050 mm/s, the speed of its slowest turn s90, within 154.8 mm, the distance before the first turn; turns.s90.speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("\nalong.top_speed = 1000"), @r#"line 3: turn s90 at 1050 mm/s is faster than the top speed of 1000 mm/s along rows and columns; turns.s90.speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("along.top_speed = 6000\nturns.45in.speed = 2600"), @r#"line 3: turn 45in at 2600 mm/s is faster than the top speed of 2500 mm/s on diagonals; diagonal.top_speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("start_offset = 0\nalong.acceleration = 4000"), @r#"line 3: a mouse cannot reach 1050 mm/s, the speed of its slowest turn s90, within 109.8 mm, the distance before the first turn; turns.s90.speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("along.acceleration = 2500\nalong.braking = 400"), @r#"line 2: a mouse cannot reach 1050 mm/s, the speed of its slowest turn s90, within 154.8 mm, the distance before the first turn; turns.s90.speed is the value of base "expert""#);
+        insta::assert_snapshot!(based("turns.s90 = false"), @"line 2: turn s90 is missing: without it, a mouse cannot reach every cell");
+        insta::assert_snapshot!(based("diagonal = false\nturns.v90 = { length = 100, speed = 600 }"), @"line 3: turn v90 needs the limits of the mouse on diagonals (set diagonal.acceleration and diagonal.top_speed)");
+        insta::assert_snapshot!(error(&format!("{SIMPLE}v90 = {{ length = 100, speed = 600 }}")), @"line 6: turn v90 needs the limits of the mouse on diagonals (set diagonal.acceleration and diagonal.top_speed)");
         insta::assert_snapshot!(error(&SIMPLE.replace("s90", "l90")), @"line 4: turn s90 is missing: without it, a mouse cannot reach every cell");
     }
 }
