@@ -19,12 +19,14 @@ use crate::output::{check_folder, print, print_pretty_json, replace, warn};
 use crate::parallel::map_each;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
+use crate::vehicle::warn_about;
 use args::{FastRunArgs, RouteChoice, is_stdout};
 use driven::{Attempt, Driven};
 use report::RunReport;
 
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     let (vehicles, routes) = (args.vehicles()?, args.routes());
+    vehicles.iter().for_each(warn_about);
     if args.print_vehicle {
         check_single("--print-vehicle", &[("vehicle", vehicles.len())])?;
         print(&vehicles[0].to_toml())?;

@@ -7,6 +7,8 @@ use std::path::Path;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::Escaped;
 
+use crate::output::warn;
+
 /// The help for `--vehicle`.
 pub(crate) const VEHICLE_HELP: &str = "\
     Vehicle: ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
@@ -29,22 +31,44 @@ pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
     Vehicle::from_toml(&toml, &Escaped(name).to_string()).map_err(|error| error.to_string())
 }
 
+/// A vehicle with the argument of `--vehicle` that names it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GivenVehicle {
+    argument: String,
+    vehicle: Vehicle,
+}
+
+/// Parses a value of `--vehicle`, and keeps the argument.
+pub(crate) fn parse_given_vehicle(text: &str) -> Result<GivenVehicle, String> {
+    Ok(GivenVehicle { argument: text.into(), vehicle: parse_vehicle(text)? })
+}
+
 /// Returns the vehicles that were given, each once. Returns an error if two have the same name.
-pub(crate) fn each_vehicle_once(given: &[Vehicle]) -> Result<Vec<Vehicle>, String> {
-    let mut vehicles: Vec<Vehicle> = Vec::new();
-    for vehicle in given {
-        match vehicles.iter().find(|other| other.name() == vehicle.name()) {
-            None => vehicles.push(vehicle.clone()),
-            Some(other) if other == vehicle => {}
-            Some(_) => {
-                let name = vehicle.name();
+pub(crate) fn each_vehicle_once(given: &[GivenVehicle]) -> Result<Vec<Vehicle>, String> {
+    let mut vehicles: Vec<&GivenVehicle> = Vec::new();
+    for one in given {
+        let (name, vehicle) = (one.vehicle.name(), &one.vehicle);
+        match vehicles.iter().find(|other| other.vehicle.name() == name) {
+            None => vehicles.push(one),
+            Some(other) if other.vehicle == *vehicle => {}
+            Some(other) => {
                 return Err(format!(
-                    "two vehicles are called {name:?}; set another name in a file"
+                    "{} and {} are both called {name:?} (set another name in one of the files, such as \
+                     name = \"my mouse\")",
+                    Escaped(&other.argument),
+                    Escaped(&one.argument)
                 ));
             }
         }
     }
-    Ok(vehicles)
+    Ok(vehicles.into_iter().map(|given| given.vehicle.clone()).collect())
+}
+
+/// Prints what is probably a mistake in a vehicle.
+pub(crate) fn warn_about(vehicle: &Vehicle) {
+    for warning in vehicle.warnings() {
+        warn(format_args!("mmsim: warning: {}: {warning}", vehicle.name()));
+    }
 }
 
 fn unknown(name: &str) -> String {
@@ -95,11 +119,12 @@ mod tests {
 
     #[test]
     fn each_name_stands_for_one_vehicle() {
-        let [ares, expert] = [Vehicle::ares(), Vehicle::expert()];
-        let given = [expert.clone(), ares.clone(), expert.clone()];
-        assert_eq!(each_vehicle_once(&given), Ok(vec![expert.clone(), ares]));
+        let given = ["expert", "ares", "expert"].map(|name| parse_given_vehicle(name).unwrap());
+        assert_eq!(each_vehicle_once(&given), Ok(vec![Vehicle::expert(), Vehicle::ares()]));
+        let [expert, ..] = given;
         let other = Vehicle::from_toml("base = 'ares'\nname = 'expert'", "").unwrap();
+        let other = GivenVehicle { argument: "other.toml".into(), vehicle: other };
         let error = each_vehicle_once(&[expert, other]).unwrap_err();
-        insta::assert_snapshot!(error, @r#"two vehicles are called "expert"; set another name in a file"#);
+        insta::assert_snapshot!(error, @r#"expert and other.toml are both called "expert" (set another name in one of the files, such as name = "my mouse")"#);
     }
 }

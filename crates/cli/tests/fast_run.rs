@@ -29,34 +29,34 @@ fn the_fastest_run_is_described() {
     let ended = home.run(&["fast-run", "harbour"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-        01-harbour.txt: fastest run of expert
-        time      4.200 s from rest to rest, 3.925 s from gate to gate
-        distance  7.956 m, 53 cells
-        speed     mean 1.894 m/s, top 2.500 m/s
-        turns     15: 5 l90, 5 45in, 5 45out
-        run       N 0 45inR@1400 0 45outL@1700 0 45inL@1400 0 45outR@1700 10 l90R@1600 4 45inR@1400 3 45outR@1700 0 45inL@1400 6 45outR@1700 2 l90L@1600 6 l90L@1600 2 45inL@1400 3 45outL@1700 4 l90R@1600 2 l90L@1400 0
-        ");
+    01-harbour.txt: fastest run of expert
+    time      4.200 s from rest to rest, 3.925 s from gate to gate
+    distance  7.956 m, 52 cells
+    speed     mean 1.894 m/s, top 2.500 m/s
+    turns     15: 5 l90, 5 45in, 5 45out
+    run       N 0 45inR@1400 0 45outL@1700 0 45inL@1400 0 45outR@1700 10 l90R@1600 4 45inR@1400 3 45outR@1700 0 45inL@1400 6 45outR@1700 2 l90L@1600 6 l90L@1600 2 45inL@1400 3 45outL@1700 4 l90R@1600 2 l90L@1400 0
+    ");
     let ended = home.run(&["fast-run", "first steps", "--vehicle", "ares", "--explain"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-        training-first-steps.txt: fastest run of ares
-        time      2.167 s from rest to rest, 1.805 s from gate to gate
-        distance  2.387 m, 17 cells
-        speed     mean 1.102 m/s, top 2.872 m/s
-        turns     4: 2 45in, 2 135out
-        run       N 6 45inR@850 5 135outR@650 0 45inL@850 0 135outR@650 0
+    training-first-steps.txt: fastest run of ares
+    time      2.167 s from rest to rest, 1.805 s from gate to gate
+    distance  2.387 m, 16 cells
+    speed     mean 1.102 m/s, top 2.872 m/s
+    turns     4: 2 45in, 2 135out
+    run       N 6 45inR@850 5 135outR@650 0 45inL@850 0 135outR@650 0
 
-                  steps     mm  entry mm/s  top mm/s  exit mm/s       s  total s
-        straight      6  622.9           0      2567        850  0.4284   0.4284
-        45inR            100.0         850       850        850  0.1176   0.5461
-        diagonal      5  767.6         850      2872        650  0.4244   0.9705
-        135outR          220.0         650       650        650  0.3385   1.3089
-        straight      0  109.3         650      1291        850  0.1081   1.4171
-        45inL            100.0         850       850        850  0.1176   1.5347
-        diagonal      0  131.2         850      1373        650  0.1245   1.6593
-        135outR          220.0         650       650        650  0.3385   1.9977
-        straight      0  116.5         650      1173          0  0.1696   2.1673
-        ");
+              steps     mm  entry mm/s  top mm/s  exit mm/s     g       s  total s
+    straight      6  622.9           0      2567        850        0.4284   0.4284
+    45inR            100.0         850       850        850  0.87  0.1176   0.5461
+    diagonal      5  767.6         850      2872        650        0.4244   0.9705
+    135outR          220.0         650       650        650  0.69  0.3385   1.3089
+    straight      0  109.3         650      1291        850        0.1081   1.4171
+    45inL            100.0         850       850        850  0.87  0.1176   1.5347
+    diagonal      0  131.2         850      1373        650        0.1245   1.6593
+    135outR          220.0         650       650        650  0.69  0.3385   1.9977
+    straight      0  116.5         650      1173          0        0.1696   2.1673
+    ");
 }
 
 #[test]
@@ -66,34 +66,40 @@ fn vehicles_and_routes_are_compared_in_a_table() {
     let ended = home.run(&[&["fast-run", "harbour"], &vehicles[..]].concat());
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-        maze            vehicle       time  gate to gate   distance  turns
-        01-harbour.txt  ukmars    13.056 s      12.437 s    8.791 m     27
-        01-harbour.txt  expert     4.200 s       3.925 s    7.956 m     15
-        ");
-    let ended = home.run(&["fast-run", "two roads", "left bank", "--route", "all"]);
+    maze            vehicle       time  gate to gate   distance  slalom turns
+    01-harbour.txt  ukmars    13.056 s      12.437 s    8.791 m            27
+    01-harbour.txt  expert     4.200 s       3.925 s    7.956 m            15
+    ");
+    let ended = home.run(&[
+        "fast-run",
+        "two roads",
+        "left bank",
+        "--route",
+        "fastest,fewest-cells,fewest-turns",
+    ]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-        maze              vehicle  route              time  gate to gate   distance  turns    slower
-        10-two-roads.txt  expert   fastest         3.642 s       3.361 s    6.608 m     13    0.00 %
-        10-two-roads.txt  expert   fewest-cells    3.642 s       3.361 s    6.608 m     13    0.00 %
-        10-two-roads.txt  expert   fewest-turns    4.503 s       4.233 s    9.273 m     11   23.64 %
-        09-left-bank.txt  expert   fastest         4.286 s       4.013 s    8.218 m     12    0.00 %
-        09-left-bank.txt  expert   fewest-cells    4.472 s       4.198 s    8.316 m     14    4.33 %
-        09-left-bank.txt  expert   fewest-turns    4.472 s       4.198 s    8.316 m     14    4.33 %
+    maze              vehicle  route              time  gate to gate   distance  slalom turns      loss
+    10-two-roads.txt  expert   fastest         3.642 s       3.361 s    6.608 m            13    0.00 %
+    10-two-roads.txt  expert   fewest-cells    3.642 s       3.361 s    6.608 m            13    0.00 %
+    10-two-roads.txt  expert   fewest-turns    4.503 s       4.233 s    9.273 m            11   23.64 %
+    09-left-bank.txt  expert   fastest         4.286 s       4.013 s    8.218 m            12    0.00 %
+    09-left-bank.txt  expert   fewest-cells    4.472 s       4.198 s    8.316 m            14    4.33 %
+    09-left-bank.txt  expert   fewest-turns    4.472 s       4.198 s    8.316 m            14    4.33 %
 
-        mean of 2 mazes   expert   fastest         3.964 s       3.687 s    7.413 m   12.5    0.00 %
-        mean of 2 mazes   expert   fewest-cells    4.057 s       3.780 s    7.462 m   13.5    2.17 %
-        mean of 2 mazes   expert   fewest-turns    4.487 s       4.216 s    8.795 m   12.5   13.98 %
-        ");
+    mean of 2 mazes   expert   fastest         3.964 s       3.687 s    7.413 m          12.5    0.00 %
+    mean of 2 mazes   expert   fewest-cells    4.057 s       3.780 s    7.462 m          13.5    2.17 %
+    mean of 2 mazes   expert   fewest-turns    4.487 s       4.216 s    8.795 m          12.5   13.98 %
+    ");
     let ended = home.run(&["fast-run", "two roads", "--route", "fewest-turns"]);
     insta::assert_snapshot!(ended.stdout, @r"
-        10-two-roads.txt: fastest run of expert along a route with the fewest turns
-        time      4.503 s from rest to rest, 4.233 s from gate to gate (23.64 % slower than the fastest run)
-        distance  9.273 m, 57 cells
-        speed     mean 2.059 m/s, top 2.500 m/s
-        turns     11: 3 l90, 4 45in, 4 45out
-        run       N 16 45inR@1400 0 45outL@1700 4 l90R@1600 22 45inR@1400 1 45outR@1700 20 l90R@1600 0 45inR@1400 4 45outL@1700 2 l90R@1600 2 45inL@1400 0 45outR@1300 0
-        ");
+    10-two-roads.txt: fastest run of expert along a route with the fewest turns
+    time      4.503 s from rest to rest, 4.233 s from gate to gate, loss 23.64 %
+    distance  9.273 m, 56 cells
+    speed     mean 2.059 m/s, top 2.500 m/s
+    turns     11: 3 l90, 4 45in, 4 45out
+    run       N 16 45inR@1400 0 45outL@1700 4 l90R@1600 22 45inR@1400 1 45outR@1700 20 l90R@1600 0 45inR@1400 4 45outL@1700 2 l90R@1600 2 45inL@1400 0 45outR@1300 0
+    ");
 }
 
 #[test]
@@ -130,15 +136,15 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     let ended = home.run(&["fast-run", "mazes", "mazes/a.txt"]);
     assert_eq!(ended.code, Some(1));
     insta::assert_snapshot!(ended.stdout, @r"
-        maze               vehicle       time  gate to gate   distance  turns
-        mazes/a.txt        expert     0.461 s       0.197 s    0.574 m      1
-        mazes/closed.txt   expert   goal unreachable: the start at (0, 0) has walls on all sides
-        mazes/cut/off.txt  expert   goal unreachable: walls enclose every goal cell
-        mazes/z.txt        expert     0.471 s       0.219 s    0.810 m      0
+    maze               vehicle       time  gate to gate   distance  slalom turns
+    mazes/a.txt        expert     0.461 s       0.197 s    0.574 m             1
+    mazes/closed.txt   expert   goal unreachable: the start at (0, 0) has walls on all sides
+    mazes/cut/off.txt  expert   goal unreachable: walls enclose every goal cell
+    mazes/z.txt        expert     0.471 s       0.219 s    0.810 m             0
 
-        mean of 2 mazes    expert     0.466 s       0.208 s    0.692 m    0.5
-        2 mazes without a run
-        ");
+    mean of 2 mazes    expert     0.466 s       0.208 s    0.692 m           0.5
+    2 mazes without a run
+    ");
     let stderr = ended.stderr;
     assert!(stderr.starts_with("mmsim: ") && stderr.contains("rubbish.txt: line 1"), "{stderr}");
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
@@ -185,6 +191,10 @@ fn json_contains_every_figure() {
     let number = |value: &Value| value.as_f64().unwrap();
     let (mut time, mut length, mut speed) = (0.0, 0.0, 0.0);
     for segment in segments {
+        let acceleration = &segment["centripetal_acceleration_mm_s2"];
+        assert_eq!(acceleration.is_null(), !segment["steps"].is_null());
+        // The turns of the vehicle need at most 2.54 g.
+        assert!(acceleration.as_f64().is_none_or(|mm_s2| (10_000.0..25_000.0).contains(&mm_s2)));
         assert!((number(&segment["entry_speed_mm_s"]) - speed).abs() < 1e-6);
         speed = number(&segment["exit_speed_mm_s"]);
         assert!(number(&segment["top_speed_mm_s"]) >= speed - 1e-6);
@@ -217,13 +227,13 @@ fn every_size_of_maze_has_a_time() {
     }
     let ended = home.run(&["fast-run", "here.txt", "--explain"]);
     insta::assert_snapshot!(ended.stdout, @r"
-        here.txt: fastest run of expert
-        time      0.000 s from rest to rest, 0.000 s from gate to gate
-        distance  0.000 m, 1 cell
-        speed     mean 0.000 m/s, top 0.000 m/s
-        turns     none
-        run       N 0
-        ");
+    here.txt: fastest run of expert
+    time      0.000 s from rest to rest, 0.000 s from gate to gate
+    distance  0.000 m, 0 cells
+    speed     mean 0.000 m/s, top 0.000 m/s
+    turns     none
+    run       N 0
+    ");
     let generate = ["mazes", "generate", "--size", "32x32", "--seed", "1", "-o", "large.txt"];
     assert_eq!(home.run(&generate).code, Some(0));
     let times = ["ukmars", "ares", "expert", "kerise"]
@@ -236,9 +246,10 @@ fn csv_follows_the_motion_of_the_mouse() {
     let home = Home::new();
     let run = home.run(&["fast-run", "galleries", "--json"]).json()[0].clone();
     let number = |key: &str| run[key].as_f64().unwrap();
-    let read = |text: &str| -> Vec<[f64; 6]> {
+    let read = |text: &str| -> Vec<[f64; 7]> {
         let mut lines = text.lines();
-        let head = "time_s,x_mm,y_mm,heading_rad,speed_mm_s,acceleration_mm_s2";
+        let head = "time_s,x_mm,y_mm,heading_rad,speed_mm_s,acceleration_mm_s2,\
+                    angular_velocity_rad_s";
         assert_eq!(lines.next(), Some(head));
         let row = |line: &str| -> Vec<f64> {
             line.split(',').map(|field| field.parse().unwrap()).collect()
@@ -251,7 +262,7 @@ fn csv_follows_the_motion_of_the_mouse() {
     let rows = read(&fs::read_to_string(home.path().join("run.csv")).unwrap());
     let time = number("time_s");
     // All lines but the last one are at regular times.
-    let check_times = |rows: &[[f64; 6]], interval: f64| {
+    let check_times = |rows: &[[f64; 7]], interval: f64| {
         let (last, regular) = rows.split_last().unwrap();
         for (index, row) in (0_u32..).zip(regular) {
             assert!((row[0] - f64::from(index) * interval).abs() < 1e-6, "{row:?}");
@@ -262,8 +273,9 @@ fn csv_follows_the_motion_of_the_mouse() {
     check_times(&rows, 0.001);
     let mut length = 0.0;
     for pair in rows.windows(2) {
-        let [t, x, y, heading, v, _] = pair[1];
-        let [before, x_before, y_before, _, v_before, a_before] = pair[0];
+        let [t, x, y, heading, v, _, turning] = pair[1];
+        let [before, x_before, y_before, heading_before, v_before, a_before, turning_before] =
+            pair[0];
         let elapsed = t - before;
         assert!(elapsed > 0.0 && elapsed < 0.001_001, "{pair:?}");
         let (east, north) = (x - x_before, y - y_before);
@@ -273,6 +285,8 @@ fn csv_follows_the_motion_of_the_mouse() {
         assert!((distance - f64::midpoint(v, v_before) * elapsed).abs() < 0.02, "{pair:?}");
         assert!((v - v_before).abs() < 17.1, "{pair:?}");
         assert!(a_before.abs() < 17_000.1);
+        let turned = f64::midpoint(turning, turning_before) * elapsed;
+        assert!((heading - heading_before - turned).abs() < 0.001, "{pair:?}");
         // The mouse moves where it heads. It turns by at most 0.03 rad within 1 ms.
         let aside = north * heading.cos() - east * heading.sin();
         assert!(aside.abs() < 0.03 * distance + 0.002, "{pair:?}");
@@ -292,7 +306,7 @@ fn csv_follows_the_motion_of_the_mouse() {
     check_times(&read(&ended.stdout), 0.25);
     home.write("here.txt", "o---o\n|SG |\no---o\n");
     let rows = read(&home.run(&["fast-run", "here.txt", "--csv", "-"]).stdout);
-    assert_eq!(rows, [[0.0, 90.0, 90.0, rows[0][3], 0.0, 0.0]]);
+    assert_eq!(rows, [[0.0, 90.0, 90.0, rows[0][3], 0.0, 0.0, 0.0]]);
 }
 
 #[test]
@@ -302,32 +316,32 @@ fn a_vehicle_file_starts_from_a_preset() {
     let printed = home.run(&["fast-run", "--print-vehicle", "--vehicle", "ares"]);
     assert_eq!((printed.code, &printed.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(printed.stdout, @r#"
-        # Lengths in mm, speeds in mm/s, accelerations in mm/s².
-        name = "ares"
-        cell = 180
-        start_offset = 45
-        stop_offset = 45
+    # Lengths in mm, speeds in mm/s, accelerations in mm/s².
+    name = "ares"
+    cell = 180
+    start_offset = 45
+    stop_offset = 45
 
-        [along]
-        acceleration = 10000
-        braking = 10000
-        top_speed = 5000
+    [along]
+    acceleration = 10000
+    braking = 10000
+    top_speed = 5000
 
-        [diagonal]
-        acceleration = 10000
-        braking = 10000
-        top_speed = 5000
+    [diagonal]
+    acceleration = 10000
+    braking = 10000
+    top_speed = 5000
 
-        [turns]
-        s90 = { length = 116, speed = 500 }
-        l90 = { length = 195, speed = 909 }
-        180 = { speed = 886 }
-        45in = { length = 100, speed = 850 }
-        135in = { length = 230, speed = 800 }
-        45out = { length = 100, speed = 850 }
-        135out = { length = 220, speed = 650 }
-        v90 = { length = 125, speed = 600 }
-        "#);
+    [turns] # with their centripetal accelerations
+    s90 = { length = 116, speed = 500 }            # 0.52 g
+    l90 = { length = 195, speed = 909 }            # 1.02 g
+    180 = { speed = 886 }                          # 1.02 g
+    45in = { length = 100, speed = 850 }           # 0.87 g
+    135in = { length = 230, speed = 800 }          # 1.00 g
+    45out = { length = 100, speed = 850 }          # 0.87 g
+    135out = { length = 220, speed = 650 }         # 0.69 g
+    v90 = { length = 125, speed = 600 }            # 0.69 g
+    "#);
     let time = |vehicle: &str| {
         let json = home.run(&["fast-run", "a.txt", "--json", "--vehicle", vehicle]).json();
         (json[0]["vehicle"].as_str().unwrap().to_string(), json[0]["time_s"].as_f64().unwrap())
@@ -360,6 +374,26 @@ fn wrong_vehicle_files_name_the_file_the_line_and_the_range() {
 }
 
 #[test]
+fn doubtful_vehicles_are_driven_with_a_warning() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    home.write("fast.toml", "base = 'expert'\nturns.l90.speed = 2500");
+    home.write("straight.toml", "base = 'expert'\n[turns]\n45in = false\n135in = false");
+    let vehicles = ["fast.toml", "straight.toml", "fast.toml", "ares"];
+    let vehicles = vehicles.map(|name| ["--vehicle", name]).concat();
+    let ended = home.run(&[&["fast-run", "a.txt"], &vehicles[..]].concat());
+    assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 4));
+    insta::assert_snapshot!(ended.stderr, @r"
+    mmsim: warning: fast: turn l90 at 2500 mm/s on an arc of 267 mm needs 5.6 g of centripetal acceleration (at 3 g: 1825 mm/s)
+    mmsim: warning: straight: no turn leads onto diagonals, so the mouse does not drive them (add 45in or 135in)
+    ");
+    home.write("none.toml", "base = 'expert'\ndiagonal = false");
+    let ended = home.run(&["fast-run", "--vehicle", "none.toml", "--print-vehicle"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    assert!(!ended.stdout.contains("[diagonal]") && !ended.stdout.contains("45in"), "{ended:?}");
+}
+
+#[test]
 fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     home.write("a.txt", MAZE);
@@ -368,7 +402,11 @@ fn usage_errors_set_exit_code_2() {
     for (arguments, error) in [
         (&["a.txt", "--vehicle", "exprt"][..], "(did you mean expert?)"),
         (&["a.txt", "--vehicle", "none.toml"], "cannot read the file: "),
-        (&["a.txt", "--vehicle", "expert", "--vehicle", "other.toml"], "two vehicles are called"),
+        (
+            &["a.txt", "--vehicle", "expert", "--vehicle", "other.toml"],
+            "expert and other.toml are both called",
+        ),
+        (&["a.txt", "-o", "a.svg", "--width", "300"], "--width needs a .png or .gif file"),
         (&["a.txt", "--route", "short"], "[possible values: fastest"),
         (&["a.txt", "b.txt", "--csv", "-"], "--csv takes one maze, found 2"),
         (&["a.txt", "--c-array", "-", "--route", "all"], "--c-array takes one route, found 3"),

@@ -9,17 +9,18 @@ use mmsim_fastrun::{Route, Vehicle};
 use super::picture::PictureArgs;
 use crate::args::{each_once, one_of};
 use crate::usage::UsageError;
-use crate::vehicle::{VEHICLE_HELP, each_vehicle_once, parse_vehicle};
+use crate::vehicle::{GivenVehicle, VEHICLE_HELP, each_vehicle_once, parse_given_vehicle};
 
 const AFTER_HELP: &str = "\
 Examples:
   mmsim fast-run harbour                          time the fastest run of an expert's mouse
   mmsim fast-run harbour --explain                list its straights and turns
   mmsim fast-run harbour --vehicle ares --vehicle my-mouse.toml
-  mmsim fast-run harbour --route all              compare it with the fewest cells and turns
-  mmsim fast-run harbour --route all -o race.gif  animate the race of the three in real time
+  mmsim fast-run \"winding river\" --route all      compare it with the fewest cells and turns
+  mmsim fast-run \"winding river\" --route all -o race.gif
+                                                  animate a race of all three in real time
   mmsim fast-run mazes/                           time the fastest run through each maze of a folder
-  mmsim fast-run harbour --csv run.csv            write pose, speed and acceleration each 1 ms
+  mmsim fast-run harbour --csv run.csv            write the pose and the motion every 1 ms
   mmsim fast-run harbour --c-array run.h          write straights and turns for firmware
   mmsim fast-run --vehicle expert --print-vehicle > my-mouse.toml
 
@@ -39,12 +40,12 @@ pub(crate) struct FastRunArgs {
         long,
         value_name = "NAME|FILE",
         default_value = "expert",
-        value_parser = parse_vehicle,
+        value_parser = parse_given_vehicle,
         help = format!("{VEHICLE_HELP}; may be repeated")
     )]
-    vehicle: Vec<Vehicle>,
-    /// Route to drive; may be repeated
-    #[arg(long, default_value = "fastest", value_parser = routes())]
+    vehicle: Vec<GivenVehicle>,
+    /// Comma-separated list of routes to drive; may be repeated
+    #[arg(long, default_value = "fastest", value_delimiter = ',', value_parser = routes())]
     route: Vec<Option<RouteChoice>>,
     /// List the straights and turns of each run
     #[arg(long)]
@@ -52,7 +53,7 @@ pub(crate) struct FastRunArgs {
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the pose, speed and acceleration of the mouse over time to a CSV file; - for stdout
+    /// Write the pose, speed, acceleration and angular velocity over time to a CSV file; - for stdout
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     /// Time between two lines of the CSV file in milliseconds, 0.1 to 1000
@@ -63,7 +64,7 @@ pub(crate) struct FastRunArgs {
     pub(crate) c_array: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
-    /// Print the vehicle as TOML, as a start for a file of your own, and exit
+    /// Print the vehicle as TOML, as a starting point for a file of your own, and exit
     #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array", "output"])]
     pub(crate) print_vehicle: bool,
 }

@@ -24,7 +24,7 @@ pub(crate) struct Driven<'a> {
     pub(crate) trajectory: Trajectory,
     /// The time in s from leaving the start cell to entering the goal.
     pub(crate) gate_to_gate: f64,
-    /// By how many percent the run is slower than the fastest one.
+    /// The slowdown against the fastest run, in percent.
     pub(crate) loss: f64,
 }
 
@@ -70,7 +70,7 @@ fn plan_along(
     Ok(planner.plan_along(maze.size(), &cells)?.clone())
 }
 
-/// Returns by how many percent a time is longer than that of the fastest run.
+/// Returns the slowdown against the fastest run, in percent.
 fn loss(time: f64, fastest: f64) -> f64 {
     // Runs with the same segments in another order differ by rounding errors.
     let is_longer = time > fastest * (1.0 + 1e-9);

@@ -39,12 +39,15 @@ pub(crate) struct PictureArgs {
 }
 
 impl PictureArgs {
-    /// Returns an error if the runs do not fit into one picture.
+    /// Returns an error if the runs do not fit into one picture, or if an SVG has a width.
     pub(crate) fn check(&self, mazes: usize, runs: usize) -> Result<(), UsageError> {
         let message = match &self.output {
             Some(_) if mazes != 1 => format!("--output takes one maze, found {mazes}"),
             Some(_) if runs > MAX_PATHS => {
                 format!("--output takes at most {MAX_PATHS} runs, found {runs}")
+            }
+            Some(Picture { format: PictureFormat::Svg, .. }) if self.width.is_some() => {
+                "--width needs a .png or .gif file: an .svg fits any width".into()
             }
             _ => return Ok(()),
         };

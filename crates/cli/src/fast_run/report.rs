@@ -6,7 +6,7 @@ use mmsim_fastrun::{Segment, Shape};
 use serde::Serialize;
 
 use super::driven::{Attempt, Driven};
-use super::text::segment_name;
+use super::text::{centripetal_acceleration, segment_name};
 
 /// A maze, a vehicle and a route, with the run or the reason why there is none. The field names are
 /// JSON keys.
@@ -25,7 +25,7 @@ struct RunFigures {
     /// The time from rest to rest.
     time_s: f64,
     gate_to_gate_s: f64,
-    /// By how many percent the run is slower than the fastest one.
+    /// The slowdown against the fastest run, in percent.
     loss_percent: f64,
     length_mm: f64,
     top_speed_mm_s: f64,
@@ -49,6 +49,8 @@ struct SegmentReport {
     top_speed_mm_s: f64,
     exit_speed_mm_s: f64,
     duration_s: f64,
+    /// The greatest centripetal acceleration. `None` on straights.
+    centripetal_acceleration_mm_s2: Option<f64>,
     /// The time at the end of the segment.
     time_s: f64,
 }
@@ -102,6 +104,7 @@ impl SegmentReport {
             top_speed_mm_s: segment.top_speed(),
             exit_speed_mm_s: segment.exit_speed,
             duration_s: segment.duration,
+            centripetal_acceleration_mm_s2: centripetal_acceleration(segment),
             time_s: segment.entry.time + segment.duration,
         }
     }

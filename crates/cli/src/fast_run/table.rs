@@ -48,13 +48,13 @@ struct Line {
 
 impl Line {
     fn head(has_routes: bool) -> Self {
-        let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "turns"];
-        let loss = if has_routes { "    slower" } else { "" };
+        let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "slalom turns"];
+        let loss = if has_routes { "      loss" } else { "" };
         Self {
             maze: "maze".into(),
             vehicle: "vehicle".into(),
             route: "route".into(),
-            figures: format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>5}{loss}"),
+            figures: format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>12}{loss}"),
         }
     }
 
@@ -115,6 +115,7 @@ struct Figures {
     /// The distance, in mm.
     length: f64,
     turns: f64,
+    /// The slowdown against the fastest run, in percent.
     loss: f64,
 }
 
@@ -151,7 +152,7 @@ impl Figures {
         let metres = length / 1000.0;
         let loss = if has_routes { format!("  {loss:>6.2} %") } else { String::new() };
         format!(
-            "{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>5.decimals$}{loss}"
+            "{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>12.decimals$}{loss}"
         )
     }
 }

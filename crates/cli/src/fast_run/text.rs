@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use mmsim_fastrun::{Segment, Shape};
+use mmsim_fastrun::{Arc, STANDARD_GRAVITY, Segment, Shape};
 use mmsim_maze::Escaped;
 
 use super::driven::{Attempt, Driven};
@@ -14,11 +14,11 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
     let Driven { maze, vehicle, route, run, trajectory, gate_to_gate, .. } = driven;
     let (time, length) = (trajectory.duration(), trajectory.length());
     let loss = match driven.loss {
-        loss if loss > 0.0 => format!(" ({loss:.2} % slower than the fastest run)"),
+        loss if loss > 0.0 => format!(", loss {loss:.2} %"),
         _ => String::new(),
     };
     let mean = if time > 0.0 { length / time } else { 0.0 };
-    let cells = counted(run.cells().len() as u64, "cell");
+    let cells = counted(run.cells().len().saturating_sub(1) as u64, "cell");
     let kinds: Vec<String> =
         driven.turns_by_kind().map(|(kind, count)| format!("{count} {kind}")).collect();
     let turns = match run.turns().len() {
@@ -61,7 +61,7 @@ pub(super) fn describe_all(attempts: &[Attempt]) -> String {
 }
 
 fn segments(segments: &[Segment]) -> String {
-    let head = ["", "steps", "mm", "entry mm/s", "top mm/s", "exit mm/s", "s", "total s"];
+    let head = ["", "steps", "mm", "entry mm/s", "top mm/s", "exit mm/s", "g", "s", "total s"];
     let mut rows = vec![head.map(String::from).to_vec()];
     rows.extend(segments.iter().map(|segment| {
         let steps = match segment.shape {
@@ -75,11 +75,24 @@ fn segments(segments: &[Segment]) -> String {
             format!("{:.0}", segment.entry.speed),
             format!("{:.0}", segment.top_speed()),
             format!("{:.0}", segment.exit_speed),
+            centripetal_acceleration(segment)
+                .map_or(String::new(), |mm_s2| format!("{:.2}", mm_s2 / STANDARD_GRAVITY)),
             format!("{:.4}", segment.duration),
             format!("{:.4}", segment.entry.time + segment.duration),
         ]
     }));
     aligned(&rows)
+}
+
+/// Returns the greatest centripetal acceleration in a turn, in mm/s².
+pub(super) fn centripetal_acceleration(segment: &Segment) -> Option<f64> {
+    match segment.shape {
+        Shape::Turn(kind, _) => {
+            let arc = Arc { length: segment.length, speed: segment.exit_speed };
+            Some(arc.centripetal_acceleration(kind))
+        }
+        Shape::Straight(_) => None,
+    }
 }
 
 /// Returns `straight`, `diagonal`, or a turn with its side such as `l90R`.
@@ -92,6 +105,6 @@ pub(super) fn segment_name(segment: &Segment) -> String {
 }
 
 /// Returns true if a heading in radians is between the rows and the columns.
-fn is_diagonal(heading: f64) -> bool {
+pub(super) fn is_diagonal(heading: f64) -> bool {
     (heading / FRAC_PI_4).round().rem_euclid(2.0) > 0.5
 }

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "run.h"
+#include "run.h" /* has a guard */
 
 int main(void) {
     size_t i;
@@ -9,11 +10,13 @@ int main(void) {
     for (i = 0; i < FAST_RUN_COUNT; i++) {
         const struct fast_run_step *step = &fast_run[i];
         const char *side = step->side == FAST_RUN_LEFT ? "L" : "R";
+        printf("%d %d %.2f %.1f ", step->steps, step->diagonal, (double)step->straight,
+               (double)step->top_speed);
         if (step->turn == FAST_RUN_STOP) {
-            printf("%d %.2f stop\n", step->steps, (double)step->straight);
+            printf("stop\n");
         } else {
-            printf("%d %.2f %d%s %.2f %.1f\n", step->steps, (double)step->straight,
-                   (int)step->turn, side, (double)step->arc, (double)step->speed);
+            printf("%d%s %.2f %.1f\n", (int)step->turn, side, (double)step->arc,
+                   (double)step->speed);
         }
     }
     return 0;

@@ -17,7 +17,9 @@ fn expected(run: &Value) -> String {
     for segment in run["segments"].as_array().unwrap() {
         let length = segment["length_mm"].as_f64().unwrap();
         if let Some(steps) = segment["steps"].as_u64() {
-            write!(text, "{steps} {length:.2} ").unwrap();
+            let diagonal = u8::from(segment["segment"] == "diagonal");
+            let top_speed = segment["top_speed_mm_s"].as_f64().unwrap();
+            write!(text, "{steps} {diagonal} {length:.2} {top_speed:.1} ").unwrap();
             continue;
         }
         let name = segment["segment"].as_str().unwrap();
@@ -60,7 +62,6 @@ fn the_array_is_never_empty() {
     home.write("here.txt", "o---o\n|SG |\no---o\n");
     let ended = home.run(&["fast-run", "here.txt", "--c-array", "-"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    let stop =
-        "fast_run[] = {\n    { 0.000f, 0, FAST_RUN_STOP, FAST_RUN_LEFT, 0.000f, 0.000f },\n};";
+    let stop = "fast_run[] = {\n    { 0.000f, 0, 0, 0.000f, FAST_RUN_STOP, FAST_RUN_LEFT, 0.000f, 0.000f },\n};";
     assert!(ended.stdout.contains(stop), "{}", ended.stdout);
 }
