@@ -51,6 +51,7 @@ use crate::output::{
 use crate::parallel::map_each;
 use crate::selection::Selected;
 use crate::usage::CommandResult;
+use crate::vehicle::warn_about;
 
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;
@@ -109,6 +110,7 @@ fn compare(
     let mut figures = search_all(candidates, mazes, args.limits(), args.jobs)?;
     let (mut measures, mut note) = (MEASURES.to_vec(), None);
     if let Some(vehicle) = args.vehicle.clone() {
+        warn_about(&vehicle);
         let timing = Timing { vehicle, search_speed: args.search_speed };
         measure_times(&mut figures, mazes, &timing);
         measures.splice(..0, TIMED_MEASURES);

@@ -20,6 +20,7 @@ use crate::inputs::Inputs;
 use crate::output::{print, print_csv, print_pretty_json};
 use crate::parallel::map_each;
 use crate::usage::CommandResult;
+use crate::vehicle::warn_about;
 
 /// The results of a contest. The field names are JSON keys.
 #[derive(Debug, Serialize)]
@@ -42,6 +43,7 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let Inputs { mazes, all_readable } = distinct_mazes(&args.mazes);
     let rules = args.rules();
     let figures = search_all(&candidates, &mazes, args.limits(), args.jobs)?;
+    warn_about(&args.vehicle);
     let planner = Planner::new(args.vehicle.clone());
     let names = unique_names(&mazes);
     let indices: Vec<usize> = (0..mazes.len()).collect();

@@ -8,6 +8,7 @@ use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
 use crate::args::ViewerArgs;
 use crate::local_server::with_port_hint;
 use crate::output::{note, warn};
+use crate::vehicle::warn_about;
 
 /// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is in use, for
 /// example by another simulator, this binds a free port with `--open`. Otherwise, this prints a
@@ -49,6 +50,7 @@ pub(crate) fn serve(
     args: &ViewerArgs,
 ) -> Result<Option<String>, Box<dyn Error>> {
     let Some(viewer) = viewer else { return Ok(None) };
+    args.vehicle.iter().for_each(warn_about);
     let config = config.with_vehicles(args.vehicle.clone())?;
     // The page is served until the process exits.
     let serving =

@@ -387,6 +387,12 @@ fn doubtful_vehicles_are_driven_with_a_warning() {
     mmsim: warning: fast: turn l90 at 2500 mm/s on an arc of 267 mm needs 5.6 g of centripetal acceleration (at 3 g: 1825 mm/s)
     mmsim: warning: straight: no turn leads onto diagonals, so the mouse does not drive them (add 45in or 135in)
     ");
+    let compare = ["compare", "a.txt", "--strategies", "flood-fill", "--vehicle", "fast.toml"];
+    for arguments in [&compare[..], &["contest", "a.txt", "--vehicle", "fast.toml"]] {
+        let ended = home.run(arguments);
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        assert_eq!(ended.stderr.matches("warning: fast: turn l90").count(), 1, "{ended:?}");
+    }
     home.write("none.toml", "base = 'expert'\ndiagonal = false");
     let ended = home.run(&["fast-run", "--vehicle", "none.toml", "--print-vehicle"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
