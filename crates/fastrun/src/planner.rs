@@ -27,15 +27,15 @@ use targets::{Targets, place};
 ///
 /// ```
 /// use mmsim_fastrun::{Planner, Vehicle};
-/// use mmsim_maze::{Cell, MazeSize, Walls};
+/// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
 ///
 /// let mut planner = Planner::new(Vehicle::ares());
-/// let (size, start) = (MazeSize::CLASSIC, Cell::new(0, 0));
-/// let mut walls = Walls::open(size);
-/// let open = planner.plan(&walls, start, &size.central_cells())?.time(&Vehicle::ares())?;
-/// walls.set(start, mmsim_maze::Heading::North, true);
-/// let run = planner.plan(&walls, start, &size.central_cells())?;
-/// assert!(run.time(&Vehicle::ares())? > open);
+/// let (start, goals) = (Cell::new(0, 0), [Cell::new(0, 5)].into_iter().collect());
+/// let mut walls = Walls::open(MazeSize::CLASSIC);
+/// let straight = planner.plan(&walls, start, &goals)?.time(&Vehicle::ares())?;
+/// walls.set(start, Heading::North, true);
+/// let run = planner.plan(&walls, start, &goals)?;
+/// assert!(run.time(&Vehicle::ares())? > straight);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
