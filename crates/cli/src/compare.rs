@@ -29,7 +29,7 @@ use candidate::{Candidate, NamedMouse};
 use figures::{Ending, Figures};
 use indicatif::ProgressBar;
 use measures::{MEASURES, TIMED_MEASURES};
-use mmsim_fastrun::Planner;
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::BundledStrategy;
 pub(crate) use own_search::SearchLimits;
@@ -42,6 +42,7 @@ use track::Track;
 use workers::map_waiting;
 
 use crate::exit;
+use crate::exploration::Exploration;
 use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
 use crate::output::{
@@ -107,7 +108,9 @@ fn compare(
     mazes: &[Selected],
     args: &CompareArgs,
 ) -> Result<Report, Box<dyn Error>> {
-    let mut figures = search_all(candidates, mazes, args.limits(), args.jobs)?;
+    let vehicle = args.vehicle.clone().unwrap_or_else(Vehicle::expert);
+    let exploration = Exploration::new(vehicle, args.candidates.tolerance);
+    let mut figures = search_all(candidates, mazes, args.limits(), &exploration, args.jobs)?;
     let (mut measures, mut note) = (MEASURES.to_vec(), None);
     if let Some(vehicle) = args.vehicle.clone() {
         warn_about(&vehicle);
@@ -142,6 +145,7 @@ pub(crate) fn search_all(
     candidates: &[Candidate],
     mazes: &[Selected],
     limits: SearchLimits,
+    exploration: &Exploration,
     jobs: Option<u16>,
 ) -> Result<Vec<Vec<Figures>>, Box<dyn Error>> {
     let bar = ProgressBar::new((candidates.len() * mazes.len()) as u64);
@@ -154,7 +158,7 @@ pub(crate) fn search_all(
         }
     }
     let mut own = search_own(&own, mazes, limits, jobs, &bar)?.into_iter();
-    let mut bundled = search_bundled(&bundled, mazes, jobs, &bar)?.into_iter();
+    let mut bundled = search_bundled(&bundled, mazes, exploration, jobs, &bar)?.into_iter();
     bar.finish_and_clear();
     let figures = candidates.iter().map(|candidate| {
         let figures: &mut dyn Iterator<Item = Figures> = match candidate {
@@ -171,6 +175,7 @@ pub(crate) fn search_all(
 fn search_bundled(
     strategies: &[BundledStrategy],
     mazes: &[Selected],
+    exploration: &Exploration,
     threads: Option<u16>,
     bar: &ProgressBar,
 ) -> Result<Vec<Figures>, rayon::ThreadPoolBuildError> {
@@ -184,7 +189,8 @@ fn search_bundled(
     // figures.
     Ok(pool.install(|| {
         map_each(&jobs, |&(strategy, selected)| {
-            let figures = search(&selected.maze, || strategy.strategy(), strategy.max_states());
+            let mouse = || exploration.strategy(strategy);
+            let figures = search(&selected.maze, mouse, strategy.max_states());
             bar.inc(1);
             figures
         })

@@ -16,6 +16,7 @@ use standings::{MazeResult, Standing};
 use crate::compare::candidate::Candidate;
 use crate::compare::search_speed::SearchSpeed;
 use crate::compare::{distinct_mazes, search_all, unique_names};
+use crate::exploration::Exploration;
 use crate::inputs::Inputs;
 use crate::output::{print, print_csv, print_pretty_json};
 use crate::parallel::map_each;
@@ -42,7 +43,8 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let candidates = args.candidates.select("contest")?;
     let Inputs { mazes, all_readable } = distinct_mazes(&args.mazes);
     let rules = args.rules();
-    let figures = search_all(&candidates, &mazes, args.limits(), args.jobs)?;
+    let exploration = Exploration::new(args.vehicle.clone(), args.candidates.tolerance);
+    let figures = search_all(&candidates, &mazes, args.limits(), &exploration, args.jobs)?;
     warn_about(&args.vehicle);
     let planner = Planner::new(args.vehicle.clone());
     let names = unique_names(&mazes);

@@ -10,6 +10,7 @@ mod connection;
 mod contest;
 mod demo;
 mod embedded;
+mod exploration;
 mod export;
 mod fast_run;
 mod grid;

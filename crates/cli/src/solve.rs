@@ -11,11 +11,12 @@ use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
 use mmsim_recording::{Course, PhaseReport};
-use mmsim_solvers::{Mouse, Strategy};
+use mmsim_solvers::{Mouse, Strategy, TimeBounds};
 use serde::Serialize;
 
 use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
-use crate::output::{print_json, warn};
+use crate::exploration::Exploration;
+use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
 use crate::screen::{Screen, ending};
@@ -24,6 +25,7 @@ use args::SolveArgs;
 
 pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let strategy = args.strategy;
+    let exploration = args.exploration()?;
     let known = maze_from_args("solve", &args.known)?;
     let endpoint = endpoint(&args.connect);
     let mut transport = connect(&endpoint, args.timeout, known.is_none())?;
@@ -56,7 +58,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         }
         Err(error) => return Err(error.into()),
     };
-    let mut mouse = Mouse::new(strategy.strategy(), map, start);
+    let mut mouse = Mouse::new(exploration.strategy(strategy), map, start);
     let pace = Duration::from_millis(args.pace);
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
@@ -77,13 +79,18 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let (run, error) =
         result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
     let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
+    let bounds = strategy.uses_vehicle().then(|| exploration.bounds(mouse.map()));
     if args.json {
         let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
-        let report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), error);
+        let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), error);
+        report.fast_run = bounds.map(|bounds| FastRunReport::new(&exploration, bounds));
         print_json(&report)?;
     } else {
         if run.states > 0 {
             screen.finish(&mouse, &run, ending(&run), times.report())?;
+            if let Some(summary) = bounds.and_then(|bounds| exploration.summary(bounds)) {
+                print(&format!("{summary}\n"))?;
+            }
         }
         if let Err(error) = &recorded {
             warn(error);
@@ -122,7 +129,29 @@ struct SolveReport<'a> {
     cell: Option<[u8; 2]>,
     heading: Option<char>,
     map: Option<String>,
+    /// The bounds on the time of the fastest run, for strategies that explore for it.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    fast_run: Option<FastRunReport>,
     error: Option<String>,
+}
+
+/// The time of the best known run, and the time of the fastest run if all unknown walls were open.
+/// Null if no run is known.
+#[derive(Serialize)]
+struct FastRunReport {
+    vehicle: String,
+    fast_run_s: Option<f64>,
+    fast_run_lower_bound_s: Option<f64>,
+}
+
+impl FastRunReport {
+    fn new(exploration: &Exploration, bounds: TimeBounds) -> Self {
+        Self {
+            vehicle: exploration.vehicle_name().into(),
+            fast_run_s: bounds.pessimistic,
+            fast_run_lower_bound_s: bounds.optimistic,
+        }
+    }
 }
 
 impl<'a> SolveReport<'a> {
@@ -149,6 +178,7 @@ impl<'a> SolveReport<'a> {
             cell: Some([cell.x, cell.y]),
             heading: Some(heading.letter()),
             map: Some(mouse.map().picture().to_string()),
+            fast_run: None,
             error,
         }
     }

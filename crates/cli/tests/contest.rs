@@ -10,7 +10,8 @@ use harness::Home;
 use harness::mice::{commands, script, works};
 use serde_json::{Value, json};
 
-const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
+const STRATEGIES: &str =
+    "flood-fill,weight-increment,left-wall,swing,shortest-path-search,fastest-path-search";
 
 /// The goal is two cells east of the start. Another path leads around a wall.
 const LOOP: &str = "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";

@@ -213,3 +213,36 @@ fn a_closed_pipe_does_not_change_the_exit_code() {
         assert_eq!((output.stderr, output.status.code()), (Vec::new(), Some(code)));
     }
 }
+
+/// The options decide what the mouse proves, and the output states it.
+#[test]
+fn a_search_for_the_fastest_run_states_its_proof() {
+    let home = Home::new();
+    let server = home.serve(&["--port", "0", "--maze", "mirage"]);
+    let solve = |strategy, options: &[&str]| {
+        home.run(&[&["solve", strategy, "--connect", &server.address][..], options].concat())
+    };
+    let search = |options: &[&str]| solve("fastest-path-search", options);
+    let text = search(&[]).stdout;
+    let last = text.lines().last().unwrap();
+    assert!(last.starts_with("fast run: "), "{last}");
+    assert!(last.ends_with(" s with the vehicle expert, proven to be the fastest run"), "{last}");
+    let exact = search(&["--vehicle", "ares", "--json"]).json();
+    let near = search(&["--vehicle", "ares", "--tolerance", "20%", "--json"]).json();
+    let number = |report: &serde_json::Value, key: &str| report[key].as_f64().unwrap();
+    for (report, most) in [(&exact, 1e-9), (&near, 0.2)] {
+        assert_eq!(report["vehicle"], "ares");
+        let (time, bound) =
+            (number(report, "fast_run_s"), number(report, "fast_run_lower_bound_s"));
+        assert!(bound <= time + 1e-9 && time <= bound * (1.0 + most) + 1e-9, "{time} {bound}");
+    }
+    assert!(number(&near, "steps") < number(&exact, "steps"));
+
+    let refused = solve("swing", &["--tolerance", "3%"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    let refused = search(&["--tolerance", "3"]);
+    assert!(
+        refused.code == Some(2) && refused.stderr.contains("such as 3% or 0.03"),
+        "{refused:?}"
+    );
+}

@@ -7,8 +7,14 @@ use std::{env, fs};
 
 use harness::Home;
 
-const STRATEGIES: [&str; 5] =
-    ["flood-fill", "weight-increment", "left-wall", "swing", "shortest-path-search"];
+const STRATEGIES: [&str; 6] = [
+    "flood-fill",
+    "weight-increment",
+    "left-wall",
+    "swing",
+    "shortest-path-search",
+    "fastest-path-search",
+];
 
 fn at_root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
@@ -49,8 +55,10 @@ fn the_figures_match_the_collection() {
     };
     let page = fs::read_to_string(at_root("docs/strategies.md")).unwrap();
     // The left-wall mouse solves so few mazes that the others are compared without it.
-    let reports =
-        [compare("flood-fill,weight-increment,swing,shortest-path-search"), compare("left-wall")];
+    let reports = [
+        compare("flood-fill,weight-increment,swing,shortest-path-search,fastest-path-search"),
+        compare("left-wall"),
+    ];
     for report in reports.iter().flat_map(|reports| reports.as_array().unwrap()) {
         let mean = |key: &str| format!("{:.1}", report[key].as_f64().unwrap());
         let row = [
@@ -64,6 +72,44 @@ fn the_figures_match_the_collection() {
             report["shortest_path_found"].to_string(),
         ];
         let row = format!("| {} |\n", row.join(" | "));
+        assert!(page.contains(&row), "docs/strategies.md lacks {row}");
+    }
+}
+
+#[test]
+fn the_times_match_the_collection() {
+    let mazes = at_root("../shared/mazes/classic");
+    if !mazes.exists() {
+        eprintln!("skipped: {} is not there", mazes.display());
+        return;
+    }
+    let page = fs::read_to_string(at_root("docs/strategies.md")).unwrap();
+    let mazes = mazes.to_string_lossy();
+    for (vehicle, tolerance) in [("expert", "0%"), ("expert", "3%"), ("ares", "0%"), ("ares", "3%")]
+    {
+        let strategy = ["compare", &mazes, "--strategies", "fastest-path-search", "--json"];
+        let options = ["--vehicle", vehicle, "--tolerance", tolerance];
+        let report = Home::new().run(&[&strategy[..], &options].concat()).json();
+        let searches = report[0]["mazes"].as_array().unwrap();
+        let solved = searches.iter().filter(|search| search["goal_reached"] == true);
+        let figures = |key: &str| -> Vec<f64> {
+            solved.clone().map(|search| search[key].as_f64().unwrap()).collect()
+        };
+        let (steps, losses) = (figures("steps_in_all"), figures("fast_run_loss_percent"));
+        let count = f64::from(u32::try_from(losses.len()).unwrap());
+        let mean = |figures: &[f64]| figures.iter().sum::<f64>() / count;
+        let name = if tolerance == "0%" {
+            vehicle.into()
+        } else {
+            format!("{vehicle}, `--tolerance {tolerance}`")
+        };
+        let row = format!(
+            "| {name} | {:.1} | {} | {:.2} % | {:.2} % |\n",
+            mean(&steps),
+            losses.iter().filter(|&&loss| loss > 0.0).count(),
+            mean(&losses),
+            losses.iter().copied().fold(0.0, f64::max),
+        );
         assert!(page.contains(&row), "docs/strategies.md lacks {row}");
     }
 }

@@ -261,9 +261,12 @@ o---o---o---o
             let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());
             let run = search_run(&mut transport, &mut mouse, 1000, observe).unwrap();
             // Some strategies return to the start before the fast run.
-            let returns =
-                matches!(strategy, BundledStrategy::Swing | BundledStrategy::ShortestPathSearch);
-            let steps = if returns { 3 } else { 1 };
+            let steps = match strategy {
+                BundledStrategy::Swing
+                | BundledStrategy::ShortestPathSearch
+                | BundledStrategy::FastestPathSearch => 3,
+                _ => 1,
+            };
             let (states, requests) = (steps + 1, 2 * steps + 4);
             let expected = (true, steps, states, requests);
             assert_eq!(figures(&run), expected, "{strategy}");

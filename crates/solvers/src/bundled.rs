@@ -3,11 +3,15 @@
 use std::fmt;
 use std::str::FromStr;
 
+use mmsim_fastrun::Planner;
+
+use crate::fastest_path_search::FastestPathSearch;
 use crate::flood_fill::FloodFill;
 use crate::left_wall::LeftWall;
 use crate::shortest_path_search::ShortestPathSearch;
 use crate::strategy::Strategy;
 use crate::swing::Swing;
+use crate::tolerance::Tolerance;
 use crate::weight_increment::WeightIncrement;
 
 /// A bundled strategy, selected by name.
@@ -32,6 +36,8 @@ pub enum BundledStrategy {
     Swing,
     /// [`ShortestPathSearch`]
     ShortestPathSearch,
+    /// [`FastestPathSearch`]
+    FastestPathSearch,
 }
 
 /// The error for an unknown strategy name.
@@ -51,6 +57,7 @@ impl BundledStrategy {
         Self::LeftWall,
         Self::Swing,
         Self::ShortestPathSearch,
+        Self::FastestPathSearch,
     ];
 
     /// Returns the name of the strategy as used on the command line.
@@ -61,6 +68,7 @@ impl BundledStrategy {
             Self::LeftWall => "left-wall",
             Self::Swing => "swing",
             Self::ShortestPathSearch => "shortest-path-search",
+            Self::FastestPathSearch => "fastest-path-search",
         }
     }
 
@@ -76,6 +84,9 @@ impl BundledStrategy {
             Self::ShortestPathSearch => {
                 "explore until a path is proven to be shortest, return, and run it"
             }
+            Self::FastestPathSearch => {
+                "explore until a run is proven to be fastest in seconds, return, and run it"
+            }
         }
     }
 
@@ -85,7 +96,7 @@ impl BundledStrategy {
     pub const fn max_states(self) -> u32 {
         match self {
             Self::FloodFill | Self::WeightIncrement | Self::LeftWall => 1000,
-            Self::Swing | Self::ShortestPathSearch => 10_000,
+            Self::Swing | Self::ShortestPathSearch | Self::FastestPathSearch => 10_000,
         }
     }
 
@@ -98,7 +109,32 @@ impl BundledStrategy {
             Self::LeftWall => Box::new(LeftWall::new()),
             Self::Swing => Box::new(Swing::new()),
             Self::ShortestPathSearch => Box::new(ShortestPathSearch::new()),
+            Self::FastestPathSearch => Box::new(FastestPathSearch::default()),
         }
+    }
+
+    /// Creates the strategy in its initial state, for the vehicle of a planner and a tolerance (see
+    /// [`FastestPathSearch::with_planner`]). Strategies that count steps ignore both.
+    ///
+    /// ```
+    /// use mmsim_fastrun::{Planner, Vehicle};
+    /// use mmsim_solvers::BundledStrategy;
+    /// let planner = Planner::new(Vehicle::ares());
+    /// let search = BundledStrategy::FastestPathSearch.strategy_for(&planner, "3%".parse()?);
+    /// # Ok::<(), mmsim_solvers::InvalidTolerance>(())
+    /// ```
+    #[must_use]
+    pub fn strategy_for(self, planner: &Planner, tolerance: Tolerance) -> Box<dyn Strategy + Send> {
+        if self.uses_vehicle() {
+            Box::new(FastestPathSearch::with_planner(planner.clone(), tolerance))
+        } else {
+            self.strategy()
+        }
+    }
+
+    /// Returns true if the strategy depends on the vehicle and the tolerance.
+    pub const fn uses_vehicle(self) -> bool {
+        matches!(self, Self::FastestPathSearch)
     }
 }
 
@@ -160,13 +196,13 @@ mod tests {
         for strategy in BundledStrategy::ALL {
             assert_eq!(strategy.to_string().parse(), Ok(*strategy));
         }
-        insta::assert_snapshot!("floodfill".parse::<BundledStrategy>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, found "floodfill""#);
+        insta::assert_snapshot!("floodfill".parse::<BundledStrategy>().unwrap_err(), @r#"expected one of flood-fill, weight-increment, left-wall, swing, shortest-path-search, fastest-path-search, found "floodfill""#);
     }
 
     #[test]
     fn each_strategy_has_a_description_and_a_limit() {
         let limits = BundledStrategy::ALL.iter().map(|strategy| strategy.max_states());
-        assert!(limits.eq([1000, 1000, 1000, 10_000, 10_000]));
+        assert!(limits.eq([1000, 1000, 1000, 10_000, 10_000, 10_000]));
         for (index, strategy) in BundledStrategy::ALL.iter().enumerate() {
             assert!((20..80).contains(&strategy.about().len()), "{strategy}");
             let same = |other: &BundledStrategy| other.about() == strategy.about();

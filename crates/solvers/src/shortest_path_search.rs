@@ -161,7 +161,7 @@ impl Strategy for ShortestPathSearch {
 }
 
 /// Returns the south-western and north-eastern corners of the bounding box of `cells`.
-fn corners(cells: &CellSet) -> [Cell; 2] {
+pub(crate) fn corners(cells: &CellSet) -> [Cell; 2] {
     let mut cells = cells.iter();
     let first = cells.next().unwrap_or(Cell::new(0, 0));
     cells.fold([first; 2], |[south_west, north_east], Cell { x, y }| {
@@ -175,7 +175,7 @@ fn corners(cells: &CellSet) -> [Cell; 2] {
 /// Returns the distances of a cell's neighbours from a bounding box, in the order of
 /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The distance is the difference in columns or in
 /// rows, whichever is larger. Walls are ignored.
-fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
+pub(crate) fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
     let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
     let columns = |x| off(south_west.x, x, north_east.x);
     let rows = |y| off(south_west.y, y, north_east.y);
@@ -188,7 +188,7 @@ fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4]
     ]
 }
 
-fn only(cell: Cell) -> CellSet {
+pub(crate) fn only(cell: Cell) -> CellSet {
     [cell].into_iter().collect()
 }
 

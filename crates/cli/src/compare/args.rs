@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_fastrun::Vehicle;
-use mmsim_solvers::BundledStrategy;
+use mmsim_solvers::{BundledStrategy, Tolerance};
 
 use super::candidate::{Candidate, NamedMouse};
 use super::own_search::SearchLimits;
@@ -56,7 +56,8 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
     /// Calculate the times of fast runs for a vehicle: ukmars (beginner), ares (hobby), expert
-    /// (contest), kerise (half-size), or a TOML file
+    /// (contest), kerise (half-size), or a TOML file. Without it, fastest-path-search explores for
+    /// expert
     #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle)]
     pub(crate) vehicle: Option<Vehicle>,
     /// Seconds per cell and per quarter turn while a mouse searches
@@ -92,6 +93,10 @@ pub(crate) struct CandidateArgs {
         value_parser = strategies()
     )]
     strategies: Vec<Choice>,
+    /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
+    /// the fastest run, such as 3% or 0.03
+    #[arg(long, value_name = "SHARE", default_value = "0%")]
+    pub(crate) tolerance: Tolerance,
 }
 
 /// A value of `--strategies`.

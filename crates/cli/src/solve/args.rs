@@ -5,10 +5,14 @@ use std::time::Duration;
 
 use clap::Args;
 use clap::builder::PossibleValue;
+use mmsim_fastrun::Vehicle;
 use mmsim_protocol::DEFAULT_PORT;
-use mmsim_solvers::BundledStrategy;
+use mmsim_solvers::{BundledStrategy, Tolerance};
 
 use crate::args::{KnownMazeArgs, one_of, parse_seconds};
+use crate::exploration::Exploration;
+use crate::usage::UsageError;
+use crate::vehicle::parse_vehicle;
 
 #[derive(Debug, Args)]
 #[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
@@ -22,9 +26,18 @@ pub(crate) struct SolveArgs {
     #[command(flatten)]
     pub(crate) known: KnownMazeArgs,
     /// Give up after sending N states: one for the start and one for each step [default: 10000 for
-    /// swing and shortest-path-search, which also return to the start; 1000 for the others]
+    /// swing, shortest-path-search and fastest-path-search, which also return to the start; 1000 for
+    /// the others]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
+    /// Vehicle whose fastest run fastest-path-search explores for: ukmars, ares, expert, kerise, or a
+    /// TOML file [default: expert]
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle)]
+    pub(crate) vehicle: Option<Vehicle>,
+    /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
+    /// the fastest run, such as 3% or 0.03 [default: 0%]
+    #[arg(long, value_name = "SHARE")]
+    pub(crate) tolerance: Option<Tolerance>,
     /// Wait MS milliseconds after each step and, unless MS is 0, draw each step on the terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pub(crate) pace: u64,
@@ -38,6 +51,22 @@ pub(crate) struct SolveArgs {
     /// Print a JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl SolveArgs {
+    /// Returns the vehicle and the tolerance, or an error if the strategy uses neither.
+    pub(crate) fn exploration(&self) -> Result<Exploration, UsageError> {
+        let options =
+            [("--vehicle", self.vehicle.is_some()), ("--tolerance", self.tolerance.is_some())];
+        let given = options.iter().find(|(_, is_given)| *is_given);
+        if let Some((option, _)) = given.filter(|_| !self.strategy.uses_vehicle()) {
+            let message =
+                format!("{} has no {option}; only fastest-path-search does", self.strategy);
+            return Err(UsageError::new("solve", message));
+        }
+        let vehicle = self.vehicle.clone().unwrap_or_else(Vehicle::expert);
+        Ok(Exploration::new(vehicle, self.tolerance.unwrap_or_default()))
+    }
 }
 
 /// Returns the name of a strategy, with its description for the help text.

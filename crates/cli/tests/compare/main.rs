@@ -24,7 +24,8 @@ o---o---o---o---o
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 /// The strategies whose results are in the snapshots.
-const STRATEGIES: &str = "flood-fill,weight-increment,left-wall,swing,shortest-path-search";
+const STRATEGIES: &str =
+    "flood-fill,weight-increment,left-wall,swing,shortest-path-search,fastest-path-search";
 
 /// Returns the tables with a placeholder for each time in the last column of the first one.
 fn without_times(tables: &str) -> String {

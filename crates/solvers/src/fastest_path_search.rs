@@ -1,0 +1,415 @@
+//! The fastest-path search, which explores until the fastest run is proven.
+
+use mmsim_fastrun::{Planner, Vehicle};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Step, Unknown};
+
+use crate::flood::{Distances, UNREACHABLE};
+use crate::run_bounds::{RunBounds, TimeBounds, fastest_known_route};
+use crate::sampled_runs::SampledRuns;
+use crate::shortest_path_search::{corners, crow_flies_around, only};
+use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
+use crate::tolerance::Tolerance;
+
+/// A strategy that goes to the goal, explores until no unknown wall can hide a faster run, returns
+/// to the start, and drives the fastest run. Times are those of a [`Vehicle`], so the fastest run is
+/// often not the shortest.
+///
+/// - The mouse goes to the goal as in [`ShortestPathSearch`](crate::ShortestPathSearch).
+/// - The optimistic run is the fastest run with all unknown walls open. Its time is a lower bound on
+///   the time of every run. The fastest run that crosses no unknown wall gives an upper bound. The
+///   exploration ends when the bounds are equal, or as close as the tolerance allows.
+/// - Until then, the mouse goes to the nearest cell in which it reads an unknown wall on the
+///   optimistic run, or on the fastest run of a sampled maze. Sampled mazes agree with all known
+///   walls, and their other walls are random, but the same in each search. Walls that many of these
+///   runs cross are likely to matter later, so the mouse reads them while it is nearby.
+/// - On the return run, the mouse tries a path through unknown walls if that path may be shorter
+///   than the shortest known path.
+///
+/// The weight of a cell is its distance in steps to the mouse's current target, and on the fast run
+/// to the end of the run. If the goal is unreachable, the mouse returns to the start before the
+/// strategy returns an error.
+///
+/// ```
+/// use mmsim_fastrun::{Vehicle, fastest};
+/// use mmsim_maze::{KnownMaze, Maze};
+/// use mmsim_solvers::{FastestPathSearch, Mouse, SearchDriver};
+///
+/// let maze: Maze = "\
+/// o---o---o---o
+/// |         G |
+/// o   o---o   o
+/// | S         |
+/// o---o---o---o
+/// ".parse()?;
+/// let search = FastestPathSearch::new(Vehicle::ares(), "3%".parse()?);
+/// let mut mouse = Mouse::new(search, KnownMaze::unexplored(&maze), maze.start());
+/// let mut driver = SearchDriver::new(&mut mouse, 1000);
+/// while driver.advance_in(&maze)? {}
+/// let optimal = fastest(maze.walls(), maze.start().cell, maze.goals(), &Vehicle::ares())?;
+/// let bounds = mouse.strategy().bounds();
+/// assert!(bounds.loss().unwrap() <= 0.03);
+/// assert!(bounds.pessimistic.unwrap() <= 1.03 * optimal.time(&Vehicle::ares())?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FastestPathSearch {
+    leg: Leg,
+    planner: Planner,
+    tolerance: Tolerance,
+    bounds: RunBounds,
+    samples: SampledRuns,
+    /// The cells in which the strategy has made a decision. A second visit to a cell reveals no new
+    /// walls.
+    visited: CellSet,
+    /// The current target of the exploration.
+    target: Option<Cell>,
+    distances: Distances,
+    /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
+    /// before the first decision.
+    goal_corners: Option<[Cell; 2]>,
+    /// The cells of the fast run after the mouse's cell, the last one first.
+    route: Vec<Cell>,
+}
+
+/// A part of the search.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Leg {
+    ToGoal,
+    Explore,
+    Return,
+    /// The mouse returns to the start because the goal is unreachable.
+    GiveUp,
+    FastRun,
+}
+
+/// The number of steps by which a cell on the optimistic run may be farther away than a cell on the
+/// fastest run of almost no sampled maze.
+const DETOUR: i32 = 4;
+
+/// The mouse prefers cells far from the start, because it can visit the others on its way back. It
+/// takes one step more for this many steps of difference.
+const STEPS_FROM_START: i32 = 8;
+
+impl FastestPathSearch {
+    /// Creates the strategy in its initial state. The mouse stops exploring when the best known run
+    /// is proven to be within the tolerance of the fastest run.
+    pub fn new(vehicle: Vehicle, tolerance: Tolerance) -> Self {
+        Self::with_planner(Planner::new(vehicle), tolerance)
+    }
+
+    /// Creates the strategy with the tables of a planner. This is faster than [`new`](Self::new) if
+    /// a program creates several strategies for the same vehicle.
+    pub fn with_planner(planner: Planner, tolerance: Tolerance) -> Self {
+        Self {
+            leg: Leg::ToGoal,
+            planner,
+            tolerance,
+            bounds: RunBounds::default(),
+            samples: SampledRuns::default(),
+            visited: CellSet::EMPTY,
+            target: None,
+            distances: Distances::unreachable(MazeSize::CLASSIC),
+            goal_corners: None,
+            route: Vec::new(),
+        }
+    }
+
+    /// Returns the vehicle.
+    pub const fn vehicle(&self) -> &Vehicle {
+        self.planner.vehicle()
+    }
+
+    /// Returns the bounds on the time of the fastest run. The mouse computes them while it explores,
+    /// so both are `None` before it has reached the goal.
+    pub fn bounds(&self) -> TimeBounds {
+        self.bounds.times()
+    }
+
+    /// Plans the next steps. If the current part of the search (see [`Leg`]) is complete, begins the
+    /// next one.
+    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
+        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
+        if self.leg == Leg::ToGoal {
+            if !self.distances.is_downhill_open(open, cell) {
+                self.distances.reflood(open, map.goals());
+            }
+            if map.goals().contains(cell) {
+                self.leg = Leg::Explore;
+            } else if self.distances.at(cell).is_none() {
+                self.leg = Leg::GiveUp;
+            }
+        }
+        if self.leg == Leg::Explore {
+            let before = self.target;
+            self.target = self.exploration_target(map, cell);
+            let is_valid = self.target == before && self.distances.is_downhill_open(open, cell);
+            match self.target {
+                None => self.leg = Leg::Return,
+                Some(_) if is_valid => {}
+                Some(target) => self.distances.reflood(open, &only(target)),
+            }
+        }
+        if matches!(self.leg, Leg::Return | Leg::GiveUp) {
+            let known = Distances::flood(closed, &only(map.start().cell));
+            self.distances.reflood(open, &only(map.start().cell));
+            if self.distances.at(cell) >= known.at(cell) {
+                self.distances = known;
+            }
+        }
+        if self.leg == Leg::Return && cell == map.start().cell {
+            self.leg = Leg::FastRun;
+            self.bounds.update(&mut self.planner, map);
+            self.route = fastest_known_route(&mut self.planner, map).unwrap_or_default();
+            if let Some(&end) = self.route.last() {
+                self.distances.reflood(closed, &only(end));
+            }
+            self.route.reverse();
+            self.route.pop();
+        }
+    }
+
+    /// Selects the cell that the mouse explores next. Returns `None` if the bounds are close enough.
+    fn exploration_target(&mut self, map: &KnownMaze, mouse: Cell) -> Option<Cell> {
+        self.bounds.update(&mut self.planner, map);
+        if self.bounds.times().are_within(self.tolerance) {
+            return None;
+        }
+        let optimistic = self.bounds.optimistic()?.cells_beside_unknown_walls(map);
+        self.samples.update(&mut self.planner, map);
+        let (runs, counts) = self.samples.count(map);
+        let open = map.walls(Unknown::Open);
+        let from_mouse = Distances::flood(open, &only(mouse));
+        let from_start = Distances::flood(open, &only(map.start().cell));
+        // In steps, multiplied by both divisors.
+        let cost = |cell: Cell| {
+            let steps = i32::from(from_mouse.at(cell)?);
+            let home = i32::from(from_start.at(cell)?);
+            let others = if optimistic.contains(cell) { 0 } else { runs - counts.at(cell) };
+            let detour = DETOUR * others;
+            Some((
+                runs.max(1) * (STEPS_FROM_START * steps - home) + STEPS_FROM_START * detour,
+                steps,
+            ))
+        };
+        let candidates = (optimistic | counts.cells(map.size())) - *map.visited();
+        let costs = candidates.iter().filter_map(|cell| Some((cost(cell)?, cell)));
+        costs.min_by_key(|&(cost, _)| cost).map(|(_, cell)| cell)
+    }
+
+    /// Returns true if the current part of the search ends when the mouse enters `cell`.
+    fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
+        match self.leg {
+            Leg::ToGoal => map.goals().contains(cell),
+            Leg::Return => cell == map.start().cell,
+            Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
+        }
+    }
+
+    /// Returns the step to the neighbour that is nearest to the target. Among equally near
+    /// neighbours, prefers the one with the smallest of the other numbers.
+    fn step_downhill(&self, map: &KnownMaze, pose: Pose, others: [u8; 4]) -> Option<Step> {
+        let mut numbers = self.distances.raw_around(pose.cell).map(u32::from);
+        for (number, other) in numbers.iter_mut().zip(others) {
+            *number = *number << 8 | u32::from(other);
+        }
+        let (step, number) = step_to_least(map, pose, numbers)?;
+        (number >> 8 < UNREACHABLE.into()).then_some(step)
+    }
+}
+
+impl Default for FastestPathSearch {
+    fn default() -> Self {
+        Self::new(Vehicle::expert(), Tolerance::ZERO)
+    }
+}
+
+impl Strategy for FastestPathSearch {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        let cell = pose.cell;
+        let is_new = self.visited.insert(cell) || cell == map.start().cell;
+        if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
+            self.plan(map, cell);
+        }
+        let step = match self.leg {
+            Leg::FastRun => {
+                let Some(next) = self.route.pop() else { return Ok(Move::Stop) };
+                let leads_there = |step: &Step| pose.after(*step).is_some_and(|to| to.cell == next);
+                Step::ALL.into_iter().find(leads_there)
+            }
+            Leg::GiveUp if map.start().cell == cell => {
+                return Err(SearchError::GoalUnreachable { cell });
+            }
+            Leg::ToGoal => {
+                let corners = *self.goal_corners.get_or_insert_with(|| corners(map.goals()));
+                self.step_downhill(map, pose, crow_flies_around(cell, corners))
+            }
+            Leg::Explore | Leg::Return | Leg::GiveUp => {
+                let is_visited = |heading| {
+                    let next = cell.neighbour(heading);
+                    u8::from(next.is_some_and(|next| map.visited().contains(next)))
+                };
+                self.step_downhill(map, pose, Heading::ALL.map(is_visited))
+            }
+        };
+        step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
+    }
+
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        self.distances.at(cell)
+    }
+
+    fn phase(&self) -> Phase {
+        match self.leg {
+            Leg::ToGoal | Leg::Explore => Phase::SearchRun,
+            Leg::Return | Leg::GiveUp => Phase::ReturnRun,
+            Leg::FastRun => Phase::FastRun,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_fastrun::fastest;
+    use mmsim_maze::{Maze, Walls};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::driver::SearchDriver;
+    use crate::mouse::Mouse;
+    use crate::stats::SearchStats;
+    use crate::testing::{Outcome, search};
+
+    #[test]
+    fn proves_the_fastest_run_and_drives_it() {
+        let maze = "\
+o---o---o---o---o
+|               |
+o   o   o   o   o
+|   | G |   |   |
+o   o   o   o   o
+|               |
+o   o---o---o---o
+| S |           |
+o---o---o---o---o
+";
+        let outcome = search(FastestPathSearch::default(), maze, 1000);
+        assert_eq!(outcome.result, Ok(Move::Stop));
+        insta::assert_snapshot!(outcome.drawing, @"
+        o---o---o---o---o
+        | 2   1   2 .   |
+        o   o   o . o . o
+        | 3 | ^ |   .   |
+        o   o   o . o . o
+        | 2   1   2 .   |
+        o   o---o . o . o
+        | 3 |   .   .   |
+        o---o---o---o---o
+        ");
+    }
+
+    #[test]
+    fn the_fastest_run_depends_on_the_vehicle() {
+        let maze = "\
+o---o---o---o---o
+|             G |
+o   o   o   o---o
+|               |
+o   o   o   o   o
+|               |
+o   o   o   o   o
+| S             |
+o---o---o---o---o
+"
+        .parse()
+        .unwrap();
+        // The slow mouse avoids turns, the fast one drives along the diagonal. At the start, both make
+        // a half turn.
+        for (vehicle, turns) in [(Vehicle::ukmars(), 3), (Vehicle::expert(), 7)] {
+            let (_, result, stats) =
+                explore(&maze, FastestPathSearch::new(vehicle, Tolerance::ZERO));
+            assert_eq!(result, Ok(Move::Stop));
+            assert_eq!((stats.fast_run.steps, stats.fast_run.turns), (6, turns));
+        }
+    }
+
+    #[test]
+    fn reports_an_unreachable_goal_at_the_start() {
+        let unreachable = Err(SearchError::GoalUnreachable { cell: Cell::new(0, 0) });
+        let maze = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+        let Outcome { result, steps, .. } = search(FastestPathSearch::default(), maze, 1000);
+        assert_eq!((result, steps), (unreachable, 4));
+    }
+
+    #[test]
+    fn stops_if_the_start_is_a_goal() {
+        for maze in ["o---o\n|SG |\no---o\n", "o---o---o\n| G |SG |\no---o---o\n"] {
+            let Outcome { result, steps, .. } = search(FastestPathSearch::default(), maze, 1000);
+            assert_eq!((result, steps), (Ok(Move::Stop), 0));
+        }
+    }
+
+    /// Searches a maze. Returns the mouse at the beginning of its fast run or after its failure, the
+    /// result and the steps.
+    fn explore(
+        maze: &Maze,
+        strategy: FastestPathSearch,
+    ) -> (Mouse<FastestPathSearch>, Result<Move, SearchError>, SearchStats) {
+        let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(maze), maze.start());
+        // The strategy plans again only in unvisited cells.
+        let area = maze.size().area();
+        let max_states = u32::try_from((area + 3) * area).unwrap();
+        let mut driver = SearchDriver::new(&mut mouse, max_states);
+        let mut explored = None;
+        while driver.advance_in(maze) == Ok(true) {
+            if driver.phase() == Phase::FastRun && explored.is_none() {
+                explored = Some(driver.mouse().clone());
+            }
+        }
+        let (result, stats) = (driver.decision().unwrap(), *driver.stats());
+        assert!(stats.steps() + 1 < max_states);
+        (explored.unwrap_or(mouse), result, stats)
+    }
+
+    proptest! {
+        #[test]
+        fn proves_the_fastest_run_or_reports_an_unreachable_goal(
+            (width, height) in (1usize..=16, 1usize..=16),
+            density in 0.0..0.7,
+            rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
+            start in (0u8..32, 0u8..32),
+            goals in prop::collection::vec((0u8..32, 0u8..32), 0..5),
+            preset in prop::sample::select(&Vehicle::PRESETS[..]),
+            tolerance in prop_oneof![Just(0.0), 0.0..0.5],
+        ) {
+            let size = MazeSize::new(width, height).unwrap();
+            let mut walls = Walls::open(size);
+            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
+                walls.set(cell, Heading::North, rolls[0] < density);
+                walls.set(cell, Heading::East, rolls[1] < density);
+            }
+            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let goals = goals.into_iter().map(inside).collect();
+            let maze = Maze::new(walls, inside(start), goals).unwrap();
+            let vehicle = Vehicle::preset(preset).unwrap();
+            let strategy = FastestPathSearch::new(vehicle.clone(), Tolerance::new(tolerance).unwrap());
+            let (mouse, result, stats) = explore(&maze, strategy);
+            let cell = maze.start().cell;
+            if let Ok(optimal) = fastest(maze.walls(), cell, maze.goals(), &vehicle) {
+                let optimal = optimal.time(&vehicle).unwrap();
+                let known = mouse.map().walls(Unknown::Closed);
+                let known = fastest(known, cell, maze.goals(), &vehicle).unwrap();
+                let time = known.time(&vehicle).unwrap();
+                let bounds = mouse.strategy().bounds();
+                let (lower, upper) = (bounds.optimistic.unwrap(), bounds.pessimistic.unwrap());
+                prop_assert!((upper - time).abs() < 1e-9);
+                prop_assert!(lower < optimal + 1e-9 && optimal < upper + 1e-9);
+                prop_assert!(upper < (1.0 + tolerance) * lower + 1e-8);
+                prop_assert_eq!(result, Ok(Move::Stop));
+                prop_assert_eq!(stats.fast_run.steps as usize, known.cells().len() - 1);
+            } else {
+                prop_assert_eq!(mouse.pose().cell, cell);
+                prop_assert_eq!(result, Err(SearchError::GoalUnreachable { cell }));
+            }
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Bounds on the time of the fastest run in a maze with unknown walls.
+
+use mmsim_fastrun::{FastRun, Planner, Point};
+use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown, WallState, Walls};
+
+use crate::tolerance::Tolerance;
+
+/// Bounds on the time of the fastest run from the start to the goal, in seconds from rest to rest.
+///
+/// ```
+/// use mmsim_fastrun::{Planner, Vehicle};
+/// use mmsim_maze::{KnownMaze, Maze};
+/// use mmsim_solvers::{TimeBounds, Tolerance};
+/// let maze: Maze = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n".parse()?;
+/// let mut map = KnownMaze::unexplored(&maze);
+/// let mut planner = Planner::new(Vehicle::expert());
+/// let bounds = TimeBounds::new(&map, &mut planner);
+/// assert!(bounds.optimistic.is_some() && bounds.pessimistic.is_none());
+/// map.observe(maze.start(), maze.walls().around(maze.start()))?;
+/// assert!(!TimeBounds::new(&map, &mut planner).are_within(Tolerance::ZERO));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeBounds {
+    /// The time of the fastest run with all unknown walls open, or `None` if known walls block every
+    /// run.
+    pub optimistic: Option<f64>,
+    /// The time of the fastest run that crosses no unknown wall, or `None` if no run is known.
+    pub pessimistic: Option<f64>,
+}
+
+/// Equal times of different runs may differ by this much due to rounding, in seconds.
+const ROUNDING: f64 = 1e-9;
+
+impl TimeBounds {
+    /// Computes the bounds for the vehicle of a planner.
+    #[must_use]
+    pub fn new(map: &KnownMaze, planner: &mut Planner) -> Self {
+        let [optimistic, pessimistic] = [Unknown::Open, Unknown::Closed]
+            .map(|unknown| PlannedRun::plan(planner, map, map.walls(unknown)).map(|run| run.time));
+        Self { optimistic, pessimistic }
+    }
+
+    /// Returns true if a run is known, and no run can be so much faster that the known run exceeds
+    /// the tolerance.
+    pub fn are_within(&self, tolerance: Tolerance) -> bool {
+        self.loss().is_some_and(|loss| loss <= tolerance.ratio())
+    }
+
+    /// Returns the share of the fastest run's time by which the known run may at most be slower: 0
+    /// if it is proven to be fastest. Returns `None` if no run is known.
+    pub fn loss(&self) -> Option<f64> {
+        let (lower, upper) = (self.optimistic?, self.pessimistic?);
+        let difference = upper - lower;
+        Some(if difference <= ROUNDING { 0.0 } else { difference / lower })
+    }
+}
+
+/// The bounds during a search. Plans an optimistic run only if a wall blocks the previous one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RunBounds {
+    optimistic: Option<PlannedRun>,
+    pessimistic: Option<f64>,
+}
+
+impl RunBounds {
+    /// Updates the bounds after the mouse has read further walls.
+    pub(crate) fn update(&mut self, planner: &mut Planner, map: &KnownMaze) {
+        let open = map.walls(Unknown::Open);
+        if !self.optimistic.as_ref().is_some_and(|run| run.is_possible(open)) {
+            self.optimistic = PlannedRun::plan(planner, map, open);
+        }
+        let known = PlannedRun::plan(planner, map, map.walls(Unknown::Closed));
+        self.pessimistic = known.map(|run| run.time);
+    }
+
+    /// Returns the fastest run with all unknown walls open, or `None` if known walls block every
+    /// run.
+    pub(crate) const fn optimistic(&self) -> Option<&PlannedRun> {
+        self.optimistic.as_ref()
+    }
+
+    /// Returns the times.
+    pub(crate) fn times(&self) -> TimeBounds {
+        let optimistic = self.optimistic.as_ref().map(|run| run.time);
+        TimeBounds { optimistic, pessimistic: self.pessimistic }
+    }
+}
+
+/// A run with its time.
+#[derive(Clone, Debug)]
+pub(crate) struct PlannedRun {
+    /// The time from rest to rest, in seconds.
+    time: f64,
+    points: Vec<Point>,
+}
+
+impl PlannedRun {
+    /// Plans the fastest run, or returns `None` if there is none.
+    pub(crate) fn plan(planner: &mut Planner, map: &KnownMaze, walls: &Walls) -> Option<Self> {
+        let run = planner.plan(walls, map.start().cell, map.goals()).ok()?.clone();
+        let time = run.time(planner.vehicle()).ok()?;
+        Some(Self { time, points: run.points() })
+    }
+
+    /// Returns true if none of these walls blocks the run.
+    fn is_possible(&self, walls: &Walls) -> bool {
+        self.points.iter().all(|point| point.is_free(walls))
+    }
+
+    /// Returns the cells on both sides of each unknown wall that the run crosses. A mouse that
+    /// enters one of these cells reads the wall.
+    pub(crate) fn cells_beside_unknown_walls(&self, map: &KnownMaze) -> CellSet {
+        let walls = self.points.iter().filter_map(|point| point.wall());
+        let unknown = walls.filter(|&(cell, side)| map.wall(cell, side) == WallState::Unknown);
+        unknown.flat_map(|(cell, side)| [Some(cell), cell.neighbour(side)]).flatten().collect()
+    }
+}
+
+/// Returns the cells of the fastest run through known walls, or `None` if no run is known.
+pub(crate) fn fastest_known_route(planner: &mut Planner, map: &KnownMaze) -> Option<Vec<Cell>> {
+    let walls = map.walls(Unknown::Closed);
+    planner.plan(walls, map.start().cell, map.goals()).ok().map(FastRun::cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_fastrun::{Vehicle, dijkstra};
+    use mmsim_maze::{Heading, MazeSize, Pose};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_bounds_equal_the_naive_ones(
+            rolls in prop::collection::vec(0.0..1.0, 128),
+            density in 0.0..0.5,
+            seen in prop::collection::vec((0u8..8, 0u8..8), 0..60),
+        ) {
+            let size = MazeSize::new(8, 8).unwrap();
+            let mut walls = Walls::open(size);
+            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
+                walls.set(cell, Heading::North, rolls[0] < density);
+                walls.set(cell, Heading::East, rolls[1] < density);
+            }
+            let start = Cell::new(0, 0);
+            let mut map = KnownMaze::new(size, start, size.central_cells());
+            let vehicle = Vehicle::ares();
+            let (mut planner, mut bounds) =
+                (Planner::new(vehicle.clone()), RunBounds::default());
+            for (x, y) in seen {
+                let pose = Pose::new(Cell::new(x, y), Heading::North);
+                map.observe(pose, walls.around(pose)).unwrap();
+                bounds.update(&mut planner, &map);
+            }
+            bounds.update(&mut planner, &map);
+            let [open, closed] = [Unknown::Open, Unknown::Closed].map(|unknown| {
+                dijkstra(map.walls(unknown), start, map.goals(), &vehicle).map(|(_, time)| time)
+            });
+            let are_near = |found: Option<f64>, expected: Option<f64>| match (found, expected) {
+                (Some(found), Some(expected)) => (found - expected).abs() < 1e-9,
+                _ => found == expected,
+            };
+            let is_proven = open.is_some() && are_near(closed, open);
+            for times in [bounds.times(), TimeBounds::new(&map, &mut planner)] {
+                prop_assert!(are_near(times.optimistic, open));
+                prop_assert!(are_near(times.pessimistic, closed));
+                prop_assert_eq!(times.are_within(Tolerance::ZERO), is_proven);
+                prop_assert_eq!(times.loss().is_some(), closed.is_some());
+            }
+            if let Some(run) = bounds.optimistic() {
+                let cells = run.cells_beside_unknown_walls(&map);
+                prop_assert!(is_proven || !cells.is_empty());
+            }
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Fastest runs in random completions of a partly known maze.
+
+use mmsim_fastrun::Planner;
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
+
+use crate::run_bounds::PlannedRun;
+
+/// The fastest runs in random mazes that agree with all known walls. The more of these runs cross a
+/// wall, the more likely the fastest run in the actual maze crosses it.
+///
+/// The walls of a sample that are still unknown never change, so most readings change only some of
+/// the samples.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SampledRuns {
+    samples: Vec<Sample>,
+}
+
+#[derive(Clone, Debug)]
+struct Sample {
+    /// The walls that stand if they are unknown.
+    random: Walls,
+    /// The known walls, and the random walls where the map is unknown.
+    walls: Option<Walls>,
+    run: Option<PlannedRun>,
+}
+
+/// The number of sampled mazes.
+const SAMPLES: u64 = 12;
+
+impl SampledRuns {
+    /// Updates the runs after the mouse has read further walls.
+    pub(crate) fn update(&mut self, planner: &mut Planner, map: &KnownMaze) {
+        if self.samples.is_empty() {
+            self.samples.extend((0..SAMPLES).map(|seed| Sample::new(seed, map.size())));
+        }
+        for sample in &mut self.samples {
+            sample.update(planner, map);
+        }
+    }
+
+    /// Returns the number of runs, and for each unvisited cell beside an unknown wall the number of
+    /// runs that cross this wall. Samples in which the goal is unreachable have no run.
+    pub(crate) fn count(&self, map: &KnownMaze) -> (i32, CellCounts) {
+        let mut counts = CellCounts([0; MazeSize::MAX_AREA]);
+        let runs = self.samples.iter().filter_map(|sample| sample.run.as_ref());
+        let mut number = 0;
+        for run in runs {
+            number += 1;
+            let unvisited = run.cells_beside_unknown_walls(map) - *map.visited();
+            for cell in &unvisited {
+                counts.0[index(cell)] += 1;
+            }
+        }
+        (number, counts)
+    }
+}
+
+/// A number for each cell.
+pub(crate) struct CellCounts([u8; MazeSize::MAX_AREA]);
+
+impl CellCounts {
+    /// Returns the number of a cell of the maze.
+    pub(crate) fn at(&self, cell: Cell) -> i32 {
+        self.0[index(cell)].into()
+    }
+
+    /// Returns the cells of a maze whose number is not 0.
+    pub(crate) fn cells(&self, size: MazeSize) -> CellSet {
+        size.cells().filter(|&cell| self.at(cell) > 0).collect()
+    }
+}
+
+fn index(cell: Cell) -> usize {
+    usize::from(cell.y) * usize::from(MazeSize::MAX_SIDE) + usize::from(cell.x)
+}
+
+impl Sample {
+    fn new(seed: u64, size: MazeSize) -> Self {
+        let mut state = seed << 32;
+        // The upper half of each number. Three eighths of all walls stand.
+        let mut bits = || (next_random(&mut state) >> 32) as u32;
+        let mut rows = || core::array::from_fn(|_| bits() & (bits() | bits()));
+        let random = Walls::from_rows(size, rows(), rows());
+        Self { random, walls: None, run: None }
+    }
+
+    fn update(&mut self, planner: &mut Planner, map: &KnownMaze) {
+        let walls = combined(map, &self.random);
+        if self.walls.as_ref() != Some(&walls) {
+            self.run = PlannedRun::plan(planner, map, &walls);
+            self.walls = Some(walls);
+        }
+    }
+}
+
+/// Returns the known walls, and those of `random` where the map is unknown.
+fn combined(map: &KnownMaze, random: &Walls) -> Walls {
+    let (certain, possible) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
+    let rows = |rows: fn(&Walls) -> &[u32; 32]| {
+        let (certain, possible, random) = (rows(certain), rows(possible), rows(random));
+        core::array::from_fn(|y| certain[y] | possible[y] & random[y])
+    };
+    Walls::from_rows(map.size(), rows(Walls::north_rows), rows(Walls::east_rows))
+}
+
+/// Returns the next number of the generator `SplitMix64` (Steele, Lea and Flood, 2014).
+const fn next_random(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mixed = (*state ^ *state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ mixed >> 31
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_fastrun::Vehicle;
+    use mmsim_maze::{Heading, Maze, Pose, WallState};
+
+    use super::*;
+
+    #[test]
+    fn samples_agree_with_the_known_walls() {
+        let size = MazeSize::new(16, 9).unwrap();
+        let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
+        let states = [WallState::Present, WallState::Absent, WallState::Unknown];
+        let sides = |cell| [Heading::North, Heading::East].map(|side| (cell, side));
+        for ((cell, side), &state) in size.cells().flat_map(sides).zip(states.iter().cycle()) {
+            map.set_wall(cell, side, state);
+        }
+        let (random, other) = (Sample::new(1, size).random, Sample::new(2, size).random);
+        assert_ne!(random, other);
+        let walls = combined(&map, &random);
+        for (cell, side) in size.cells().flat_map(sides) {
+            let expected = match map.wall(cell, side) {
+                WallState::Present => true,
+                WallState::Absent => false,
+                WallState::Unknown => random.has(cell, side),
+            };
+            assert_eq!(walls.has(cell, side), expected, "{cell} {side}");
+        }
+    }
+
+    #[test]
+    fn three_eighths_of_the_random_walls_stand() {
+        let size = MazeSize::HALF_SIZE;
+        let mut present = 0;
+        for seed in 0..SAMPLES {
+            let walls = Sample::new(seed, size).random;
+            let sides = |cell| [Heading::North, Heading::East].map(|side| (cell, side));
+            let inner = size.cells().flat_map(sides);
+            let inner = inner.filter(|&(cell, side)| size.neighbour(cell, side).is_some());
+            present += inner.filter(|&(cell, side)| walls.has(cell, side)).count();
+        }
+        let expected = 12.0 * 2.0 * 31.0 * 32.0 * 0.375;
+        assert!(
+            (f64::from(u32::try_from(present).unwrap()) / expected - 1.0).abs() < 0.05,
+            "{present}"
+        );
+    }
+
+    #[test]
+    fn every_run_through_a_corridor_counts_its_unvisited_cells() {
+        let maze: Maze = "\
+o---o---o---o---o
+|             G |
+o---o---o   o---o
+| S             |
+o---o---o---o---o
+"
+        .parse()
+        .unwrap();
+        let mut map = KnownMaze::unexplored(&maze);
+        let mut planner = Planner::new(Vehicle::expert());
+        let mut runs = SampledRuns::default();
+        for cell in [Cell::new(0, 0), Cell::new(1, 0), Cell::new(2, 0)] {
+            for heading in [Heading::North, Heading::South] {
+                let pose = Pose::new(cell, heading);
+                map.observe(pose, maze.walls().around(pose)).unwrap();
+            }
+        }
+        // Every run passes the wall to the east of (2, 1) and crosses (3, 1).
+        map.set_wall(Cell::new(3, 0), Heading::North, WallState::Present);
+        runs.update(&mut planner, &map);
+        let (number, counts) = runs.count(&map);
+        assert!(number > 0, "all samples close the last wall");
+        assert_eq!([(2, 1), (3, 1)].map(|(x, y)| counts.at(Cell::new(x, y))), [number; 2]);
+        assert_eq!(counts.at(Cell::new(2, 0)), 0, "visited");
+        assert!(counts.cells(map.size()).iter().eq([Cell::new(2, 1), Cell::new(3, 1)]));
+    }
+}
