@@ -16,10 +16,8 @@ pub(crate) mod times;
 mod track;
 mod workers;
 
-use std::collections::BTreeSet;
 use std::error::Error;
 use std::num::NonZero;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
@@ -62,7 +60,7 @@ const FIRST_MAZES: usize = 3;
 
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let candidates = args.candidates.select("compare")?;
-    let Inputs { mazes, all_readable } = distinct_mazes(&args.mazes);
+    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
     prepare_files(args)?;
     let report = compare(&candidates, &mazes, args)?;
     if args.json {
@@ -82,14 +80,6 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         replace(file, report.html(&mazes, args.vehicle.as_ref()).as_bytes())?;
     }
     Ok(all_readable)
-}
-
-/// Reads the named mazes, each once.
-pub(crate) fn distinct_mazes(names: &[PathBuf]) -> Inputs {
-    let mut inputs = Inputs::read_or_default(names);
-    let mut paths = BTreeSet::new();
-    inputs.mazes.retain(|selected| paths.insert(selected.path.clone()));
-    inputs
 }
 
 /// Creates the folder for charts and checks that of the report, before searches that may take

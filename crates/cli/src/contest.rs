@@ -15,7 +15,7 @@ use standings::{MazeResult, Standing};
 
 use crate::compare::candidate::Candidate;
 use crate::compare::search_speed::SearchSpeed;
-use crate::compare::{distinct_mazes, search_all, unique_names};
+use crate::compare::{search_all, unique_names};
 use crate::exploration::Exploration;
 use crate::inputs::Inputs;
 use crate::output::{print, print_csv, print_pretty_json};
@@ -41,7 +41,7 @@ struct Contest {
 
 pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let candidates = args.candidates.select("contest")?;
-    let Inputs { mazes, all_readable } = distinct_mazes(&args.mazes);
+    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
     let rules = args.rules();
     let exploration = Exploration::new(args.vehicle.clone(), args.candidates.tolerance);
     let figures = search_all(&candidates, &mazes, args.limits(), &exploration, args.jobs)?;

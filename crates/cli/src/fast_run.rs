@@ -2,14 +2,13 @@
 
 pub(crate) mod args;
 mod c_array;
-mod driven;
+pub(crate) mod driven;
 pub(crate) mod picture;
 mod report;
 mod samples;
 mod table;
 mod text;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use mmsim_fastrun::{Planner, Vehicle};
@@ -33,9 +32,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         return Ok(true);
     }
     let prints_export = args.exports_to_stdout()?;
-    let Inputs { mut mazes, all_readable } = Inputs::read_or_default(&args.mazes);
-    let mut paths = BTreeSet::new();
-    mazes.retain(|selected| paths.insert(selected.path.clone()));
+    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
     if let Some(option) = args.export() {
         if mazes.is_empty() {
             return Ok(false);

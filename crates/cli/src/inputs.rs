@@ -1,5 +1,6 @@
 //! The mazes named on the command line.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use mmsim_formats::Catalogue;
@@ -28,8 +29,9 @@ impl Inputs {
         inputs
     }
 
-    /// Reads the named mazes, or all mazes of the default collection if there are no names.
-    pub(crate) fn read_or_default(names: &[PathBuf]) -> Self {
+    /// Reads the named mazes, each once, or all mazes of the default collection if there are no
+    /// names.
+    pub(crate) fn read_distinct_or_default(names: &[PathBuf]) -> Self {
         let mut inputs = Self::read(names);
         if names.is_empty() {
             match Collection::at(None) {
@@ -37,6 +39,8 @@ impl Inputs {
                 Err(error) => inputs.skip(&error),
             }
         }
+        let mut paths = BTreeSet::new();
+        inputs.mazes.retain(|selected| paths.insert(selected.path.clone()));
         inputs
     }
 

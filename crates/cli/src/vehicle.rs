@@ -9,9 +9,9 @@ use mmsim_maze::Escaped;
 
 use crate::output::warn;
 
-/// The help for `--vehicle`.
-pub(crate) const VEHICLE_HELP: &str = "\
-    Vehicle: ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
+/// The possible values of `--vehicle`, for its help.
+pub(crate) const VEHICLES: &str =
+    "ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
 
 /// The maximum size of a vehicle file, in bytes.
 const MAX_BYTES: u64 = 1 << 20;

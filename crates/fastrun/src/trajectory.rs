@@ -228,6 +228,11 @@ impl Trajectory {
         self.end.distance
     }
 
+    /// Returns the greatest speed, in mm/s.
+    pub fn top_speed(&self) -> f64 {
+        self.segments.iter().map(Segment::top_speed).fold(0.0, libm::fmax)
+    }
+
     /// Returns half the distance between the centres of two neighbouring cells, in mm. It converts
     /// the coordinates of a [`Moment`] to cells.
     pub const fn half_cell(&self) -> f64 {

@@ -7,7 +7,7 @@ use axum::extract::{Path, Query, State};
 use mmsim_fastrun::{
     FastRun, Moment, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
-use mmsim_maze::{Cell, CellSet, Maze, Unknown, Walls};
+use mmsim_maze::{CellSet, Maze, Unknown};
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
@@ -128,21 +128,9 @@ pub(crate) fn in_maze(maze: &Maze, vehicle: &Vehicle) -> Vec<RouteRun> {
     };
     let mut runs = vec![run("fastest", planner.plan(walls, start, goals))];
     for route in Route::ALL {
-        runs.push(run(route.name(), plan(&mut planner, route, walls, start, goals)));
+        runs.push(run(route.name(), planner.plan_route(route, walls, start, goals)));
     }
     runs
-}
-
-/// Finds the fastest run along a route.
-fn plan<'a>(
-    planner: &'a mut Planner,
-    route: Route,
-    walls: &Walls,
-    start: Cell,
-    goals: &CellSet,
-) -> Result<&'a FastRun, NoRun> {
-    let cells = route.cells(walls, start, goals)?;
-    planner.plan_along(walls.size(), &cells)
 }
 
 /// Returns an error as a sentence.
@@ -175,7 +163,6 @@ impl TimedRun {
     fn new(run: &FastRun, trajectory: &Trajectory, goals: &CellSet) -> Self {
         let segments = trajectory.segments();
         let Moment { x, y, .. } = trajectory.at(0.0);
-        let top_speed = segments.iter().map(Segment::top_speed).fold(0.0, f64::max);
         Self {
             text: run.to_string(),
             duration: rounded(trajectory.duration()),
@@ -183,7 +170,7 @@ impl TimedRun {
             length: rounded(trajectory.length()),
             cells: run.cells().len() - 1,
             turns: run.turns().len(),
-            top_speed: rounded(top_speed),
+            top_speed: rounded(trajectory.top_speed()),
             x: rounded(x),
             y: rounded(y),
             half_cell: trajectory.half_cell(),

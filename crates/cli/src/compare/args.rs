@@ -14,7 +14,7 @@ use super::search_speed::SearchSpeed;
 use crate::args::{one_of, parse_seconds};
 use crate::solve::args::strategy_value;
 use crate::usage::UsageError;
-use crate::vehicle::parse_vehicle;
+use crate::vehicle::{VEHICLES, parse_vehicle};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -55,10 +55,15 @@ pub(crate) struct CompareArgs {
     /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
-    /// Calculate the times of fast runs for a vehicle: ukmars (beginner), ares (hobby), expert
-    /// (contest), kerise (half-size), or a TOML file. Without it, fastest-path-search explores for
-    /// expert
-    #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle)]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        value_parser = parse_vehicle,
+        help = format!(
+            "Calculate the times of fast runs for a vehicle: {VEHICLES}. Without it, \
+             fastest-path-search explores for expert"
+        )
+    )]
     pub(crate) vehicle: Option<Vehicle>,
     /// Seconds per cell and per quarter turn while a mouse searches
     #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT, requires = "vehicle")]

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::figures::{Figures, SearchOutcome};
 use super::search_speed::SearchSpeed;
+use crate::fast_run::driven::loss;
 
 /// The times of a mouse with a vehicle. The field names are JSON keys and CSV column names. All
 /// values except that of the search and the fastest run of the maze are `None` unless the mouse
@@ -62,7 +63,9 @@ impl Timing {
             Times {
                 search_time_s: tenth_of_ms(search_time),
                 fast_run_time_s,
-                fast_run_loss_percent: fast_run_time_s.zip(optimal_time_s).map(loss),
+                fast_run_loss_percent: fast_run_time_s
+                    .zip(optimal_time_s)
+                    .map(|(time, optimal)| loss(time, optimal)),
                 total_time_s: fast_run_time_s.map(|time| tenth_of_ms(at_start + time)),
                 known_run_time_s: known_walls.and_then(|walls| self.fastest(planner, maze, walls)),
                 optimal_time_s,
@@ -119,11 +122,6 @@ pub(crate) fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
 
 fn saturate(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
-}
-
-/// Returns how much longer a time is than the least time, in percent.
-fn loss((time, least): (f64, f64)) -> f64 {
-    if least > 0.0 { (time / least - 1.0).max(0.0) * 100.0 } else { 0.0 }
 }
 
 /// Rounds a time in s to 0.1 ms.

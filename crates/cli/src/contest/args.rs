@@ -11,7 +11,7 @@ use crate::args::{one_of, parse_seconds};
 use crate::compare::SearchLimits;
 use crate::compare::args::CandidateArgs;
 use crate::compare::search_speed::SearchSpeed;
-use crate::vehicle::{VEHICLE_HELP, parse_vehicle};
+use crate::vehicle::{VEHICLES, parse_vehicle};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -57,7 +57,7 @@ pub(crate) struct ContestArgs {
         value_name = "NAME|FILE",
         default_value = "expert",
         value_parser = parse_vehicle,
-        help = VEHICLE_HELP
+        help = format!("Vehicle: {VEHICLES}")
     )]
     pub(crate) vehicle: Vehicle,
     /// Seconds per cell and per quarter turn while a mouse searches or returns

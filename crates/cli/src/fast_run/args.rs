@@ -9,7 +9,7 @@ use mmsim_fastrun::{Route, Vehicle};
 use super::picture::PictureArgs;
 use crate::args::{each_once, one_of};
 use crate::usage::UsageError;
-use crate::vehicle::{GivenVehicle, VEHICLE_HELP, each_vehicle_once, parse_given_vehicle};
+use crate::vehicle::{GivenVehicle, VEHICLES, each_vehicle_once, parse_given_vehicle};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -41,7 +41,7 @@ pub(crate) struct FastRunArgs {
         value_name = "NAME|FILE",
         default_value = "expert",
         value_parser = parse_given_vehicle,
-        help = format!("{VEHICLE_HELP}; may be repeated")
+        help = format!("Vehicle: {VEHICLES}; may be repeated")
     )]
     vehicle: Vec<GivenVehicle>,
     /// Comma-separated list of routes to drive; may be repeated

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use mmsim_fastrun::{FastRun, Planner, Route, Segment, Trajectory, TurnKind, Vehicle};
+use mmsim_fastrun::{FastRun, Planner, Trajectory, TurnKind, Vehicle};
 
 use super::args::RouteChoice;
 use crate::selection::Selected;
@@ -36,44 +36,32 @@ impl<'a> Attempt<'a> {
         planner: &mut Planner,
         routes: &[RouteChoice],
     ) -> Vec<Self> {
-        let fastest = plan(maze, planner).and_then(|run| Ok((run.time(vehicle)?, run)));
-        let mut drive = |route| {
-            let (least, fastest) = fastest.as_ref().map_err(ToString::to_string)?;
-            let driven = match route {
-                RouteChoice::Fastest => Ok(fastest.clone()),
-                RouteChoice::Along(route) => plan_along(maze, planner, route),
+        let (walls, start, goals) = (maze.maze.walls(), maze.maze.start().cell, maze.maze.goals());
+        let mut drive = |route| -> Result<_, Box<dyn Error>> {
+            let run = match route {
+                RouteChoice::Fastest => planner.plan(walls, start, goals)?,
+                RouteChoice::Along(route) => planner.plan_route(route, walls, start, goals)?,
             };
-            let driven = driven.and_then(|run| Ok((run.drive(vehicle)?, run)));
-            let (trajectory, run) = driven.map_err(|error| error.to_string())?;
-            let gate_to_gate = trajectory.gate_to_gate(maze.maze.goals());
-            let loss = loss(trajectory.duration(), *least);
-            Ok(Driven { maze, vehicle, route, run, trajectory, gate_to_gate, loss })
+            Ok((run.clone(), run.drive(vehicle)?))
         };
-        let mut attempt = |&route| Self { maze, vehicle, route, result: drive(route) };
-        routes.iter().map(&mut attempt).collect()
+        let fastest = drive(RouteChoice::Fastest).map(|(_, trajectory)| trajectory.duration());
+        let attempt = |&route| {
+            let driven = drive(route).map(|(run, trajectory)| {
+                let gate_to_gate = trajectory.gate_to_gate(goals);
+                let time = trajectory.duration();
+                let loss = fastest.as_ref().map_or(0.0, |&fastest| loss(time, fastest));
+                Driven { maze, vehicle, route, run, trajectory, gate_to_gate, loss }
+            });
+            Self { maze, vehicle, route, result: driven.map_err(|error| error.to_string()) }
+        };
+        routes.iter().map(attempt).collect()
     }
 }
 
-fn plan(
-    Selected { maze, .. }: &Selected,
-    planner: &mut Planner,
-) -> Result<FastRun, Box<dyn Error>> {
-    Ok(planner.plan(maze.walls(), maze.start().cell, maze.goals())?.clone())
-}
-
-fn plan_along(
-    Selected { maze, .. }: &Selected,
-    planner: &mut Planner,
-    route: Route,
-) -> Result<FastRun, Box<dyn Error>> {
-    let cells = route.cells(maze.walls(), maze.start().cell, maze.goals())?;
-    Ok(planner.plan_along(maze.size(), &cells)?.clone())
-}
-
-/// Returns the slowdown against the fastest run, in percent.
-fn loss(time: f64, fastest: f64) -> f64 {
-    // Runs with the same segments in another order differ by rounding errors.
-    let is_longer = time > fastest * (1.0 + 1e-9);
+/// Returns by how many percent a time is longer than that of the fastest run.
+pub(crate) fn loss(time: f64, fastest: f64) -> f64 {
+    // The planner may find either of two runs whose times differ by a few microseconds.
+    let is_longer = time > fastest + 1e-5;
     if is_longer { (time / fastest - 1.0) * 100.0 } else { 0.0 }
 }
 
@@ -84,10 +72,5 @@ impl Driven<'_> {
             let count = self.run.turns().iter().filter(|turn| turn.kind == kind).count();
             (count > 0).then_some((kind, count))
         })
-    }
-
-    /// Returns the greatest speed, in mm/s.
-    pub(crate) fn top_speed(&self) -> f64 {
-        self.trajectory.segments().iter().map(Segment::top_speed).fold(0.0, f64::max)
     }
 }

@@ -78,7 +78,7 @@ impl RunFigures {
             gate_to_gate_s: *gate_to_gate,
             loss_percent: driven.loss,
             length_mm: trajectory.length(),
-            top_speed_mm_s: driven.top_speed(),
+            top_speed_mm_s: trajectory.top_speed(),
             turns: run.turns().len(),
             turns_by_kind: (driven.turns_by_kind())
                 .map(|(kind, count)| (kind.name(), count))

@@ -37,7 +37,7 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
         route.restriction(),
         length / 1000.0,
         mean / 1000.0,
-        driven.top_speed() / 1000.0,
+        trajectory.top_speed() / 1000.0,
     );
     if with_segments && !trajectory.segments().is_empty() {
         text.push('\n');
