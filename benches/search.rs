@@ -4,15 +4,17 @@
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use mmsim_benches::{Row, bundled_maze, classic_mazes, compare, serve};
 use mmsim_client::{InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{
-    BundledStrategy, FloodFill, MazeFacts, Mouse, PathBounds, Phase, SearchDriver,
-    ShortestPathSearch, Strategy,
+    BundledStrategy, FastestPathSearch, FloodFill, MazeFacts, Mouse, PathBounds, Phase,
+    SearchDriver, ShortestPathSearch, Strategy, Tolerance,
 };
 
 /// The name of a bundled maze and the number of steps that a flood-fill search of this maze takes.
@@ -46,36 +48,57 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Asserts that shortest-path-search finds the shortest path of each maze and proves that it is
-/// shortest. Prints the mean number of steps until the mouse is back at the start. Then measures
-/// the time of complete searches.
+/// Prints the mean number of steps until the mice are back at the start.
+fn print_mean(strategy: &str, steps: u32, mazes: u32) {
+    let mean = f64::from(steps) / f64::from(mazes);
+    println!("{strategy}: {mean:.2} steps until back at the start, mean of {mazes} mazes");
+}
+
+/// Asserts that both searches find the best run of each maze and prove it, and prints their steps.
+/// Then measures the time of complete searches.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
     mazes.retain(|maze| MazeFacts::new(maze).shortest_path.is_some());
-    let mut total_steps = 0;
-    for maze in &mazes {
+    let count = u32::try_from(mazes.len()).unwrap();
+    let steps = mazes.iter().map(|maze| {
         let (mouse, steps) = explored(maze, ShortestPathSearch::new(), 10_000);
         let bounds = PathBounds::new(mouse.map());
         assert!(bounds.is_proven());
         assert_eq!(bounds.pessimistic, MazeFacts::new(maze).shortest_path);
         assert_eq!(mouse.pose().cell, maze.start().cell);
-        total_steps += steps;
-    }
-    println!(
-        "shortest-path-search: {:.2} steps until back at the start, mean of {} mazes",
-        f64::from(total_steps) / f64::from(u32::try_from(mazes.len()).unwrap()),
-        mazes.len()
-    );
+        steps
+    });
+    print_mean("shortest-path-search", steps.sum(), count);
+
+    let vehicle = Vehicle::expert();
+    let mut planner = Planner::new(vehicle.clone());
+    let search = FastestPathSearch::with_planner(planner.clone(), Tolerance::ZERO);
+    let mut time_per_step = Duration::ZERO;
+    let steps = mazes.iter().map(|maze| {
+        let begin = Instant::now();
+        let (mouse, steps) = explored(maze, search.clone(), 10_000);
+        time_per_step += begin.elapsed() / steps.max(1);
+        let bounds = mouse.strategy().bounds();
+        let fastest = planner.plan(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+        let error = bounds.pessimistic.unwrap() - fastest.time(&vehicle).unwrap();
+        assert!(error.abs() < 5e-5, "{error} s");
+        assert_eq!(bounds.loss(), Some(0.0));
+        assert_eq!(mouse.pose().cell, maze.start().cell);
+        steps
+    });
+    print_mean("fastest-path-search with expert", steps.sum(), count);
+    println!("{:.1?} per step, mean of all mazes", time_per_step / count);
+
     let baseline = Row::new("shortest-path-search", |maze: &Maze| {
         black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);
     });
-    let others = BundledStrategy::ALL
-        .iter()
-        .copied()
-        .filter(|&strategy| strategy != BundledStrategy::ShortestPathSearch);
+    let others = BundledStrategy::ALL.iter().copied();
+    let others = others.filter(|&strategy| strategy != BundledStrategy::ShortestPathSearch);
     let others = others.map(|strategy| {
+        let planner = planner.clone();
         Row::new(strategy.name(), move |maze: &Maze| {
-            black_box(explored(maze, strategy.strategy(), strategy.max_states()).1);
+            let strategy_for_maze = strategy.strategy_for(&planner, Tolerance::ZERO);
+            black_box(explored(maze, strategy_for_maze, strategy.max_states()).1);
         })
     });
     let rows: Vec<_> = [baseline].into_iter().chain(others).collect();
