@@ -29,8 +29,9 @@ pub struct TimeBounds {
     pub pessimistic: Option<f64>,
 }
 
-/// Equal times of different runs may differ by this much due to rounding, in seconds.
-const ROUNDING: f64 = 1e-9;
+/// The planner rounds the time of each part of a run, so it may find either of two runs whose times
+/// differ by this much, in seconds.
+const ROUNDING: f64 = 1e-5;
 
 impl TimeBounds {
     /// Computes the bounds for the vehicle of a planner.
@@ -91,7 +92,7 @@ impl RunBounds {
 #[derive(Clone, Debug)]
 pub(crate) struct PlannedRun {
     /// The time from rest to rest, in seconds.
-    time: f64,
+    pub(crate) time: f64,
     points: Vec<Point>,
 }
 
@@ -104,7 +105,7 @@ impl PlannedRun {
     }
 
     /// Returns true if none of these walls blocks the run.
-    fn is_possible(&self, walls: &Walls) -> bool {
+    pub(crate) fn is_possible(&self, walls: &Walls) -> bool {
         self.points.iter().all(|point| point.is_free(walls))
     }
 
@@ -159,7 +160,7 @@ mod tests {
                 dijkstra(map.walls(unknown), start, map.goals(), &vehicle).map(|(_, time)| time)
             });
             let are_near = |found: Option<f64>, expected: Option<f64>| match (found, expected) {
-                (Some(found), Some(expected)) => (found - expected).abs() < 1e-9,
+                (Some(found), Some(expected)) => (found - expected).abs() < ROUNDING,
                 _ => found == expected,
             };
             let is_proven = open.is_some() && are_near(closed, open);
