@@ -270,14 +270,14 @@ impl Strategy for FastestPathSearch {
 #[cfg(test)]
 mod tests {
     use mmsim_fastrun::fastest;
-    use mmsim_maze::{Maze, Walls};
+    use mmsim_maze::Maze;
     use proptest::prelude::*;
 
     use super::*;
     use crate::driver::SearchDriver;
     use crate::mouse::Mouse;
     use crate::stats::SearchStats;
-    use crate::testing::{Outcome, search};
+    use crate::testing::{Outcome, random_mazes, search};
 
     #[test]
     fn proves_the_fastest_run_and_drives_it() {
@@ -373,23 +373,10 @@ o---o---o---o---o
     proptest! {
         #[test]
         fn proves_the_fastest_run_or_reports_an_unreachable_goal(
-            (width, height) in (1usize..=16, 1usize..=16),
-            density in 0.0..0.7,
-            rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
-            start in (0u8..32, 0u8..32),
-            goals in prop::collection::vec((0u8..32, 0u8..32), 0..5),
+            maze in random_mazes(16),
             preset in prop::sample::select(&Vehicle::PRESETS[..]),
             tolerance in prop_oneof![Just(0.0), 0.0..0.5],
         ) {
-            let size = MazeSize::new(width, height).unwrap();
-            let mut walls = Walls::open(size);
-            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-                walls.set(cell, Heading::North, rolls[0] < density);
-                walls.set(cell, Heading::East, rolls[1] < density);
-            }
-            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
-            let goals = goals.into_iter().map(inside).collect();
-            let maze = Maze::new(walls, inside(start), goals).unwrap();
             let vehicle = Vehicle::preset(preset).unwrap();
             let strategy = FastestPathSearch::new(vehicle.clone(), Tolerance::new(tolerance).unwrap());
             let (mouse, result, stats) = explore(&maze, strategy);

@@ -131,20 +131,15 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::testing::random_walls;
 
     proptest! {
         #[test]
         fn the_bounds_equal_the_naive_ones(
-            rolls in prop::collection::vec(0.0..1.0, 128),
-            density in 0.0..0.5,
+            walls in random_walls(MazeSize::new(8, 8).unwrap(), 0.5),
             seen in prop::collection::vec((0u8..8, 0u8..8), 0..60),
         ) {
-            let size = MazeSize::new(8, 8).unwrap();
-            let mut walls = Walls::open(size);
-            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-                walls.set(cell, Heading::North, rolls[0] < density);
-                walls.set(cell, Heading::East, rolls[1] < density);
-            }
+            let size = walls.size();
             let start = Cell::new(0, 0);
             let mut map = KnownMaze::new(size, start, size.central_cells());
             let vehicle = Vehicle::ares();

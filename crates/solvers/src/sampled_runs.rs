@@ -137,6 +137,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::testing::random_walls;
 
     #[test]
     fn samples_agree_with_the_known_walls() {
@@ -180,16 +181,10 @@ mod tests {
     proptest! {
         #[test]
         fn runs_that_are_kept_are_fastest(
-            rolls in prop::collection::vec(0.0..1.0, 128),
-            density in 0.0..0.6,
+            walls in random_walls(MazeSize::new(8, 8).unwrap(), 0.6),
             seen in prop::collection::vec((0u8..8, 0u8..8), 1..40),
         ) {
-            let size = MazeSize::new(8, 8).unwrap();
-            let mut walls = Walls::open(size);
-            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-                walls.set(cell, Heading::North, rolls[0] < density);
-                walls.set(cell, Heading::East, rolls[1] < density);
-            }
+            let size = walls.size();
             let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
             let mut planner = Planner::new(Vehicle::expert());
             let mut runs = SampledRuns::default();

@@ -194,13 +194,13 @@ pub(crate) fn only(cell: Cell) -> CellSet {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Heading, Maze, Walls};
+    use mmsim_maze::Maze;
     use proptest::prelude::*;
 
     use super::*;
     use crate::driver::SearchDriver;
     use crate::mouse::Mouse;
-    use crate::testing::{Outcome, search};
+    use crate::testing::{Outcome, random_mazes, search};
 
     fn steps(maze: &str) -> (Result<Move, SearchError>, u32) {
         let Outcome { result, steps, .. } = search(ShortestPathSearch::new(), maze, 1000);
@@ -278,25 +278,12 @@ o---o---o---o
     proptest! {
         #[test]
         fn proves_the_shortest_path_or_reports_an_unreachable_goal(
-            (width, height) in (1usize..=32, 1usize..=32),
-            density in 0.0..0.7,
-            rolls in prop::collection::vec(0.0..1.0, 2 * MazeSize::MAX_AREA),
-            start in (0u8..32, 0u8..32),
-            goals in prop::collection::vec((0u8..32, 0u8..32), 0..5),
+            maze in random_mazes(32),
         ) {
-            let size = MazeSize::new(width, height).unwrap();
-            let mut walls = Walls::open(size);
-            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-                walls.set(cell, Heading::North, rolls[0] < density);
-                walls.set(cell, Heading::East, rolls[1] < density);
-            }
-            let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
-            let goals = goals.into_iter().map(inside).collect();
-            let maze = Maze::new(walls, inside(start), goals).unwrap();
             let mut mouse =
                 Mouse::new(ShortestPathSearch::new(), KnownMaze::unexplored(&maze), maze.start());
             // The strategy plans again only in unvisited cells.
-            let max_states = u32::try_from((size.area() + 3) * size.area()).unwrap();
+            let max_states = u32::try_from((maze.size().area() + 3) * maze.size().area()).unwrap();
             let mut driver = SearchDriver::new(&mut mouse, max_states);
             while driver.advance_in(&maze) == Ok(true) {}
             let (result, stats) = (driver.decision().unwrap(), *driver.stats());

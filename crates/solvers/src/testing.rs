@@ -1,6 +1,7 @@
-//! A helper that runs searches in memory to test strategies.
+//! Helpers for tests of strategies.
 
-use mmsim_maze::{KnownMaze, Maze};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Walls};
+use proptest::prelude::{Strategy as Generator, prop};
 
 use crate::driver::SearchDriver;
 use crate::mouse::Mouse;
@@ -27,4 +28,29 @@ pub(crate) fn search(strategy: impl Strategy, text: &str, max_steps: u32) -> Out
     let weight = |cell| mouse.weight(cell);
     let drawing = mouse.map().picture().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
     Outcome { result, steps, drawing }
+}
+
+/// Generates walls, of which a random share of up to `max_density` stands.
+pub(crate) fn random_walls(size: MazeSize, max_density: f64) -> impl Generator<Value = Walls> {
+    let rolls = prop::collection::vec(0.0..1.0, 2 * size.area());
+    (rolls, 0.0..max_density).prop_map(move |(rolls, density)| {
+        let mut walls = Walls::open(size);
+        for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
+            walls.set(cell, Heading::North, rolls[0] < density);
+            walls.set(cell, Heading::East, rolls[1] < density);
+        }
+        walls
+    })
+}
+
+/// Generates mazes whose sides are at most `max_side`, with any start and up to four goals.
+pub(crate) fn random_mazes(max_side: usize) -> impl Generator<Value = Maze> {
+    let walls = (1..=max_side, 1..=max_side)
+        .prop_flat_map(|(width, height)| random_walls(MazeSize::new(width, height).unwrap(), 0.7));
+    let goals = prop::collection::vec((0u8..32, 0u8..32), 0..5);
+    (walls, (0u8..32, 0u8..32), goals).prop_map(|(walls, start, goals)| {
+        let size = walls.size();
+        let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+        Maze::new(walls, inside(start), goals.into_iter().map(inside).collect()).unwrap()
+    })
 }
