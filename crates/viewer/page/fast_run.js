@@ -225,6 +225,10 @@ export class FastRun {
     show.setAttribute("aria-label", `Show ${ROUTES[name][0]}`);
     show.onchange = () => this.#toggleRoute(name);
     query(row, "[name=select]").onclick = () => this.#select(name);
+    // Otherwise, the space bar would press the button again instead of playing.
+    for (const name of ["show", "select"]) {
+      query(row, `[name=${name}]`).onmousedown = (event) => event.preventDefault();
+    }
     return row;
   }
 

@@ -139,8 +139,8 @@ impl<'a> Clock<'a> {
 
 #[test]
 fn three_ghosts_are_where_the_crate_says() {
-    with_page(&["--maze", "two-roads"], |browser, _| {
-        let (live, maze) = (Panel::live(browser), bundled("10-two-roads.txt"));
+    with_page(&["--maze", "winding-river"], |browser, _| {
+        let (live, maze) = (Panel::live(browser), bundled("08-winding-river.txt"));
         live.wait_until_empty();
         live.click("[name=fast-run]");
         let runs = Runs(live);
