@@ -133,7 +133,8 @@ impl Standing {
                 mouse: mouse.into(),
                 scored: scores.clone().count(),
                 wins: entries().filter(|entry| entry.rank == Some(1)).count(),
-                total_score_s: tenth_of_ms(scores.sum()),
+                // The sum of no scores is -0.
+                total_score_s: tenth_of_ms(scores.sum::<f64>() + 0.0),
             }
         };
         let mut standings: Vec<Self> = mice.map(total).collect();
