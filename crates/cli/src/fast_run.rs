@@ -20,7 +20,7 @@ use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 use crate::vehicle::warn_about;
 use args::{FastRunArgs, RouteChoice, is_stdout};
-use driven::{Attempt, Driven};
+use driven::{Driven, RunResult};
 use report::RunReport;
 
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
@@ -52,25 +52,25 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         args.picture.check(mazes.len(), vehicles.len() * routes.len())?;
         check_folder(&picture.path)?;
     }
-    let attempts = attempt_all(&mazes, &vehicles, &routes);
-    if let (Some(_), [Attempt { result: Ok(driven), .. }]) = (args.export(), &attempts[..]) {
+    let results = attempt_all(&mazes, &vehicles, &routes);
+    if let (Some(_), [RunResult { driven: Ok(driven), .. }]) = (args.export(), &results[..]) {
         export(args, driven)?;
     }
-    args.picture.write(&attempts)?;
-    let have_runs = attempts.iter().all(|attempt| attempt.result.is_ok());
+    args.picture.write(&results)?;
+    let have_runs = results.iter().all(|result| result.driven.is_ok());
     if args.json {
-        let reports = attempts.iter().map(|attempt| RunReport::new(attempt, args.explain));
+        let reports = results.iter().map(|result| RunReport::new(result, args.explain));
         print_pretty_json(&reports.collect::<Vec<_>>())?;
-    } else if let [attempt] = &attempts[..] {
-        match &attempt.result {
+    } else if let [result] = &results[..] {
+        match &result.driven {
             Ok(_) if prints_export => {}
             Ok(driven) => print(&text::describe(driven, args.explain))?,
-            Err(error) => warn(format_args!("mmsim: {}: {error}", attempt.maze.path.display())),
+            Err(error) => warn(format_args!("mmsim: {}: {error}", result.maze.path.display())),
         }
     } else if args.explain {
-        print(&text::describe_all(&attempts))?;
-    } else if !attempts.is_empty() {
-        print(&table::table(&attempts))?;
+        print(&text::describe_all(&results))?;
+    } else if !results.is_empty() {
+        print(&table::table(&results))?;
     }
     Ok(all_readable && have_runs)
 }
@@ -80,18 +80,18 @@ fn attempt_all<'a>(
     mazes: &'a [Selected],
     vehicles: &'a [Vehicle],
     routes: &[RouteChoice],
-) -> Vec<Attempt<'a>> {
+) -> Vec<RunResult<'a>> {
     let planners: Vec<(&Vehicle, Planner)> =
         vehicles.iter().map(|vehicle| (vehicle, Planner::new(vehicle.clone()))).collect();
-    let attempts = map_each(mazes, |maze| {
-        let mut attempts = Vec::with_capacity(planners.len() * routes.len());
+    let results = map_each(mazes, |maze| {
+        let mut results = Vec::with_capacity(planners.len() * routes.len());
         for (vehicle, planner) in &planners {
             let mut planner = planner.clone();
-            attempts.extend(Attempt::each_route(maze, vehicle, &mut planner, routes));
+            results.extend(RunResult::each_route(maze, vehicle, &mut planner, routes));
         }
-        attempts
+        results
     });
-    attempts.into_iter().flatten().collect()
+    results.into_iter().flatten().collect()
 }
 
 /// Returns an error unless each count is one.

@@ -108,7 +108,7 @@ mod tests {
             parse_vehicle(&file.display().to_string())
         };
         let vehicle = text("base = 'expert'\nalong.top_speed = 4000").unwrap();
-        assert_eq!((vehicle.name(), vehicle.line(false).top_speed), ("my mouse", 4000.0));
+        assert_eq!((vehicle.name(), vehicle.limits(false).top_speed), ("my mouse", 4000.0));
         assert_eq!(text("base = 'expert'\nname = 'fast'").unwrap().name(), "fast");
         assert!(text("\nbase = 1").unwrap_err().starts_with("line 2: "));
         assert!(text(&"#".repeat(2 << 20)).unwrap_err().ends_with("larger than 1 MiB"));

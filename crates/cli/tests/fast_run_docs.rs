@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use harness::Home;
-use mmsim_fastrun::{FastRun, Line, TurnKind, Vehicle, VehicleParameters};
+use mmsim_fastrun::{FastRun, StraightLimits, TurnKind, Vehicle, VehicleParameters};
 use mmsim_maze::Cell;
 
 fn at_root(name: &str) -> PathBuf {
@@ -107,7 +107,9 @@ fn the_table_of_presets_has_their_parameters() {
             .any(|line| line.starts_with(&start) && line.ends_with(&format!("| {values} |")));
         assert!(found, "docs/fast-run.md lacks {start} … | {values} |");
     };
-    let line = |line: &Line| format!("{}, {}", number(line.acceleration), number(line.top_speed));
+    let line = |line: &StraightLimits| {
+        format!("{}, {}", number(line.acceleration), number(line.top_speed))
+    };
     row("in mm/s and mm/s²", &|preset| Some(format!("`{}`", preset.name())));
     row("half a cell", &|preset| Some(number(preset.half_cell())));
     row("along", &|preset| Some(line(&preset.parameters().along)));

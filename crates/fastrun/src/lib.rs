@@ -3,7 +3,7 @@
 //!
 //! A [`Vehicle`] describes how a mouse drives: the limits on straights, and the speed and length of
 //! each slalom turn. [`fastest`] finds the [`FastRun`] that takes the least time. A [`Trajectory`]
-//! tells where the mouse is at each moment of a run.
+//! is a run in time: the pose, speed and acceleration of the mouse at each moment.
 //!
 //! ```
 //! use mmsim_fastrun::{Vehicle, fastest};
@@ -29,15 +29,16 @@ extern crate alloc;
 
 mod arc;
 mod lattice;
-mod line;
 mod naive;
 mod no_run;
 mod planner;
 mod presets;
 mod route;
 mod run;
+mod segment;
 #[cfg(feature = "std")]
 mod setting;
+mod straight;
 mod trajectory;
 mod turn;
 mod vehicle;
@@ -46,13 +47,14 @@ mod vehicle_file;
 mod warning;
 
 pub use lattice::{Direction, Point};
-pub use line::{Line, Piece};
 pub use naive::dijkstra;
 pub use no_run::NoRun;
 pub use planner::{Planner, fastest};
 pub use route::Route;
 pub use run::{FastRun, ParseRunError, Turn};
-pub use trajectory::{DriveError, Moment, Segment, Shape, Trajectory};
+pub use segment::{MotionState, Segment, Shape};
+pub use straight::{Piece, StraightLimits};
+pub use trajectory::{Trajectory, TrajectoryError};
 pub use turn::{Side, TurnKind};
 pub use vehicle::{Arc, FittedArc, Vehicle, VehicleError, VehicleParameters};
 #[cfg(feature = "std")]

@@ -104,12 +104,12 @@ impl Search<'_> {
         let after = fitted.map_or(parameters.start_offset, |fitted| fitted.after);
         let speed = turn.map_or(0.0, |turn| turn.speed);
         let is_diagonal = direction.is_diagonal();
-        let line = *self.vehicle.line(is_diagonal);
+        let limits = *self.vehicle.limits(is_diagonal);
         for steps in 0..=u8::MAX {
             let distance = after + self.vehicle.straight(steps, is_diagonal);
             let is_goal = !is_diagonal && point.cell().is_some_and(|cell| goals.contains(cell));
             if is_goal {
-                let last = line.time(distance + parameters.stop_offset, speed, 0.0);
+                let last = limits.time(distance + parameters.stop_offset, speed, 0.0);
                 let total = last.map(|last| time + last);
                 if let Some(total) =
                     total.filter(|&total| self.best.is_none_or(|(best, _, _)| total < best))
@@ -158,8 +158,10 @@ impl Search<'_> {
         let Some(fitted) = self.vehicle.arc(kind) else { return };
         let speed = self.vehicle.speeds(kind)[speed_index];
         let entry_speed = before.map_or(0.0, |turn| turn.speed);
-        let line = self.vehicle.line(heading.is_diagonal());
-        let Some(before) = line.time(distance + fitted.before, entry_speed, speed) else { return };
+        let limits = self.vehicle.limits(heading.is_diagonal());
+        let Some(before) = limits.time(distance + fitted.before, entry_speed, speed) else {
+            return;
+        };
         let Some((point, direction)) = kind.end(from, heading, side) else { return };
         let time = time + before + fitted.arc.length / speed;
         let index = self.states.len();

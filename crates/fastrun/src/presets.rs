@@ -3,20 +3,20 @@
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
-use crate::line::Line;
+use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleParameters};
 
-/// A line with the same limit for acceleration and braking.
-const fn line(acceleration: f64, top_speed: f64) -> Line {
-    Line { acceleration, braking: acceleration, top_speed, jerk: f64::INFINITY }
+/// A limits with the same limit for acceleration and braking.
+const fn limits(acceleration: f64, top_speed: f64) -> StraightLimits {
+    StraightLimits { acceleration, braking: acceleration, top_speed, jerk: f64::INFINITY }
 }
 
 fn vehicle(
     name: &'static str,
     half_cell: f64,
-    along: Line,
-    diagonal: Option<Line>,
+    along: StraightLimits,
+    diagonal: Option<StraightLimits>,
     turns: &[(&str, f64, f64)],
 ) -> Vehicle {
     let turns: Vec<_> = turns
@@ -67,7 +67,7 @@ impl Vehicle {
     /// # Panics
     /// This function and the other presets never panic.
     pub fn ukmars() -> Self {
-        vehicle("ukmars", 90.0, line(3000.0, 2500.0), None, &[("s90", 116.0, 500.0)])
+        vehicle("ukmars", 90.0, limits(3000.0, 2500.0), None, &[("s90", 116.0, 500.0)])
     }
 
     /// Returns a hobby mouse: the turns named "APEC 24" of Peter Harrison's
@@ -84,7 +84,7 @@ impl Vehicle {
             ("135out", 220.0, 650.0),
             ("v90", 125.0, 600.0),
         ];
-        vehicle("ares", 90.0, line(10_000.0, 5000.0), Some(line(10_000.0, 5000.0)), &turns)
+        vehicle("ares", 90.0, limits(10_000.0, 5000.0), Some(limits(10_000.0, 5000.0)), &turns)
     }
 
     /// Returns a contest mouse: the speeds and accelerations that the sixth of an All Japan classic
@@ -101,7 +101,7 @@ impl Vehicle {
             ("135out", 280.0, 1400.0),
             ("v90", 177.0, 1300.0),
         ];
-        vehicle("expert", 90.0, line(17_000.0, 2500.0), Some(line(17_000.0, 2500.0)), &turns)
+        vehicle("expert", 90.0, limits(17_000.0, 2500.0), Some(limits(17_000.0, 2500.0)), &turns)
     }
 
     /// Returns a half-size mouse: the parameters of kerikun11's
@@ -119,7 +119,7 @@ impl Vehicle {
             ("v90", 79.3, 290.0),
             ("k90", 206.6, 755.0),
         ];
-        vehicle("kerise", 45.0, line(4200.0, 1500.0), Some(line(3600.0, 1200.0)), &turns)
+        vehicle("kerise", 45.0, limits(4200.0, 1500.0), Some(limits(3600.0, 1200.0)), &turns)
     }
 }
 

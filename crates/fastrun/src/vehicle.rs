@@ -10,7 +10,7 @@ use core::ops::RangeInclusive;
 use libm::fmin;
 
 use crate::arc;
-use crate::line::Line;
+use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 
 /// The parameters of a mouse, in mm and s. [`Vehicle::new`] checks them.
@@ -22,9 +22,9 @@ pub struct VehicleParameters {
     /// 45 in half-size mazes.
     pub half_cell: f64,
     /// The limits along rows and columns.
-    pub along: Line,
+    pub along: StraightLimits,
     /// The limits on diagonals, or `None` if the mouse does not drive diagonally.
-    pub diagonal: Option<Line>,
+    pub diagonal: Option<StraightLimits>,
     /// The turns that the mouse can do, each at most once.
     pub turns: Vec<(TurnKind, Arc)>,
     /// The distance in mm that the mouse stands behind the centre of the start cell.
@@ -139,7 +139,7 @@ pub enum VehicleError {
     },
     /// A turn is faster than the straight that it joins.
     #[error("turn {kind} at {speed} mm/s is faster than the top speed of {top_speed} mm/s {place}")]
-    FasterThanLine {
+    FasterThanTopSpeed {
         /// The turn.
         kind: TurnKind,
         /// The speed of the turn, in mm/s.
@@ -201,7 +201,7 @@ impl VehicleError {
             Self::OutOfRange { key, .. } => key.clone(),
             Self::TooLong { kind, .. } => format!("turns.{kind}.length").into(),
             Self::WrongWidth { .. } => "turns.180.length".into(),
-            Self::FasterThanLine { kind, .. } => format!("turns.{kind}.speed").into(),
+            Self::FasterThanTopSpeed { kind, .. } => format!("turns.{kind}.speed").into(),
             Self::NoDiagonal { kind } | Self::Twice { kind } => format!("turns.{kind}").into(),
             Self::NoSmallTurn => "turns".into(),
             Self::TooWeak { stops: true, .. } => "along.braking".into(),
@@ -213,10 +213,10 @@ impl VehicleError {
     #[cfg(feature = "std")]
     pub(crate) fn other_key(&self) -> Option<Cow<'static, str>> {
         match self {
-            Self::FasterThanLine { place, .. } if *place == ON_DIAGONALS => {
+            Self::FasterThanTopSpeed { place, .. } if *place == ON_DIAGONALS => {
                 Some("diagonal.top_speed".into())
             }
-            Self::FasterThanLine { .. } => Some("along.top_speed".into()),
+            Self::FasterThanTopSpeed { .. } => Some("along.top_speed".into()),
             Self::TooWeak { kind, .. } => Some(format!("turns.{kind}.speed").into()),
             _ => None,
         }
@@ -325,7 +325,7 @@ impl Vehicle {
 
     /// Returns the limits along rows and columns, or on diagonals. A mouse that does not drive
     /// diagonally has no straights there, so the limits do not matter.
-    pub fn line(&self, is_diagonal: bool) -> &Line {
+    pub fn limits(&self, is_diagonal: bool) -> &StraightLimits {
         let Self { parameters: VehicleParameters { along, diagonal, .. }, .. } = self;
         if is_diagonal { diagonal.as_ref().unwrap_or(along) } else { along }
     }
@@ -351,14 +351,14 @@ fn check_ranges(parameters: &VehicleParameters) -> Result<(), VehicleError> {
     check("half_cell".into(), *half_cell, "mm", 5.0..=500.0)?;
     check("start_offset".into(), *start_offset, "mm", 0.0..=*half_cell)?;
     check("stop_offset".into(), *stop_offset, "mm", 0.0..=*half_cell)?;
-    for (line, place) in [(Some(along), "along"), (diagonal.as_ref(), "diagonal")] {
-        let Some(line) = line else { continue };
+    for (limits, place) in [(Some(along), "along"), (diagonal.as_ref(), "diagonal")] {
+        let Some(limits) = limits else { continue };
         let key = |field: &str| Cow::Owned(format!("{place}.{field}"));
-        check(key("acceleration"), line.acceleration, "mm/s²", 100.0..=100_000.0)?;
-        check(key("braking"), line.braking, "mm/s²", 100.0..=100_000.0)?;
-        check(key("top_speed"), line.top_speed, "mm/s", 50.0..=20_000.0)?;
-        if line.jerk != f64::INFINITY {
-            check(key("jerk"), line.jerk, "mm/s³", 1000.0..=1e9)?;
+        check(key("acceleration"), limits.acceleration, "mm/s²", 100.0..=100_000.0)?;
+        check(key("braking"), limits.braking, "mm/s²", 100.0..=100_000.0)?;
+        check(key("top_speed"), limits.top_speed, "mm/s", 50.0..=20_000.0)?;
+        if limits.jerk != f64::INFINITY {
+            check(key("jerk"), limits.jerk, "mm/s³", 1000.0..=1e9)?;
         }
     }
     for (kind, arc) in turns {
@@ -379,15 +379,20 @@ fn check_speed(
     if uses_diagonal && parameters.diagonal.is_none() {
         return Err(VehicleError::NoDiagonal { kind });
     }
-    let lines = [
+    let limits = [
         (uses_along, Some(&parameters.along), "along rows and columns"),
         (uses_diagonal, parameters.diagonal.as_ref(), ON_DIAGONALS),
     ];
-    for (is_used, line, place) in lines {
-        if let Some(&Line { top_speed, .. }) =
-            line.filter(|line| is_used && line.top_speed < arc.speed)
+    for (is_used, limits, place) in limits {
+        if let Some(&StraightLimits { top_speed, .. }) =
+            limits.filter(|limits| is_used && limits.top_speed < arc.speed)
         {
-            return Err(VehicleError::FasterThanLine { kind, speed: arc.speed, top_speed, place });
+            return Err(VehicleError::FasterThanTopSpeed {
+                kind,
+                speed: arc.speed,
+                top_speed,
+                place,
+            });
         }
     }
     Ok(())

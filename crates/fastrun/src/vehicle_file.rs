@@ -13,8 +13,8 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _};
 use toml::de::{DeTable, DeValue};
 
-use crate::line::Line;
 use crate::setting::{Setting, Table};
+use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleError, VehicleParameters, length_of_180};
 use crate::warning::STANDARD_GRAVITY;
@@ -83,8 +83,8 @@ struct VehicleFile {
     cell: Option<f64>,
     start_offset: Option<f64>,
     stop_offset: Option<f64>,
-    along: Option<LineTable>,
-    diagonal: Option<Setting<LineTable>>,
+    along: Option<LimitsTable>,
+    diagonal: Option<Setting<LimitsTable>>,
     #[serde(default)]
     turns: HashMap<TurnKind, Setting<ArcTable>>,
 }
@@ -94,7 +94,7 @@ struct VehicleFile {
     deny_unknown_fields,
     expecting = "a table such as { acceleration = 9000, top_speed = 3000 }"
 )]
-struct LineTable {
+struct LimitsTable {
     acceleration: Option<f64>,
     braking: Option<f64>,
     top_speed: Option<f64>,
@@ -108,7 +108,7 @@ struct ArcTable {
     speed: Option<f64>,
 }
 
-impl Table for LineTable {
+impl Table for LimitsTable {
     const EXAMPLE: &'static str = "{ acceleration = 9000, top_speed = 3000 }";
 }
 
@@ -197,8 +197,10 @@ impl Vehicle {
             2.0 * half_cell
         );
         // Writing to a string cannot fail.
-        for (table, line) in [("along", Some(along)), ("diagonal", diagonal.as_ref())] {
-            let Some(Line { acceleration, braking, top_speed, jerk }) = line else { continue };
+        for (table, limits) in [("along", Some(along)), ("diagonal", diagonal.as_ref())] {
+            let Some(StraightLimits { acceleration, braking, top_speed, jerk }) = limits else {
+                continue;
+            };
             let _ = write!(
                 text,
                 "\n[{table}]\nacceleration = {acceleration}\nbraking = {braking}\n\
@@ -246,10 +248,10 @@ impl VehicleFile {
         let of_base = |offset: fn(&VehicleParameters) -> f64| {
             base.filter(|_| self.cell.is_none()).map_or(half_cell / 2.0, offset)
         };
-        let along = self.along.unwrap_or_default().line("along", base.map(|base| base.along))?;
+        let along = self.along.unwrap_or_default().limits("along", base.map(|base| base.along))?;
         let on_diagonal = base.and_then(|base| base.diagonal);
         let diagonal = match self.diagonal {
-            Some(Setting::Table(table)) => Some(table.line("diagonal", on_diagonal)?),
+            Some(Setting::Table(table)) => Some(table.limits("diagonal", on_diagonal)?),
             Some(Setting::None) => None,
             None => on_diagonal,
         };
@@ -279,15 +281,19 @@ impl VehicleFile {
     }
 }
 
-impl LineTable {
-    fn line(self, table: &str, base: Option<Line>) -> Result<Line, VehicleFileFault> {
+impl LimitsTable {
+    fn limits(
+        self,
+        table: &str,
+        base: Option<StraightLimits>,
+    ) -> Result<StraightLimits, VehicleFileFault> {
         let value = |own: Option<f64>, base: Option<f64>, key: &str| {
             own.or(base).ok_or_else(|| VehicleFileFault::Missing { key: format!("{table}.{key}") })
         };
         let acceleration =
             value(self.acceleration, base.map(|base| base.acceleration), "acceleration")?;
         let braking = base.filter(|_| self.acceleration.is_none()).map(|base| base.braking);
-        Ok(Line {
+        Ok(StraightLimits {
             acceleration,
             braking: self.braking.or(braking).unwrap_or(acceleration),
             top_speed: value(self.top_speed, base.map(|base| base.top_speed), "top_speed")?,
@@ -443,14 +449,18 @@ s90 = { length = 116, speed = 600 }
             name, half_cell, along, diagonal, start_offset, stop_offset, ..
         } = simple.parameters();
         assert_eq!((&**name, *half_cell, *start_offset, *stop_offset), ("mine", 90.0, 45.0, 45.0));
-        let expected =
-            Line { acceleration: 6000.0, braking: 6000.0, top_speed: 3000.0, jerk: f64::INFINITY };
+        let expected = StraightLimits {
+            acceleration: 6000.0,
+            braking: 6000.0,
+            top_speed: 3000.0,
+            jerk: f64::INFINITY,
+        };
         assert_eq!((along, diagonal), (&expected, &None));
         let slower = read("base = 'expert'\nalong.acceleration = 9000\ndiagonal.top_speed = 2000");
         let slower = slower.unwrap();
-        let along = slower.line(false);
+        let along = slower.limits(false);
         assert_eq!((along.acceleration, along.braking), (9000.0, 9000.0));
-        assert_eq!((slower.line(true).braking, slower.line(true).top_speed), (17000.0, 2000.0));
+        assert_eq!((slower.limits(true).braking, slower.limits(true).top_speed), (17000.0, 2000.0));
         let half = read("base = 'kerise'\ncell = 100").unwrap();
         let VehicleParameters { start_offset, stop_offset, .. } = half.parameters();
         assert_eq!((*start_offset, *stop_offset), (25.0, 25.0));
@@ -469,7 +479,7 @@ s90 = { length = 116, speed = 600 }
         assert_eq!(fewer.parameters().turns, Vehicle::ukmars().parameters().turns);
         let fewer = read("base = 'expert'\n[turns]\n45in = false\n180 = false").unwrap();
         assert_eq!(turns(&fewer), ["s90", "l90", "135in", "45out", "135out", "v90"]);
-        assert_eq!(fewer.line(true), Vehicle::expert().line(true));
+        assert_eq!(fewer.limits(true), Vehicle::expert().limits(true));
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub enum VehicleWarning {
     },
     /// The mouse has limits for diagonals, but no turn onto them.
     #[error("no turn leads onto diagonals, so the mouse does not drive them (add 45in or 135in)")]
-    NoWayOntoDiagonals,
+    NoTurnOntoDiagonals,
     /// The mouse has turns onto diagonals, but none off them.
     #[error("no turn leads off diagonals, so the mouse does not drive them (add 45out or 135out)")]
     NoWayOffDiagonals,
@@ -67,7 +67,7 @@ impl Vehicle {
         let has = |kinds: [TurnKind; 2]| kinds.iter().any(|&kind| self.arc(kind).is_some());
         let diagonal = self.parameters().diagonal.and_then(|_| {
             if !has([TurnKind::In45, TurnKind::In135]) {
-                Some(VehicleWarning::NoWayOntoDiagonals)
+                Some(VehicleWarning::NoTurnOntoDiagonals)
             } else if !has([TurnKind::Out45, TurnKind::Out135]) {
                 Some(VehicleWarning::NoWayOffDiagonals)
             } else {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use mmsim_fastrun::{
-    FastRun, Moment, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
+    FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
 use mmsim_maze::{CellSet, Maze, Unknown};
 use serde::{Deserialize, Serialize};
@@ -162,7 +162,7 @@ impl RouteRun {
 impl TimedRun {
     fn new(run: &FastRun, trajectory: &Trajectory, goals: &CellSet) -> Self {
         let segments = trajectory.segments();
-        let Moment { x, y, .. } = trajectory.at(0.0);
+        let MotionState { x, y, .. } = trajectory.at(0.0);
         Self {
             text: run.to_string(),
             duration: rounded(trajectory.duration()),
@@ -188,7 +188,7 @@ impl SegmentView {
                 (Some(format!("{kind}{}", side.letter())), sign * kind.angle())
             }
         };
-        let Moment { time, distance, x, y, heading, speed, .. } = segment.entry;
+        let MotionState { time, distance, x, y, heading, speed, .. } = segment.entry;
         let pieces = segment.pieces.iter().map(|piece| {
             [piece.duration, piece.speed, piece.acceleration, piece.jerk].map(rounded)
         });

@@ -72,7 +72,7 @@ fn limits(vehicle: &Vehicle) -> String {
     let define = |name: &str, value: f64, place: &str| {
         format!("#define FAST_RUN_{name} {value:.1}f /* {place}, in mm/s^2 */\n")
     };
-    let (along, diagonal) = (vehicle.line(false), vehicle.line(true));
+    let (along, diagonal) = (vehicle.limits(false), vehicle.limits(true));
     [
         define("ACCELERATION", along.acceleration, "on straights along rows and columns"),
         define("BRAKING", along.braking, "on straights along rows and columns"),

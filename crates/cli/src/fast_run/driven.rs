@@ -8,11 +8,11 @@ use super::args::RouteChoice;
 use crate::selection::Selected;
 
 /// A maze, a vehicle and a route, and the run or the reason why there is none.
-pub(crate) struct Attempt<'a> {
+pub(crate) struct RunResult<'a> {
     pub(crate) maze: &'a Selected,
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) route: RouteChoice,
-    pub(crate) result: Result<Driven<'a>, String>,
+    pub(crate) driven: Result<Driven<'a>, String>,
 }
 
 /// A run with its times.
@@ -28,7 +28,7 @@ pub(crate) struct Driven<'a> {
     pub(crate) loss: f64,
 }
 
-impl<'a> Attempt<'a> {
+impl<'a> RunResult<'a> {
     /// Plans and drives the run along each route.
     pub(crate) fn each_route(
         maze: &'a Selected,
@@ -45,16 +45,16 @@ impl<'a> Attempt<'a> {
             Ok((run.clone(), run.drive(vehicle)?))
         };
         let fastest = drive(RouteChoice::Fastest).map(|(_, trajectory)| trajectory.duration());
-        let attempt = |&route| {
+        let result = |&route| {
             let driven = drive(route).map(|(run, trajectory)| {
                 let gate_to_gate = trajectory.gate_to_gate(goals);
                 let time = trajectory.duration();
                 let loss = fastest.as_ref().map_or(0.0, |&fastest| loss(time, fastest));
                 Driven { maze, vehicle, route, run, trajectory, gate_to_gate, loss }
             });
-            Self { maze, vehicle, route, result: driven.map_err(|error| error.to_string()) }
+            Self { maze, vehicle, route, driven: driven.map_err(|error| error.to_string()) }
         };
-        routes.iter().map(attempt).collect()
+        routes.iter().map(result).collect()
     }
 }
 

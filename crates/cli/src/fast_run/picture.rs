@@ -6,10 +6,10 @@ use clap::Args;
 use mmsim_drawing::{
     Animation, DrivenPath, MAX_PATHS, PathPoint, PictureError, Scene, Theme, frame_times,
 };
-use mmsim_fastrun::{Moment, Trajectory};
+use mmsim_fastrun::{MotionState, Trajectory};
 use mmsim_maze::Maze;
 
-use super::driven::{Attempt, Driven};
+use super::driven::{Driven, RunResult};
 use crate::output::replace;
 use crate::render::SIDE_PX;
 use crate::render::args::{Picture, PictureFormat, parse_picture, themes, width_range};
@@ -55,8 +55,8 @@ impl PictureArgs {
     }
 
     /// Writes a picture of the runs, if one is wanted. Nothing is written if there is no run.
-    pub(crate) fn write(&self, attempts: &[Attempt<'_>]) -> Result<(), Box<dyn Error>> {
-        let runs: Vec<_> = attempts.iter().filter_map(|run| run.result.as_ref().ok()).collect();
+    pub(crate) fn write(&self, results: &[RunResult<'_>]) -> Result<(), Box<dyn Error>> {
+        let runs: Vec<_> = results.iter().filter_map(|run| run.driven.as_ref().ok()).collect();
         if let (Some(Picture { path, format }), [first, ..]) = (&self.output, &runs[..]) {
             replace(path, &self.draw(&first.maze.maze, &runs, *format)?)?;
         }
@@ -119,7 +119,7 @@ fn shortened(text: &str, max: usize) -> String {
 /// Returns the curve of a run.
 pub(crate) fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
     let pitch = 2.0 * trajectory.half_cell();
-    let point = |Moment { time, x, y, heading, speed, .. }: Moment| PathPoint {
+    let point = |MotionState { time, x, y, heading, speed, .. }: MotionState| PathPoint {
         time,
         x: x / pitch,
         y: y / pitch,

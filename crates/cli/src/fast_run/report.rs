@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mmsim_fastrun::{Segment, Shape};
 use serde::Serialize;
 
-use super::driven::{Attempt, Driven};
+use super::driven::{Driven, RunResult};
 use super::text::{centripetal_acceleration, segment_name};
 
 /// A maze, a vehicle and a route, with the run or the reason why there is none. The field names are
@@ -56,14 +56,14 @@ struct SegmentReport {
 }
 
 impl<'a> RunReport<'a> {
-    pub(super) fn new(attempt: &'a Attempt, with_segments: bool) -> Self {
-        let result = attempt.result.as_ref();
+    pub(super) fn new(result: &'a RunResult, with_segments: bool) -> Self {
+        let driven = result.driven.as_ref();
         Self {
-            maze: attempt.maze.path.display().to_string(),
-            vehicle: attempt.vehicle.name(),
-            route: attempt.route.name(),
-            run: result.ok().map(|driven| RunFigures::new(driven, with_segments)),
-            error: result.err().map(String::as_str),
+            maze: result.maze.path.display().to_string(),
+            vehicle: result.vehicle.name(),
+            route: result.route.name(),
+            run: driven.ok().map(|driven| RunFigures::new(driven, with_segments)),
+            error: driven.err().map(String::as_str),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use mmsim_fastrun::{Moment, Trajectory};
+use mmsim_fastrun::{MotionState, Trajectory};
 
 /// The columns, with their units.
 const HEAD: [&str; 7] = [
@@ -20,7 +20,7 @@ pub(super) fn csv(trajectory: &Trajectory, interval: f64) -> Result<String, Box<
     let mut csv = csv::Writer::from_writer(Vec::new());
     csv.write_record(HEAD)?;
     for moment in trajectory.samples(interval) {
-        let Moment { time, x, y, heading, speed, acceleration, angular_velocity, .. } = moment;
+        let MotionState { time, x, y, heading, speed, acceleration, angular_velocity, .. } = moment;
         csv.write_record([
             format!("{time:.6}"),
             format!("{x:.3}"),

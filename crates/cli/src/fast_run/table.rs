@@ -3,16 +3,16 @@
 use mmsim_maze::Escaped;
 
 use super::args::RouteChoice;
-use super::driven::{Attempt, Driven};
+use super::driven::{Driven, RunResult};
 use crate::output::counted;
 
 /// Formats one line per run. If there are several mazes, appends the means of each vehicle and
 /// route.
-pub(super) fn table(attempts: &[Attempt]) -> String {
-    let has_routes = attempts.iter().any(|attempt| attempt.route != RouteChoice::Fastest);
+pub(super) fn table(results: &[RunResult]) -> String {
+    let has_routes = results.iter().any(|result| result.route != RouteChoice::Fastest);
     let mut lines: Vec<Line> =
-        attempts.iter().map(|attempt| Line::from_attempt(attempt, has_routes)).collect();
-    let means = mean_lines(attempts, has_routes);
+        results.iter().map(|result| Line::from_result(result, has_routes)).collect();
+    let means = mean_lines(results, has_routes);
     let has_means = !means.is_empty();
     lines.extend(means);
     let width = |head: &str, column: fn(&Line) -> &String| {
@@ -29,12 +29,12 @@ pub(super) fn table(attempts: &[Attempt]) -> String {
     };
     let mut text = format_line(&Line::head(has_routes));
     for (index, line) in lines.iter().enumerate() {
-        if has_means && index == attempts.len() {
+        if has_means && index == results.len() {
             text.push('\n');
         }
         text += &format_line(line);
     }
-    text + &failures(attempts)
+    text + &failures(results)
 }
 
 /// The cells of a line of the table.
@@ -58,12 +58,12 @@ impl Line {
         }
     }
 
-    fn from_attempt(attempt: &Attempt, has_routes: bool) -> Self {
+    fn from_result(result: &RunResult, has_routes: bool) -> Self {
         Self {
-            maze: attempt.maze.shown_path(),
-            vehicle: Escaped(attempt.vehicle.name()).to_string(),
-            route: attempt.route.name().into(),
-            figures: match &attempt.result {
+            maze: result.maze.shown_path(),
+            vehicle: Escaped(result.vehicle.name()).to_string(),
+            route: result.route.name().into(),
+            figures: match &result.driven {
                 Ok(driven) => Figures::from_driven(driven).text(0, has_routes),
                 Err(error) => error.clone(),
             },
@@ -72,21 +72,21 @@ impl Line {
 }
 
 /// Returns the lines with the means of each vehicle and route, or none if there is only one maze.
-fn mean_lines(attempts: &[Attempt], has_routes: bool) -> Vec<Line> {
+fn mean_lines(results: &[RunResult], has_routes: bool) -> Vec<Line> {
     // The first maze has each vehicle and route once, and all mazes have the same ones.
-    let is_first = |attempt: &&Attempt| attempt.maze.path == attempts[0].maze.path;
-    let first: Vec<&Attempt> = attempts.iter().take_while(is_first).collect();
-    if first.len() == attempts.len() {
+    let is_first = |result: &&RunResult| result.maze.path == results[0].maze.path;
+    let first: Vec<&RunResult> = results.iter().take_while(is_first).collect();
+    if first.len() == results.len() {
         return Vec::new();
     }
-    let mean = |(index, attempt): (usize, &&Attempt)| {
-        let same = attempts.iter().skip(index).step_by(first.len());
+    let mean = |(index, result): (usize, &&RunResult)| {
+        let same = results.iter().skip(index).step_by(first.len());
         let driven: Vec<Figures> = same
-            .filter_map(|attempt| attempt.result.as_ref().ok())
+            .filter_map(|result| result.driven.as_ref().ok())
             .map(Figures::from_driven)
             .collect();
         let mean = Figures::mean(&driven)?;
-        let line = Line::from_attempt(attempt, has_routes);
+        let line = Line::from_result(result, has_routes);
         let maze = format!("mean of {}", counted(driven.len() as u64, "maze"));
         Some(Line { maze, figures: mean.text(1, has_routes), ..line })
     };
@@ -94,11 +94,11 @@ fn mean_lines(attempts: &[Attempt], has_routes: bool) -> Vec<Line> {
 }
 
 /// Returns a line with the number of mazes without a run, or an empty text if all have one.
-fn failures(attempts: &[Attempt]) -> String {
-    let mut failed: Vec<_> = attempts
+fn failures(results: &[RunResult]) -> String {
+    let mut failed: Vec<_> = results
         .iter()
-        .filter(|attempt| attempt.result.is_err())
-        .map(|attempt| &attempt.maze.path)
+        .filter(|result| result.driven.is_err())
+        .map(|result| &result.maze.path)
         .collect();
     failed.dedup();
     match failed.len() {

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 use mmsim_fastrun::{Arc, STANDARD_GRAVITY, Segment, Shape};
 use mmsim_maze::Escaped;
 
-use super::driven::{Attempt, Driven};
+use super::driven::{Driven, RunResult};
 use crate::grid::aligned;
 use crate::output::counted;
 
@@ -47,10 +47,10 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
 }
 
 /// Describes several runs with their straights and turns.
-pub(super) fn describe_all(attempts: &[Attempt]) -> String {
-    let texts: Vec<String> = attempts
+pub(super) fn describe_all(results: &[RunResult]) -> String {
+    let texts: Vec<String> = results
         .iter()
-        .map(|Attempt { maze, vehicle, result, .. }| match result {
+        .map(|RunResult { maze, vehicle, driven, .. }| match driven {
             Ok(driven) => describe(driven, true),
             Err(error) => {
                 format!("{}: {}: {error}\n", maze.shown_path(), Escaped(vehicle.name()))

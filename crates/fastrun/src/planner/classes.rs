@@ -80,7 +80,7 @@ pub(super) fn classes(vehicle: &Vehicle) -> (Vec<Class>, [ClassRange; 9]) {
 /// slower. With limited jerk, a higher speed at one end of a straight may cost time, so all speeds
 /// are needed.
 fn needed_speeds(vehicle: &Vehicle) -> [[u32; 2]; 9] {
-    let has_jerk = |is_diagonal| vehicle.line(is_diagonal).jerk < f64::INFINITY;
+    let has_jerk = |is_diagonal| vehicle.limits(is_diagonal).jerk < f64::INFINITY;
     if has_jerk(false) || has_jerk(true) {
         return TurnKind::ALL.map(|kind| [(1 << vehicle.speeds(kind).len()) - 1, 0]);
     }
@@ -89,15 +89,16 @@ fn needed_speeds(vehicle: &Vehicle) -> [[u32; 2]; 9] {
     for kind in TurnKind::ALL {
         let Some(fitted) = vehicle.arc(kind) else { continue };
         let speeds = vehicle.speeds(kind);
-        let line = vehicle.line(false);
+        let limits = vehicle.limits(false);
         for steps in 0..STRAIGHTS {
             let straight = straight(vehicle, steps, false);
             let (to, from) = (
                 parameters.start_offset + straight + fitted.before,
                 fitted.after + straight + parameters.stop_offset,
             );
-            let reachable = speeds.iter().position(|&speed| line.time(to, 0.0, speed).is_some());
-            let stoppable = speeds.iter().position(|&speed| line.time(from, speed, 0.0).is_some());
+            let reachable = speeds.iter().position(|&speed| limits.time(to, 0.0, speed).is_some());
+            let stoppable =
+                speeds.iter().position(|&speed| limits.time(from, speed, 0.0).is_some());
             if !kind.begins_diagonal() {
                 needed[kind as usize][0] |= bit(reachable);
             }
@@ -131,7 +132,7 @@ fn add_needed(vehicle: &Vehicle, first: TurnKind, next: TurnKind, needed: &mut [
     for steps in 0..STRAIGHTS {
         let distance = from.after + straight(vehicle, steps, is_diagonal) + to.before;
         let can = |&speed: &f64, &next: &f64| {
-            vehicle.line(is_diagonal).time(distance, speed, next).is_some()
+            vehicle.limits(is_diagonal).time(distance, speed, next).is_some()
         };
         for (index, speed) in speeds.iter().enumerate() {
             if is_needed(needed[first as usize], index) {

@@ -114,20 +114,21 @@ impl Tables {
         let parameters = vehicle.parameters();
         for index in 0..self.classes.len() {
             let class = &self.classes[index];
-            let line = vehicle.line(class.ends_diagonal);
+            let limits = vehicle.limits(class.ends_diagonal);
             let next = self.following(class.ends_diagonal);
             for steps in 0..STRAIGHTS {
                 #[allow(clippy::cast_possible_truncation)]
                 let straight = class.after + vehicle.straight(steps as u8, class.ends_diagonal);
                 let last = straight + parameters.stop_offset;
                 let finish =
-                    if class.ends_diagonal { None } else { line.time(last, class.speed, 0.0) };
+                    if class.ends_diagonal { None } else { limits.time(last, class.speed, 0.0) };
                 self.finish.push(finish.map_or(IMPOSSIBLE, |time| to_ticks(time * ticks)));
                 let row = self.costs.len();
                 for next in &self.classes[next.clone()] {
                     let arc = next.kind.and_then(|kind| vehicle.arc(kind));
                     let cost = arc.and_then(|fitted| {
-                        let time = line.time(straight + fitted.before, class.speed, next.speed)?;
+                        let time =
+                            limits.time(straight + fitted.before, class.speed, next.speed)?;
                         Some(
                             to_ticks(time * ticks)
                                 + to_ticks(fitted.arc.length / next.speed * ticks),

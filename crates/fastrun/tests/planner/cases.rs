@@ -1,6 +1,6 @@
 //! Generators of mazes and vehicles.
 
-use mmsim_fastrun::{Arc, Line, TurnKind, Vehicle, VehicleParameters};
+use mmsim_fastrun::{Arc, StraightLimits, TurnKind, Vehicle, VehicleParameters};
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use proptest::prelude::*;
 
@@ -37,9 +37,10 @@ pub(crate) fn any_case(max_side: usize) -> impl Strategy<Value = Case> {
 
 /// Generates vehicles: presets, some with other limits, fewer turns, shorter and slower arcs.
 pub(crate) fn any_vehicle() -> impl Strategy<Value = Vehicle> {
-    let line = (0.5..2.0, 0.5..2.0, 1.0..2.0, prop_oneof![3 => Just(f64::INFINITY), 1 => 1e5..1e7]);
+    let limits =
+        (0.5..2.0, 0.5..2.0, 1.0..2.0, prop_oneof![3 => Just(f64::INFINITY), 1 => 1e5..1e7]);
     let turns = prop::collection::vec((any::<bool>(), 0.6..1.0, 0.4..1.0), 9);
-    (0usize..4, any::<bool>(), line, turns).prop_filter_map(
+    (0usize..4, any::<bool>(), limits, turns).prop_filter_map(
         "the vehicle must be possible",
         |(preset, is_changed, (acceleration, braking, top_speed, jerk), turns)| {
             let vehicle = Vehicle::preset(Vehicle::PRESETS[preset]).unwrap();
@@ -48,10 +49,10 @@ pub(crate) fn any_vehicle() -> impl Strategy<Value = Vehicle> {
             }
             let VehicleParameters { half_cell, start_offset, stop_offset, .. } =
                 *vehicle.parameters();
-            let change = |line: &Line| Line {
-                acceleration: acceleration * line.acceleration,
-                braking: braking * line.braking,
-                top_speed: top_speed * line.top_speed,
+            let change = |limits: &StraightLimits| StraightLimits {
+                acceleration: acceleration * limits.acceleration,
+                braking: braking * limits.braking,
+                top_speed: top_speed * limits.top_speed,
                 jerk,
             };
             let arcs = vehicle.parameters().turns.iter().zip(turns);

@@ -60,11 +60,12 @@ impl Runs<'_> {
     fn follow(&mut self, mut at: Point, direction: Direction, after: f64, speed: f64, time: f64) {
         self.count += 1;
         let is_diagonal = direction.is_diagonal();
-        let line = *self.vehicle.line(is_diagonal);
+        let limits = *self.vehicle.limits(is_diagonal);
         for steps in 0.. {
             let distance = after + self.vehicle.straight(steps, is_diagonal);
             if at.cell() == Some(self.goal) && !is_diagonal {
-                let last = line.time(distance + self.vehicle.parameters().stop_offset, speed, 0.0);
+                let last =
+                    limits.time(distance + self.vehicle.parameters().stop_offset, speed, 0.0);
                 self.best = last.map_or(self.best, |last| self.best.min(time + last));
             }
             // The mouse has to come here and to the goal, at its top speed at best.
@@ -93,8 +94,8 @@ impl Runs<'_> {
                 }
                 let Some((end, next)) = kind.end(at, direction, side) else { continue };
                 for &turn_speed in vehicle.speeds(kind) {
-                    let line = vehicle.line(direction.is_diagonal());
-                    let straight = line.time(distance + fitted.before, speed, turn_speed);
+                    let limits = vehicle.limits(direction.is_diagonal());
+                    let straight = limits.time(distance + fitted.before, speed, turn_speed);
                     let Some(straight) = straight else { continue };
                     let time = time + straight + fitted.arc.length / turn_speed;
                     if time < self.best {
@@ -119,7 +120,7 @@ fn no_run_in_2000_small_mazes_is_faster_than_the_planned_one() {
         let vehicle = planner.vehicle().clone();
         let run = planner.plan(&walls, start, &[goal].into_iter().collect()).unwrap();
         let expected = run.time(&vehicle).unwrap();
-        let lines = [false, true].map(|is_diagonal| vehicle.line(is_diagonal).top_speed);
+        let lines = [false, true].map(|is_diagonal| vehicle.limits(is_diagonal).top_speed);
         let top_speed = lines[0].max(lines[1]);
         let mut runs = Runs {
             vehicle: &vehicle,

@@ -3,7 +3,7 @@
 #![allow(clippy::float_cmp)]
 
 use crate::cases::{Case, any_case, any_vehicle};
-use mmsim_fastrun::{Arc, Line, TurnKind, Vehicle, VehicleParameters, dijkstra, fastest};
+use mmsim_fastrun::{Arc, StraightLimits, TurnKind, Vehicle, VehicleParameters, dijkstra, fastest};
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
 use proptest::prelude::*;
 
@@ -42,7 +42,7 @@ fn changed(vehicle: &Vehicle, change: impl FnOnce(&mut VehicleParameters)) -> Op
 }
 
 /// Changes the limits along lines and on diagonals.
-fn with_lines(vehicle: &Vehicle, change: impl Fn(&mut Line)) -> Option<Vehicle> {
+fn with_limits(vehicle: &Vehicle, change: impl Fn(&mut StraightLimits)) -> Option<Vehicle> {
     changed(vehicle, |parameters| {
         change(&mut parameters.along);
         parameters.diagonal.iter_mut().for_each(change);
@@ -111,11 +111,11 @@ proptest! {
             for length in [half_cell, start_offset, stop_offset] {
                 *length *= scale;
             }
-            for line in [Some(&mut parameters.along), parameters.diagonal.as_mut()].into_iter().flatten() {
-                line.acceleration *= scale;
-                line.braking *= scale;
-                line.top_speed *= scale;
-                line.jerk *= scale;
+            for limits in [Some(&mut parameters.along), parameters.diagonal.as_mut()].into_iter().flatten() {
+                limits.acceleration *= scale;
+                limits.braking *= scale;
+                limits.top_speed *= scale;
+                limits.jerk *= scale;
             }
             for (_, arc) in &mut parameters.turns {
                 arc.length *= scale;
@@ -135,10 +135,10 @@ proptest! {
     ) {
         let expected = time(&case, &vehicle) + TOLERANCE;
         let better = [
-            with_lines(&vehicle, |line| line.acceleration *= factor),
-            with_lines(&vehicle, |line| line.braking *= factor),
-            with_lines(&vehicle, |line| line.top_speed *= factor),
-            with_lines(&vehicle, |line| line.jerk *= factor),
+            with_limits(&vehicle, |limits| limits.acceleration *= factor),
+            with_limits(&vehicle, |limits| limits.braking *= factor),
+            with_limits(&vehicle, |limits| limits.top_speed *= factor),
+            with_limits(&vehicle, |limits| limits.jerk *= factor),
         ];
         for better in better.iter().flatten() {
             prop_assert!(time(&case, better) <= expected);

@@ -4,7 +4,7 @@ use libm::{fmax, fmin, sqrt};
 
 /// The limits of a mouse on a straight, in mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct StraightLimits {
     /// The greatest acceleration, in mm/s².
     pub acceleration: f64,
     /// The greatest deceleration, in mm/s² (a positive number).
@@ -32,21 +32,22 @@ pub struct Piece {
 /// The squares of speeds may differ by this much, in mm²/s².
 const TOLERANCE: f64 = 1e-9;
 
-impl Line {
+impl StraightLimits {
     /// Returns the least time in s in which a mouse covers `distance` mm, from the speed `from` to
-    /// the speed `to` (mm/s). Returns `None` if the distance is too short for the change of speed.
+    /// the speed `to` (mm/s). Returns `None` if the distance is too short for the change of speed,
+    /// or if one of the speeds is above the top speed.
     ///
     /// Without a limit on the jerk, the mouse accelerates to a peak speed (at most the top speed),
     /// keeps it, and brakes. With a limit on the jerk, the acceleration rises and falls linearly,
     /// and is zero at both ends.
     ///
     /// ```
-    /// use mmsim_fastrun::Line;
-    /// let line =
-    ///     Line { acceleration: 17000.0, braking: 17000.0, top_speed: 2500.0, jerk: f64::INFINITY };
-    /// let time = line.time(2610.0, 0.0, 0.0).unwrap();
+    /// use mmsim_fastrun::StraightLimits;
+    /// let limits =
+    ///     StraightLimits { acceleration: 17000.0, braking: 17000.0, top_speed: 2500.0, jerk: f64::INFINITY };
+    /// let time = limits.time(2610.0, 0.0, 0.0).unwrap();
     /// assert!((time - 1.1911).abs() < 1e-4);
-    /// assert_eq!(line.time(10.0, 0.0, 2500.0), None);
+    /// assert_eq!(limits.time(10.0, 0.0, 2500.0), None);
     /// ```
     pub fn time(&self, distance: f64, from: f64, to: f64) -> Option<f64> {
         let drive = self.drive(distance, from, to)?;
@@ -80,6 +81,9 @@ impl Line {
     /// Returns the greatest speed of the drive, or `None` if the distance is too short.
     fn peak(&self, distance: f64, from: f64, to: f64) -> Option<f64> {
         let Self { acceleration: a, braking: b, top_speed, jerk } = *self;
+        if fmax(from, to) > top_speed {
+            return None;
+        }
         if jerk == f64::INFINITY {
             if to * to > from * from + 2.0 * a * distance + TOLERANCE
                 || from * from > to * to + 2.0 * b * distance + TOLERANCE
@@ -191,19 +195,19 @@ mod tests {
 
     use super::*;
 
-    fn line(acceleration: f64, braking: f64, jerk: f64) -> Line {
-        Line { acceleration, braking, top_speed: 2500.0, jerk }
+    fn limits(acceleration: f64, braking: f64, jerk: f64) -> StraightLimits {
+        StraightLimits { acceleration, braking, top_speed: 2500.0, jerk }
     }
 
     /// Adds up many short stretches at the greatest speed that is possible there, both from the
     /// beginning and towards the end.
-    fn by_small_steps(line: &Line, distance: f64, from: f64, to: f64) -> f64 {
+    fn by_small_steps(limits: &StraightLimits, distance: f64, from: f64, to: f64) -> f64 {
         let steps = 200_000;
         let width = distance / f64::from(steps);
         let speed = |place: f64| {
-            let up = from * from + 2.0 * line.acceleration * place;
-            let down = to * to + 2.0 * line.braking * (distance - place);
-            up.min(down).sqrt().min(line.top_speed)
+            let up = from * from + 2.0 * limits.acceleration * place;
+            let down = to * to + 2.0 * limits.braking * (distance - place);
+            up.min(down).sqrt().min(limits.top_speed)
         };
         (0..steps).map(|step| width / speed((f64::from(step) + 0.5) * width)).sum()
     }
@@ -213,9 +217,11 @@ mod tests {
         for (distance, from, to) in
             [(2610.0, 0.0, 0.0), (300.0, 500.0, 1400.0), (90.0, 1000.0, 900.0), (900.0, 600.0, 0.0)]
         {
-            let line = line(17000.0, 9000.0, f64::INFINITY);
-            let (time, sum) =
-                (line.time(distance, from, to).unwrap(), by_small_steps(&line, distance, from, to));
+            let limits = limits(17000.0, 9000.0, f64::INFINITY);
+            let (time, sum) = (
+                limits.time(distance, from, to).unwrap(),
+                by_small_steps(&limits, distance, from, to),
+            );
             assert!((time - sum).abs() < 1e-3 * sum, "{distance} {from} {to}: {time} {sum}");
         }
     }
@@ -223,10 +229,20 @@ mod tests {
     #[test]
     fn a_straight_without_length_takes_no_time() {
         for jerk in [f64::INFINITY, 1e6] {
-            let line = line(10_000.0, 8000.0, jerk);
-            assert_eq!(line.time(0.0, 700.0, 700.0), Some(0.0));
-            assert_eq!(line.time(0.0, 700.0, 701.0), None);
-            assert_eq!(line.pieces(0.0, 700.0, 700.0).unwrap().count(), 0);
+            let limits = limits(10_000.0, 8000.0, jerk);
+            assert_eq!(limits.time(0.0, 700.0, 700.0), Some(0.0));
+            assert_eq!(limits.time(0.0, 700.0, 701.0), None);
+            assert_eq!(limits.pieces(0.0, 700.0, 700.0).unwrap().count(), 0);
+        }
+    }
+
+    #[test]
+    fn no_speed_is_above_the_top_speed() {
+        for jerk in [f64::INFINITY, 1e6] {
+            let limits = limits(10_000.0, 8000.0, jerk);
+            assert!(limits.time(3000.0, 2500.0, 2500.0).is_some());
+            assert_eq!(limits.time(3000.0, 2501.0, 0.0), None);
+            assert_eq!(limits.time(3000.0, 0.0, 2501.0), None);
         }
     }
 
@@ -237,17 +253,22 @@ mod tests {
             (acceleration, braking) in (500.0..30_000.0, 500.0..30_000.0),
             jerk in prop_oneof![Just(f64::INFINITY), 1e4..1e7],
         ) {
-            let line = line(acceleration, braking, jerk);
-            let Some(time) = line.time(distance, from, to) else {
-                prop_assert!(line.pieces(distance, from, to).is_none());
-                // Twice the distance that the change needs without a limit on the jerk suffices
-                // only without that limit.
-                let needed = (from * from - to * to).abs() / 2.0 / acceleration.min(braking);
-                prop_assert!(jerk < f64::INFINITY || distance < needed);
+            let limits = limits(acceleration, braking, jerk);
+            let Some(time) = limits.time(distance, from, to) else {
+                prop_assert!(limits.pieces(distance, from, to).is_none());
+                // The change of speed alone needs this distance.
+                let limit = if to > from { acceleration } else { braking };
+                let difference = (to - from).abs();
+                let duration = if difference * jerk > limit * limit {
+                    difference / limit + limit / jerk
+                } else {
+                    2.0 * (difference / jerk).sqrt()
+                };
+                prop_assert!(distance < f64::midpoint(from, to) * duration);
                 return Ok(());
             };
             let (mut covered, mut speed, mut duration) = (0.0, from, 0.0);
-            for piece in line.pieces(distance, from, to).unwrap() {
+            for piece in limits.pieces(distance, from, to).unwrap() {
                 prop_assert!((piece.speed - speed).abs() < 1e-6);
                 let (length, end, last) = piece.at(piece.duration);
                 prop_assert!(piece.acceleration.abs().max(last.abs()) < acceleration.max(braking) + 1e-6);
@@ -265,20 +286,20 @@ mod tests {
             jerk in prop_oneof![Just(f64::INFINITY), 1e4..1e7],
             factor in 1.0..2.0,
         ) {
-            let line = line(10_000.0, 8000.0, jerk);
-            let Some(time) = line.time(distance, from, to) else { return Ok(()) };
+            let limits = limits(10_000.0, 8000.0, jerk);
+            let Some(time) = limits.time(distance, from, to) else { return Ok(()) };
             let better = [
-                Line { acceleration: factor * line.acceleration, ..line },
-                Line { braking: factor * line.braking, ..line },
-                Line { top_speed: factor * line.top_speed, ..line },
-                Line { jerk: factor * line.jerk, ..line },
+                StraightLimits { acceleration: factor * limits.acceleration, ..limits },
+                StraightLimits { braking: factor * limits.braking, ..limits },
+                StraightLimits { top_speed: factor * limits.top_speed, ..limits },
+                StraightLimits { jerk: factor * limits.jerk, ..limits },
             ];
             for better in better {
                 prop_assert!(better.time(distance, from, to).unwrap() <= time + 1e-9);
             }
-            let unlimited = Line { jerk: f64::INFINITY, ..line };
+            let unlimited = StraightLimits { jerk: f64::INFINITY, ..limits };
             prop_assert!(unlimited.time(distance, from, to).unwrap() <= time + 1e-9);
-            prop_assert!(line.time(factor * distance, from, to).unwrap() >= time - 1e-9);
+            prop_assert!(limits.time(factor * distance, from, to).unwrap() >= time - 1e-9);
         }
     }
 }
