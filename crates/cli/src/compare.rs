@@ -99,7 +99,7 @@ fn compare(
     args: &CompareArgs,
 ) -> Result<Report, Box<dyn Error>> {
     let vehicle = args.vehicle.clone().unwrap_or_else(Vehicle::expert);
-    let exploration = Exploration::new(vehicle, args.candidates.tolerance);
+    let exploration = Exploration::new(vehicle, args.candidates.tolerance());
     let mut figures = search_all(candidates, mazes, args.limits(), &exploration, args.jobs)?;
     let (mut measures, mut note) = (MEASURES.to_vec(), None);
     if let Some(vehicle) = args.vehicle.clone() {

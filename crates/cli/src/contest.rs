@@ -43,7 +43,7 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let candidates = args.candidates.select("contest")?;
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
     let rules = args.rules();
-    let exploration = Exploration::new(args.vehicle.clone(), args.candidates.tolerance);
+    let exploration = Exploration::new(args.vehicle.clone(), args.candidates.tolerance());
     let figures = search_all(&candidates, &mazes, args.limits(), &exploration, args.jobs)?;
     warn_about(&args.vehicle);
     let planner = Planner::new(args.vehicle.clone());

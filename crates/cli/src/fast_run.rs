@@ -111,7 +111,7 @@ fn export(args: &FastRunArgs, driven: &Driven) -> Result<(), Box<dyn std::error:
         write(file, &samples::csv(&driven.trajectory, args.interval.seconds)?)?;
     }
     if let Some(file) = &args.c_array {
-        write(file, &c_array::c_array(driven))?;
+        write(file, &c_array::c_array(driven, file))?;
     }
     Ok(())
 }

@@ -186,6 +186,31 @@ pub(crate) fn counted(count: impl Into<u64>, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The maximum number of reasons that are listed.
+const MAX_REASONS: usize = 5;
+
+/// Lists the most frequent reasons after a title such as "flood-fill failed". Each reason comes with
+/// the names of its mazes. Returns `None` if the list is empty.
+pub(crate) fn list_reasons(title: &str, mut reasons: Vec<(&str, Vec<&str>)>) -> Option<String> {
+    reasons.sort_by_key(|(_, mazes)| std::cmp::Reverse(mazes.len()));
+    let count = |mazes: usize| counted(mazes as u64, "maze");
+    let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
+    let mut lines = vec![format!("{} in {}:\n", Escaped(title), count(total))];
+    lines.extend(reasons.iter().take(MAX_REASONS).map(|(reason, mazes)| {
+        let such_as = match mazes.len() {
+            0 | 1 => String::new(),
+            many => format!("{}, such as ", count(many)),
+        };
+        let example = mazes.first().map_or("", |maze| maze);
+        format!("  {such_as}{}: {}\n", Escaped(example), Escaped(reason))
+    }));
+    if reasons.len() > MAX_REASONS {
+        let others = (reasons.len() - MAX_REASONS) as u64;
+        lines.push(format!("  {} (see --json)\n", counted(others, "other reason")));
+    }
+    (total > 0).then(|| lines.concat())
+}
+
 /// Formats the length of the shortest path to the goal.
 pub(crate) fn goal_away(shortest_path: Option<u16>) -> String {
     match shortest_path {

@@ -26,7 +26,15 @@ pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
     if is_name && !path.exists() {
         return Err(unknown(text));
     }
-    let toml = read(path).map_err(|error| format!("cannot read the file: {error}"))?;
+    let toml = read(path).map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => {
+                " (mmsim fast-run --print-vehicle --vehicle expert prints a file to start from)"
+            }
+            _ => "",
+        };
+        format!("cannot read the file: {error}{hint}")
+    })?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     Vehicle::from_toml(&toml, &Escaped(name).to_string()).map_err(|error| error.to_string())
 }
@@ -40,7 +48,13 @@ pub(crate) struct GivenVehicle {
 
 /// Parses a value of `--vehicle`, and keeps the argument.
 pub(crate) fn parse_given_vehicle(text: &str) -> Result<GivenVehicle, String> {
-    Ok(GivenVehicle { argument: text.into(), vehicle: parse_vehicle(text)? })
+    match parse_vehicle(text) {
+        Ok(vehicle) => Ok(GivenVehicle { argument: text.into(), vehicle }),
+        Err(error) if text.contains(',') => {
+            Err(format!("{error} (repeat --vehicle for several vehicles)"))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// Returns the vehicles that were given, each once. Returns an error if two have the same name.
@@ -100,7 +114,9 @@ mod tests {
         insta::assert_snapshot!(error("exprt"), @"expected ukmars, ares, expert, kerise or a TOML file (did you mean expert?)");
         insta::assert_snapshot!(error("bicycle"), @"expected ukmars, ares, expert, kerise or a TOML file");
         assert!(error("no/such/file").starts_with("cannot read the file: "));
-        assert!(error("none.toml").starts_with("cannot read the file: "));
+        assert!(error("none.toml").ends_with(
+            "(mmsim fast-run --print-vehicle --vehicle expert prints a file to start from)"
+        ));
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("my mouse.toml");
         let text = |content: &str| {
@@ -121,6 +137,8 @@ mod tests {
     fn each_name_stands_for_one_vehicle() {
         let given = ["expert", "ares", "expert"].map(|name| parse_given_vehicle(name).unwrap());
         assert_eq!(each_vehicle_once(&given), Ok(vec![Vehicle::expert(), Vehicle::ares()]));
+        let list = parse_given_vehicle("expert,ares").unwrap_err();
+        insta::assert_snapshot!(list, @"expected ukmars, ares, expert, kerise or a TOML file (repeat --vehicle for several vehicles)");
         let [expert, ..] = given;
         let other = Vehicle::from_toml("base = 'ares'\nname = 'expert'", "").unwrap();
         let other = GivenVehicle { argument: "other.toml".into(), vehicle: other };

@@ -7,14 +7,12 @@ use std::fs;
 use std::path::Path;
 
 use harness::Home;
-use harness::mice::{commands, script, works};
+use harness::mice::{AROUND, BACK, LOOP, assert_close, commands, script, works};
 use serde_json::{Value, json};
 
 const STRATEGIES: &str =
     "flood-fill,weight-increment,left-wall,swing,shortest-path-search,fastest-path-search";
 
-/// The goal is two cells east of the start. Another path leads around a wall.
-const LOOP: &str = "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 /// Returns the words of each line that has any.
@@ -42,11 +40,6 @@ fn the_tables_are_those_of_the_documentation() {
 fn entry<'r>(contest: &'r Value, maze: usize, mouse: &str) -> &'r Value {
     let mut entries = contest["mazes"][maze]["entries"].as_array().unwrap().iter();
     entries.find(|entry| entry["mouse"] == mouse).expect("the mouse")
-}
-
-fn assert_close(found: &Value, expected: f64) {
-    let number = found.as_f64().unwrap_or_else(|| panic!("{found} instead of {expected}"));
-    assert!((number - expected).abs() < 2e-4, "{number} instead of {expected}");
 }
 
 /// Returns the times of the run to the east, from rest to rest and from gate to gate: 450 mm with
@@ -180,22 +173,19 @@ fn a_slow_search_leaves_time_for_fewer_runs() {
     let back = found["search_time_s"].as_f64().unwrap();
     // One run takes 0.33 s, and the mouse needs 2 s to return.
     let limit = |seconds: f64| seconds.to_string();
-    let (count, ..) = runs(&["--search-speed", "1,0", "--time-limit", &limit(back + 3.0)]);
+    let (count, ..) = runs(&["--search-speed", "1,0", "--contest-time", &limit(back + 3.0)]);
     assert_eq!(count, 3);
     let (count, error, found) =
-        runs(&["--search-speed", "1,0", "--time-limit", &limit(back + 0.1)]);
+        runs(&["--search-speed", "1,0", "--contest-time", &limit(back + 0.1)]);
     assert_eq!((count, &found["score_s"]), (1, &found["runs"][0]["time_s"]));
     assert!(
         error.as_str().unwrap().starts_with("no time for a fast run: back at the start after ")
     );
-    let (count, error, found) = runs(&["--search-speed", "1,0", "--time-limit", "1"]);
+    let (count, error, found) = runs(&["--search-speed", "1,0", "--contest-time", "1"]);
     assert_eq!((count, &found["score_s"], &found["rank"]), (0, &Value::Null, &Value::Null));
-    assert!(error.as_str().unwrap().ends_with(" the time limit is 1 s"), "{error}");
+    assert!(error.as_str().unwrap().ends_with(" the contest takes 1 s"), "{error}");
     assert_eq!(runs(&["--max-runs", "2"]).0, 2);
 }
-
-const AROUND: &str = "moveForward turnRight moveForward moveForward turnRight moveForward ";
-const BACK: &str = "turnRight moveForward moveForward turnRight ";
 
 #[test]
 fn touches_are_resets_crashes_and_mice_that_do_not_return() {
@@ -212,7 +202,7 @@ fn touches_are_resets_crashes_and_mice_that_do_not_return() {
         commands(&home, "begins-again", &["moveForward ackReset ", AROUND, BACK].concat()),
     ];
     let mut arguments = vec!["contest", "a.txt", "--strategies", "none", "--rules", "uk"];
-    arguments.extend(["--search-speed", "1,0", "--timeout", "60", "--json"]);
+    arguments.extend(["--search-speed", "1,0", "--time-limit", "60", "--json"]);
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let contest = home.run(&arguments).json();
     for (mouse, is_touched, is_touched_early, search_run, search) in [
@@ -263,7 +253,7 @@ fn failures_are_named_and_stop_nothing() {
         commands(&home, "lost", "moveForward"),
         "missing=no-such-mouse".into(),
     ];
-    let mut arguments = vec!["contest", "a.txt", "--strategies", "swing", "--timeout", "60"];
+    let mut arguments = vec!["contest", "a.txt", "--strategies", "swing", "--time-limit", "60"];
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(0), "{ended:?}");
@@ -299,7 +289,7 @@ fn usage_errors_set_exit_code_2() {
     let home = Home::new();
     for (arguments, error) in [
         (&["--rules", "all-japan"][..], "[possible values: best-run, apec, uk]"),
-        (&["--time-limit", "0"], "expected a number of seconds greater than 0"),
+        (&["--contest-time", "0"], "expected a number of seconds greater than 0"),
         (&["--max-runs", "0"], "--max-runs"),
         (&["--search-speed", "fast"], "expected seconds per cell and"),
         (&["--vehicle", "exprt"], "did you mean expert?"),

@@ -122,7 +122,10 @@ fn the_documentation_shows_a_table_a_vehicle_and_exports() {
     }
     let (_, array) = page.split_once("```c\n").unwrap();
     let (array, _) = array.split_once("```").unwrap();
-    assert!(export("--c-array").contains(array), "{array}");
+    let found = home.run(&["fast-run", "first steps", "--c-array", "final.h"]);
+    assert_eq!(found.code, Some(0));
+    let header = fs::read_to_string(home.path().join("final.h")).unwrap();
+    assert!(header.contains(array), "{array}");
 }
 
 #[test]

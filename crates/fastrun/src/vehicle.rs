@@ -97,8 +97,8 @@ pub struct FittedArc {
 pub enum VehicleError {
     /// A parameter is not within the limits of any micromouse.
     #[error(
-        "{key}: expected {} to {} {unit}, found {found} {unit}{}",
-        range.start(), range.end(), hint(*.found, unit, range)
+        "{key}: expected {} to {} {unit}, found {} {unit}{}",
+        range.start(), range.end(), number(*.found), hint(*.found, unit, range)
     )]
     OutOfRange {
         /// The parameter, such as `along.top_speed` or `turns.l90.length`.
@@ -235,6 +235,11 @@ fn hint(found: f64, unit: &str, range: &RangeInclusive<f64>) -> String {
         }
         _ => String::new(),
     }
+}
+
+/// Writes a number, with an exponent if it has many digits.
+fn number(number: f64) -> String {
+    if libm::fabs(number) < 1e9 { number.to_string() } else { format!("{number:e}") }
 }
 
 fn tenths_down(length: f64) -> f64 {

@@ -43,9 +43,12 @@ pub enum VehicleFileFault {
     #[error("{0}")]
     Toml(String),
     /// The name is empty or too long.
-    #[error("name: expected 1 to {MAX_NAME} characters, found {found}")]
+    #[error("name: expected 1 to {MAX_NAME} characters, found {}", match found {
+        0 => "only spaces".into(),
+        _ => found.to_string(),
+    })]
     Name {
-        /// The number of characters.
+        /// The number of characters, without spaces at both ends.
         found: usize,
     },
     /// No preset has the name of the base.
@@ -55,10 +58,15 @@ pub enum VehicleFileFault {
         found: String,
     },
     /// A parameter has no value.
-    #[error("{key} is missing (set it, or set base to one of {})", Vehicle::PRESETS.join(", "))]
+    #[error("{key} is missing ({})", match base {
+        Some(base) => format!("set it; base {base:?} has no value for it"),
+        None => format!("set it, or set base to one of {}", Vehicle::PRESETS.join(", ")),
+    })]
     Missing {
         /// The parameter, such as `along.top_speed`.
         key: String,
+        /// The base, which has no value for the parameter.
+        base: Option<String>,
     },
     /// The mouse is impossible.
     #[error("{0}")]
@@ -171,9 +179,7 @@ impl Vehicle {
     pub fn from_toml(text: &str, name: &str) -> Result<Self, VehicleFileError> {
         let file: VehicleFile = toml::from_str(text).map_err(|error| VehicleFileError {
             line: error.span().map(|span| line_number(text, span.start)),
-            fault: VehicleFileFault::Toml(
-                error.message().replace('\n', ", ").replace("expected f64", "expected a number"),
-            ),
+            fault: VehicleFileFault::Toml(in_terms_of_toml(error.message())),
         })?;
         let base = file.base.clone();
         file.vehicle(name).map_err(|fault| fault.in_text(text, base))
@@ -230,7 +236,7 @@ impl Vehicle {
 impl VehicleFile {
     /// Completes the parameters with those of the base and the defaults, and checks them.
     fn vehicle(self, name: &str) -> Result<Vehicle, VehicleFileFault> {
-        let length = self.name.as_ref().map(|name| name.chars().count());
+        let length = self.name.as_ref().map(|name| name.trim().chars().count());
         if let Some(found) = length.filter(|length| !(1..=MAX_NAME).contains(length)) {
             return Err(VehicleFileFault::Name { found });
         }
@@ -288,7 +294,10 @@ impl LimitsTable {
         base: Option<StraightLimits>,
     ) -> Result<StraightLimits, VehicleFileFault> {
         let value = |own: Option<f64>, base: Option<f64>, key: &str| {
-            own.or(base).ok_or_else(|| VehicleFileFault::Missing { key: format!("{table}.{key}") })
+            own.or(base).ok_or_else(|| VehicleFileFault::Missing {
+                key: format!("{table}.{key}"),
+                base: None,
+            })
         };
         let acceleration =
             value(self.acceleration, base.map(|base| base.acceleration), "acceleration")?;
@@ -304,7 +313,8 @@ impl LimitsTable {
 
 impl ArcTable {
     fn arc(self, kind: TurnKind, base: Option<Arc>, half: f64) -> Result<Arc, VehicleFileFault> {
-        let missing = |key| VehicleFileFault::Missing { key: format!("turns.{kind}.{key}") };
+        let missing =
+            |key| VehicleFileFault::Missing { key: format!("turns.{kind}.{key}"), base: None };
         // The length of the turn by 180° depends on the cell only.
         let length = match kind {
             TurnKind::L180 => Some(length_of_180(half)),
@@ -335,11 +345,14 @@ impl VehicleFileFault {
             Self::Toml(_) => return VehicleFileError { line: None, fault: self },
             Self::Name { .. } => "name".into(),
             Self::UnknownBase { .. } => "base".into(),
-            Self::Missing { key } => key.into(),
+            Self::Missing { key, .. } => key.into(),
             Self::Vehicle(error) => error.key(),
             Self::Inherited { error, .. } => error.key(),
         };
         let (line, is_given) = find(text, &key);
+        if let Self::Missing { key, .. } = self {
+            return VehicleFileError { line, fault: Self::Missing { key, base } };
+        }
         let (Self::Vehicle(error), Some(base)) = (&self, base) else {
             return VehicleFileError { line, fault: self };
         };
@@ -384,6 +397,22 @@ fn find(text: &str, key: &str) -> (Option<usize>, bool) {
         table = DeValue::as_table(value.get_ref());
     }
     (line, true)
+}
+
+/// Replaces the types of Rust in a message of the TOML parser by those of TOML.
+fn in_terms_of_toml(message: &str) -> String {
+    const VALUE: &str = "expected a number, false, or a text in quotes";
+    const TERMS: [(&str, &str); 7] = [
+        ("\n", ", "),
+        ("expected f64", "expected a number"),
+        (" as i128", ""),
+        ("type: sequence", "type: array"),
+        ("expected a map", "expected a table"),
+        ("invalid boolean, expected `false`", VALUE),
+        ("string values must be quoted, expected literal string", VALUE),
+    ];
+    let replace = |text: String, (rust, toml)| text.replace(rust, toml);
+    TERMS.into_iter().fold(message.into(), replace)
 }
 
 fn line_number(text: &str, at: usize) -> usize {
@@ -485,7 +514,7 @@ s90 = { length = 116, speed = 600 }
     #[test]
     fn faults_name_the_line_and_the_key() {
         insta::assert_snapshot!(error("cell = 180\ncell = 90"), @"line 2: duplicate key");
-        insta::assert_snapshot!(error("cell = 180\n\n[along]\nacceleration = fast"), @"line 4: invalid boolean, expected `false`");
+        insta::assert_snapshot!(error("cell = 180\n\n[along]\nacceleration = fast"), @"line 4: expected a number, false, or a text in quotes");
         insta::assert_snapshot!(error("[along]\nacceleration = 'fast'"), @r#"line 2: invalid type: string "fast", expected a number"#);
         insta::assert_snapshot!(error("[along]\nacelleration = 9000"), @"line 2: unknown field `acelleration`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
         insta::assert_snapshot!(error("[turns]\ns90 = { length = 116, speed = 600 }\nl9O = { speed = 3 }"), @"line 3: unknown turn `l9O`, expected one of s90, l90, 180, 45in, 135in, 45out, 135out, v90, k90");
@@ -494,14 +523,16 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(error("[turns]\nl90 = true"), @"line 2: invalid value: boolean `true`, expected false or a table such as { length = 116, speed = 500 }");
         insta::assert_snapshot!(error("diagonal = true"), @"line 1: invalid value: boolean `true`, expected false or a table such as { acceleration = 9000, top_speed = 3000 }");
         insta::assert_snapshot!(error("[diagonal]\n\nbreaking = 3"), @"line 3: unknown field `breaking`, expected one of `acceleration`, `braking`, `top_speed`, `jerk`");
-        insta::assert_snapshot!(error("turns = [1]"), @"line 1: invalid type: sequence, expected a map");
-        insta::assert_snapshot!(error("base = 'ares'\nname = ''"), @"line 2: name: expected 1 to 64 characters, found 0");
+        insta::assert_snapshot!(error("[along]\nacceleration = quick"), @"line 2: expected a number, false, or a text in quotes");
+        insta::assert_snapshot!(error("along.acceleration = 99999999999999999999"), @"line 1: invalid type: integer `99999999999999999999`, expected a number");
+        insta::assert_snapshot!(error("turns = [1]"), @"line 1: invalid type: array, expected a table");
+        insta::assert_snapshot!(error("base = 'ares'\nname = ' '"), @"line 2: name: expected 1 to 64 characters, found only spaces");
         insta::assert_snapshot!(error(&format!("name = '{}'", "ü".repeat(65))), @"line 1: name: expected 1 to 64 characters, found 65");
         insta::assert_snapshot!(error(&format!("a = {}", "[".repeat(10_000))), @"line 1: cannot recurse further; max recursion depth met");
         insta::assert_snapshot!(error("# mine\nbase = 'export'"), @r#"line 2: base: expected one of ukmars, ares, expert, kerise, found "export""#);
         insta::assert_snapshot!(error(""), @"along.acceleration is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
         insta::assert_snapshot!(error("\n[along]\nacceleration = 6000"), @"line 2: along.top_speed is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
-        insta::assert_snapshot!(error("base = 'ukmars'\n[turns]\nl90 = { speed = 900 }"), @"line 3: turns.l90.length is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("base = 'ukmars'\n[turns]\nl90 = { speed = 900 }"), @r#"line 3: turns.l90.length is missing (set it; base "ukmars" has no value for it)"#);
         insta::assert_snapshot!(error("[along]\nacceleration = 6000\ntop_speed = 3000"), @"turn s90 is missing: without it, a mouse cannot reach every cell");
     }
 
@@ -513,6 +544,7 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(based("start_offset = 100"), @"line 2: start_offset: expected 0 to 90 mm, found 100 mm");
         insta::assert_snapshot!(based("along.top_speed = 2.5"), @"line 2: along.top_speed: expected 50 to 20000 mm/s, found 2.5 mm/s (if it is in m/s, write 2500)");
         insta::assert_snapshot!(based("\n[diagonal]\ntop_speed = 2000\nacceleration = 9.81"), @"line 5: diagonal.acceleration: expected 100 to 100000 mm/s², found 9.81 mm/s² (if it is in m/s², write 9810)");
+        insta::assert_snapshot!(based("along.acceleration = 1e300"), @"line 2: along.acceleration: expected 100 to 100000 mm/s², found 1e300 mm/s²");
         insta::assert_snapshot!(based("along.braking = nan"), @"line 2: along.braking: expected 100 to 100000 mm/s², found NaN mm/s²");
         insta::assert_snapshot!(based("along.jerk = -inf"), @"line 2: along.jerk: expected 1000 to 1000000000 mm/s³, found -inf mm/s³");
         insta::assert_snapshot!(based("turns.l90.length = -1"), @"line 2: turns.l90.length: expected 1 to 10000 mm, found -1 mm");

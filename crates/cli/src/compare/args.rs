@@ -99,9 +99,9 @@ pub(crate) struct CandidateArgs {
     )]
     strategies: Vec<Choice>,
     /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
-    /// the fastest run, such as 3% or 0.03
-    #[arg(long, value_name = "SHARE", default_value = "0%")]
-    pub(crate) tolerance: Tolerance,
+    /// the fastest run, such as 3% or 0.03 [default: 0%]
+    #[arg(long, value_name = "SHARE")]
+    tolerance: Option<Tolerance>,
 }
 
 /// A value of `--strategies`.
@@ -156,7 +156,20 @@ impl CandidateArgs {
             let message = "no mice: --strategies none requires --mouse";
             return Err(UsageError::new(command, message));
         }
+        let uses_vehicle = |candidate: &Candidate| match candidate {
+            Candidate::Bundled(strategy) => strategy.uses_vehicle(),
+            Candidate::Own(_) => false,
+        };
+        if self.tolerance.is_some() && !candidates.iter().any(uses_vehicle) {
+            let message = "--tolerance has no effect without fastest-path-search";
+            return Err(UsageError::new(command, message));
+        }
         Ok(candidates)
+    }
+
+    /// Returns the tolerance of fastest-path-search.
+    pub(crate) fn tolerance(&self) -> Tolerance {
+        self.tolerance.unwrap_or_default()
     }
 }
 

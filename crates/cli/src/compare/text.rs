@@ -1,13 +1,8 @@
 //! The text output: tables, and the failures of each mouse.
 
-use mmsim_maze::Escaped;
-
 use super::report::{CandidateReport, Report};
 use crate::grid::aligned;
-use crate::output::counted;
-
-/// The maximum number of reasons for the failures of a mouse that are listed.
-const MAX_REASONS: usize = 5;
+use crate::output::list_reasons;
 
 impl Report {
     /// Returns the overview, the notes, the other tables, and the failures of each mouse.
@@ -32,22 +27,14 @@ impl Report {
 
     /// Lists the most frequent reasons why a candidate failed.
     fn failures(&self, candidate: usize) -> Option<String> {
-        let reasons = self.comparison.failure_reasons(candidate);
         let CandidateReport { strategy, mazes, .. } = &self.candidates[candidate];
-        let count = |mazes: usize| counted(mazes as u64, "maze");
-        let total = reasons.iter().map(|reason| reason.mazes.len()).sum();
-        let mut lines = vec![format!("{} failed in {}:\n", Escaped(strategy), count(total))];
-        lines.extend(reasons.iter().take(MAX_REASONS).map(|reason| {
-            let example = reason.mazes.first().map_or("", |&maze| &mazes[maze].maze.path);
-            let such_as = if reason.mazes.len() > 1 { ", such as" } else { "" };
-            let (text, example) = (Escaped(reason.text), Escaped(example));
-            format!("  {}{such_as} {example}: {text}\n", count(reason.mazes.len()))
-        }));
-        if reasons.len() > MAX_REASONS {
-            let others = (reasons.len() - MAX_REASONS) as u64;
-            lines.push(format!("  {} (see --json)\n", counted(others, "other reason")));
-        }
-        (!reasons.is_empty()).then(|| lines.concat())
+        let path = |maze: usize| &*mazes[maze].maze.path;
+        let reasons = self.comparison.failure_reasons(candidate);
+        let reasons = reasons.iter().map(|reason| {
+            let paths = reason.mazes.iter().map(|&maze| path(maze));
+            (reason.text, paths.collect())
+        });
+        list_reasons(&format!("{strategy} failed"), reasons.collect())
     }
 }
 

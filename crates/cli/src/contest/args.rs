@@ -45,10 +45,9 @@ pub(crate) struct ContestArgs {
         value_parser = one_of(RuleSet::ALL, RuleSet::value)
     )]
     pub(crate) rules: RuleSet,
-    /// Limit the contest of each mouse to S seconds of simulated time, including its search
-    /// [default: by the rules]
+    /// Give each mouse S seconds of simulated time for its search and all runs [default: by the rules]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
-    time_limit: Option<Duration>,
+    contest_time: Option<Duration>,
     /// Limit the number of runs, including the search run [default: by the rules]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     max_runs: Option<u32>,
@@ -65,7 +64,7 @@ pub(crate) struct ContestArgs {
     pub(crate) search_speed: SearchSpeed,
     /// Stop the program of a mouse of your own after S seconds in a maze
     #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
-    timeout: Duration,
+    time_limit: Duration,
     /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
     /// each turn
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
@@ -86,7 +85,7 @@ impl ContestArgs {
     pub(crate) fn rules(&self) -> Rules {
         let rules = self.rules.rules();
         Rules {
-            time_limit: self.time_limit.map_or(rules.time_limit, |limit| limit.as_secs_f64()),
+            time_limit: self.contest_time.map_or(rules.time_limit, |limit| limit.as_secs_f64()),
             max_runs: self.max_runs.or(rules.max_runs),
             ..rules
         }
@@ -94,6 +93,6 @@ impl ContestArgs {
 
     /// Returns the limits of the user's mice.
     pub(crate) const fn limits(&self) -> SearchLimits {
-        SearchLimits { time: self.timeout, states: self.max_states }
+        SearchLimits { time: self.time_limit, states: self.max_states }
     }
 }

@@ -26,7 +26,7 @@ struct Performance {
     fast_run: Option<FastRunTimes>,
 }
 
-/// The times of a fast run and of the way back, in s.
+/// The times of a fast run and of the return run after it, in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct FastRunTimes {
     gate_to_gate: f64,
@@ -39,8 +39,9 @@ struct FastRunTimes {
 pub(crate) struct Attempt {
     /// The score of the best run in s, or `None` if no run counts.
     pub(crate) score_s: Option<f64>,
-    /// The time of the search until the mouse is back at the start, in s.
-    pub(crate) search_time_s: f64,
+    /// The time until the mouse is at the start for its first fast run, in s, or `None` if it never
+    /// reaches the goal.
+    pub(crate) search_time_s: Option<f64>,
     /// True if the mouse was touched before its first fast run.
     pub(crate) touched: bool,
     /// The reason why the mouse made no fast run.
@@ -88,7 +89,7 @@ impl Attempt {
         let scores = runs.iter().map(|run| run.score_s);
         Self {
             score_s: scores.reduce(f64::min),
-            search_time_s: tenth_of_ms(performance.search),
+            search_time_s: performance.search_run.map(|_| tenth_of_ms(performance.search)),
             touched: performance.is_touched,
             error: error.filter(|_| !has_fast_run),
             runs,
@@ -164,10 +165,10 @@ impl Performance {
         let limit = rules.time_limit;
         match (self.search_run, self.fast_run) {
             (Some(time), _) if runs.is_empty() => {
-                Some(format!("reaches the goal after {time:.1} s, the time limit is {limit} s"))
+                Some(format!("reaches the goal after {time:.1} s, the contest takes {limit} s"))
             }
             (_, Some(_)) if runs.len() == 1 && rules.max_runs != Some(1) => Some(format!(
-                "no time for a fast run: back at the start after {:.1} s, the time limit is {limit} s",
+                "no time for a fast run: back at the start after {:.1} s, the contest takes {limit} s",
                 self.search
             )),
             _ => None,
@@ -231,9 +232,9 @@ mod tests {
         assert_eq!(runs(119.0), (3, None));
         assert_eq!(runs(60.0), (2, None));
         let reason =
-            "no time for a fast run: back at the start after 50.0 s, the time limit is 59 s";
+            "no time for a fast run: back at the start after 50.0 s, the contest takes 59 s";
         assert_eq!(runs(59.0), (1, Some(reason.into())));
-        let reason = "reaches the goal after 30.0 s, the time limit is 29.5 s";
+        let reason = "reaches the goal after 30.0 s, the contest takes 29.5 s";
         assert_eq!(runs(29.5), (0, Some(reason.into())));
         let lost = Performance { search_run: None, fast_run: None, ..PERFORMANCE };
         assert_eq!(scores(lost, RuleSet::BestRun.rules()), []);
@@ -253,7 +254,7 @@ mod tests {
     fn a_mouse_that_stops_in_the_goal_is_carried_back() {
         // One turn and 3 steps to the goal; then 3 steps and two U-turns back to the start.
         let attempt = attempt(CORRIDOR, FloodFill::new(), RuleSet::Apec);
-        assert_eq!((attempt.search_time_s, attempt.touched), (3.5 + 5.0, true));
+        assert_eq!((attempt.search_time_s, attempt.touched), (Some(3.5 + 5.0), true));
         assert_eq!((attempt.runs.len(), attempt.runs[0].score_s), (5, 3.5));
         let Run { start_s, time_s, rest_to_rest_s, score_s, .. } = attempt.runs[1];
         // The run is 630 mm long at 17 m/s² and 2.5 m/s. The gates are 135 mm from its ends.
@@ -274,13 +275,13 @@ mod tests {
         let attempt = attempt(CORRIDOR, ShortestPathSearch::new(), RuleSet::Uk);
         assert!(!attempt.touched && attempt.runs.iter().all(|run| !run.touched));
         // One turn, 3 steps, a U-turn and 3 steps. The mouse turns in the start on its fast run.
-        assert!((attempt.search_time_s - 7.5).abs() < 1e-9, "{attempt:?}");
+        assert_eq!(attempt.search_time_s, Some(7.5));
     }
 
     #[test]
     fn a_mouse_that_never_reaches_the_goal_has_no_score() {
         let attempt = attempt("o---o---o\n| S | G |\no---o---o\n", FloodFill::new(), RuleSet::Uk);
-        assert_eq!((attempt.score_s, attempt.runs.len()), (None, 0));
+        assert_eq!((attempt.score_s, attempt.search_time_s, attempt.runs.len()), (None, None, 0));
     }
 
     #[test]

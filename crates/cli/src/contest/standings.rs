@@ -57,7 +57,7 @@ struct EntryColumns<'a> {
     rest_to_rest_s: Option<f64>,
     start_s: Option<f64>,
     search_run_s: Option<f64>,
-    search_time_s: f64,
+    search_time_s: Option<f64>,
     runs: usize,
     touched: bool,
     error: Option<String>,
@@ -162,7 +162,8 @@ mod tests {
         let selected = Selected { path: PathBuf::from("a.txt"), name: "a".into(), maze };
         let attempt = |&(mouse, score_s): &(&str, Option<f64>)| {
             let (error, runs) = (None, Vec::new());
-            let attempt = Attempt { score_s, search_time_s: 1.0, touched: false, error, runs };
+            let attempt =
+                Attempt { score_s, search_time_s: Some(1.0), touched: false, error, runs };
             (mouse.to_string(), attempt)
         };
         MazeResult::new(&selected, "a", scores.iter().map(attempt).collect())

@@ -6,10 +6,7 @@ use super::Contest;
 use super::attempt::{Attempt, Run};
 use super::standings::{Entry, MazeResult, Standing};
 use crate::grid::aligned;
-use crate::output::counted;
-
-/// The maximum number of reasons that are listed for a mouse.
-const MAX_REASONS: usize = 5;
+use crate::output::{counted, list_reasons};
 
 impl Contest {
     /// Returns the rules, the runs in one maze or the scores in several mazes, and the mice without a
@@ -38,7 +35,7 @@ impl Contest {
             None => "the best run".into(),
         };
         let share = match self.search_share {
-            share if share > 0.0 => format!(" + 1/{:.0} of the time before it", 1.0 / share),
+            share if share > 0.0 => format!(" + 1/{:.0} of the time before the run", 1.0 / share),
             _ => String::new(),
         };
         let penalty = match self.touch_penalty_s {
@@ -47,7 +44,7 @@ impl Contest {
         };
         let vehicle = Escaped(&self.vehicle);
         format!(
-            "Rules {rules}: the score is the time of {runs} within {time_limit_s} s{share}{penalty}.\n\
+            "Rules {rules}: {runs} within {time_limit_s} s. Score: time of the run{share}{penalty}.\n\
              Vehicle {vehicle}; searches at {search_speed}. Times in seconds.\n"
         )
     }
@@ -86,20 +83,7 @@ impl Contest {
                 None => reasons.push((error, vec![&maze.name])),
             }
         }
-        reasons.sort_by_key(|(_, mazes)| std::cmp::Reverse(mazes.len()));
-        let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
-        let count = |mazes: usize| counted(mazes as u64, "maze");
-        let mut lines = vec![format!("{} made no fast run in {}:\n", Escaped(mouse), count(total))];
-        lines.extend(reasons.iter().take(MAX_REASONS).map(|(reason, mazes)| {
-            let such_as = if mazes.len() > 1 { ", such as" } else { "" };
-            let (example, reason) = (Escaped(mazes[0]), Escaped(reason));
-            format!("  {}{such_as} {example}: {reason}\n", count(mazes.len()))
-        }));
-        if reasons.len() > MAX_REASONS {
-            let others = (reasons.len() - MAX_REASONS) as u64;
-            lines.push(format!("  {} (see --json)\n", counted(others, "other reason")));
-        }
-        (total > 0).then(|| lines.concat())
+        list_reasons(&format!("{mouse} made no fast run"), reasons)
     }
 }
 

@@ -21,7 +21,7 @@ Examples:
                                                   animate a race of all three in real time
   mmsim fast-run mazes/                           time the fastest run through each maze of a folder
   mmsim fast-run harbour --csv run.csv            write the pose and the motion every 1 ms
-  mmsim fast-run harbour --c-array run.h          write straights and turns for firmware
+  mmsim fast-run harbour --c-array final.h        write straights and turns for firmware
   mmsim fast-run --vehicle expert --print-vehicle > my-mouse.toml
 
 The time from rest to rest includes the start and the stop. The time from gate to gate, which

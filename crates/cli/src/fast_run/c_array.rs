@@ -1,15 +1,20 @@
 //! The straights and turns of a run, as an array in C.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
-use mmsim_fastrun::{Segment, Shape, Side, TurnKind, Vehicle};
+use mmsim_fastrun::{Segment, Shape, Side, StraightLimits, TurnKind, Vehicle, VehicleParameters};
 use mmsim_maze::Escaped;
 
+use super::args::is_stdout;
 use super::driven::Driven;
 use super::text::is_diagonal;
 
-/// The declarations before the array.
+/// The types that all headers share.
 const TYPES: &str = "
+    FAST_RUN_STOP
+};
+
 enum fast_run_side { FAST_RUN_LEFT, FAST_RUN_RIGHT };
 
 struct fast_run_step {
@@ -22,6 +27,8 @@ struct fast_run_step {
     float arc;              /* length of the arc, in mm */
     float speed;            /* speed on the arc, in mm/s */
 };
+
+#endif
 ";
 
 /// A straight of the array. The default is the one of a mouse that stays in the start cell.
@@ -33,21 +40,28 @@ struct Straight {
     top_speed: f64,
 }
 
-/// Formats a run as C code that also compiles as C++.
-pub(super) fn c_array(driven: &Driven) -> String {
+/// Formats a run as a C header that also compiles as C++. The array and the macros are named after
+/// the file, so that a program can include several headers.
+pub(super) fn c_array(driven: &Driven, file: &Path) -> String {
     let Driven { maze, vehicle, run, trajectory, .. } = driven;
+    let name = array_name(file);
+    let macros = name.to_uppercase();
     let title = format!("Run of {} in {}", vehicle.name(), maze.path.display());
     let (title, time) = (comment(&title), trajectory.duration());
-    let names: Vec<String> = TurnKind::ALL.into_iter().map(constant).collect();
+    let VehicleParameters { start_offset, stop_offset, .. } = vehicle.parameters();
+    let turns: String = TurnKind::ALL.map(|kind| format!("    {},\n", constant(kind))).concat();
     let mut text = format!(
-        "/* {title}: {time:.4} s from rest to rest. As text:\n * {run}\n */\n\
-         #ifndef FAST_RUN_H\n#define FAST_RUN_H\n\n\
-         #define FAST_RUN_DIRECTION '{}' /* of the mouse at the start */\n{}\n\
-         enum fast_run_turn {{\n    {},\n    FAST_RUN_STOP\n}};\n\
-         {TYPES}\nstatic const struct fast_run_step fast_run[] = {{\n",
+        "/* {title}: {time:.4} s from rest to rest. As text:\n * {run}\n *\n\
+         \x20* The first straight begins {start_offset} mm behind the centre of the start cell, and the last\n\
+         \x20* one ends {stop_offset} mm past the centre of a goal cell.\n */\n\
+         #ifndef FAST_RUN_TYPES\n#define FAST_RUN_TYPES\n\n\
+         enum fast_run_turn {{\n{turns}{}\n\
+         #ifndef {macros}_H\n#define {macros}_H\n\n\
+         #define {macros}_DIRECTION '{}' /* of the mouse at the start */\n{}\n\
+         static const struct fast_run_step {name}[] = {{\n",
+        TYPES.trim_start_matches('\n'),
         run.direction(),
-        limits(vehicle),
-        names.join(",\n    "),
+        limits(vehicle, &macros),
     );
     let mut straight = Straight::default();
     for segment in trajectory.segments() {
@@ -64,22 +78,46 @@ pub(super) fn c_array(driven: &Driven) -> String {
         }
     }
     push_step(&mut text, straight, &("FAST_RUN_STOP".into(), Side::Left, 0.0, 0.0));
-    text + "};\n\n#define FAST_RUN_COUNT (sizeof fast_run / sizeof fast_run[0])\n\n#endif\n"
+    text + &format!("}};\n\n#define {macros}_COUNT (sizeof {name} / sizeof {name}[0])\n\n#endif\n")
 }
 
-/// Defines the accelerations on straights.
-fn limits(vehicle: &Vehicle) -> String {
-    let define = |name: &str, value: f64, place: &str| {
-        format!("#define FAST_RUN_{name} {value:.1}f /* {place}, in mm/s^2 */\n")
-    };
-    let (along, diagonal) = (vehicle.limits(false), vehicle.limits(true));
-    [
-        define("ACCELERATION", along.acceleration, "on straights along rows and columns"),
-        define("BRAKING", along.braking, "on straights along rows and columns"),
-        define("DIAGONAL_ACCELERATION", diagonal.acceleration, "on diagonals"),
-        define("DIAGONAL_BRAKING", diagonal.braking, "on diagonals"),
-    ]
-    .concat()
+/// Returns the name of the array in a file: `fast_run_final` in `final.h`, and `fast_run` in
+/// `fast-run.h` and on stdout.
+fn array_name(file: &Path) -> String {
+    let stem = file.file_stem().filter(|_| !is_stdout(file)).unwrap_or_default().to_string_lossy();
+    let is_allowed = |c: char| c.is_ascii_alphanumeric();
+    let stem: String =
+        stem.to_lowercase().chars().map(|c| if is_allowed(c) { c } else { '_' }).collect();
+    match stem.strip_prefix("fast_run").unwrap_or(&stem).trim_matches('_') {
+        "" => "fast_run".into(),
+        rest => format!("fast_run_{rest}"),
+    }
+}
+
+/// Defines the limits on straights.
+fn limits(vehicle: &Vehicle, macros: &str) -> String {
+    let mut text = String::new();
+    let VehicleParameters { along, diagonal, .. } = vehicle.parameters();
+    let places = [
+        ("", "on straights along rows and columns", Some(along)),
+        ("DIAGONAL_", "on diagonals", diagonal.as_ref()),
+    ];
+    for (prefix, place, limits) in places {
+        let Some(StraightLimits { acceleration, braking, jerk, .. }) = limits else { continue };
+        let mut define = |limit: &str, value: f64, unit: &str| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                text,
+                "#define {macros}_{prefix}{limit} {value:.1}f /* {place}, in {unit} */"
+            );
+        };
+        define("ACCELERATION", *acceleration, "mm/s^2");
+        define("BRAKING", *braking, "mm/s^2");
+        if *jerk < f64::INFINITY {
+            define("JERK", *jerk, "mm/s^3");
+        }
+    }
+    text
 }
 
 fn push_step(
@@ -112,6 +150,16 @@ fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arrays_are_named_after_their_files() {
+        let name = |file: &str| array_name(Path::new(file));
+        assert_eq!(name("out/Final run.h"), "fast_run_final_run");
+        assert_eq!(name("2-int.h"), "fast_run_2_int");
+        assert_eq!(name("fast-run.h"), "fast_run");
+        assert_eq!(name("fast_run_1.h"), "fast_run_1");
+        assert_eq!((name("-"), name("ü.h")), ("fast_run".into(), "fast_run".into()));
+    }
 
     #[test]
     fn no_text_ends_a_comment() {

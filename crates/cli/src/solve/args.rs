@@ -12,7 +12,7 @@ use mmsim_solvers::{BundledStrategy, Tolerance};
 use crate::args::{KnownMazeArgs, one_of, parse_seconds};
 use crate::exploration::Exploration;
 use crate::usage::UsageError;
-use crate::vehicle::parse_vehicle;
+use crate::vehicle::{VEHICLES, parse_vehicle};
 
 #[derive(Debug, Args)]
 #[command(override_usage = "mmsim solve <STRATEGY> [OPTIONS]")]
@@ -30,9 +30,14 @@ pub(crate) struct SolveArgs {
     /// the others]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_steps: Option<u32>,
-    /// Vehicle whose fastest run fastest-path-search explores for: ukmars, ares, expert, kerise, or a
-    /// TOML file [default: expert]
-    #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle)]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        value_parser = parse_vehicle,
+        help = format!(
+            "Vehicle whose fastest run fastest-path-search explores for: {VEHICLES} [default: expert]"
+        )
+    )]
     pub(crate) vehicle: Option<Vehicle>,
     /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
     /// the fastest run, such as 3% or 0.03 [default: 0%]

@@ -28,19 +28,24 @@ fn expected(run: &Value) -> String {
         let speed = segment["exit_speed_mm_s"].as_f64().unwrap();
         writeln!(text, "{index}{side} {length:.2} {speed:.1}").unwrap();
     }
-    text + "stop\n"
+    // The other run has four turns, the first one of which is s90.
+    text + "stop\n5 0 200000\n"
 }
 
 #[test]
 fn the_array_compiles_and_contains_the_run() {
     let home = Home::new();
     let evil = "a*/ #error \"b\" \\.txt";
+    home.write("jerk.toml", "base = 'ukmars'\nalong.jerk = 2e5\n");
+    let first = ["fast-run", "first steps", "--vehicle", "jerk.toml"];
+    let first = home.run(&[&first[..], &["--c-array", "first.h"]].concat());
+    assert_eq!((first.code, &first.stderr[..]), (Some(0), ""));
     home.write(evil, "o---o---o\n| S   G |\no---o---o\n");
     for (maze, vehicle) in
         [("galleries", "expert"), ("old quarter", "kerise"), ("hedgerow", "ukmars"), (evil, "ares")]
     {
         let selected = ["fast-run", maze, "--vehicle", vehicle];
-        let ended = home.run(&[&selected[..], &["--c-array", "run.h"]].concat());
+        let ended = home.run(&[&selected[..], &["--c-array", "final.h"]].concat());
         assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{maze}");
         let json = home.run(&[&selected[..], &["--json", "--explain"]].concat()).json();
         let expected = expected(&json[0]);

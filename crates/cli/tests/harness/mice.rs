@@ -4,8 +4,23 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 
 use mmsim_tests::wait_for_exit;
+use serde_json::Value;
 
 use super::Home;
+
+/// A maze whose goal is two cells east of the start. Another path leads around a wall.
+pub const LOOP: &str =
+    "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";
+/// The commands of mms for the path around the wall.
+pub const AROUND: &str = "moveForward turnRight moveForward moveForward turnRight moveForward ";
+/// The commands of mms for the return run after [`AROUND`], along the straight path.
+pub const BACK: &str = "turnRight moveForward moveForward turnRight ";
+
+/// Checks a number of a JSON report that is rounded to 0.1 ms.
+pub fn assert_close(found: &Value, expected: f64) {
+    let number = found.as_f64().unwrap_or_else(|| panic!("{found} instead of {expected}"));
+    assert!((number - expected).abs() < 2e-4, "{number} instead of {expected}");
+}
 
 /// Returns true if a program works. If it does not, prints a message, or panics if
 /// `MMSIM_CLIENTS=required` is set.
