@@ -258,10 +258,10 @@ fn failures_are_named_and_stop_nothing() {
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     for line in [
-        "\nfails made no fast run in 1 maze:\n  1 maze a: exited with code 1: a bad day\n",
-        "\nlate made no fast run in 1 maze:\n  1 maze a: after reaching the goal: exited with code 1: too happy\n",
-        "\nlost made no fast run in 1 maze:\n  1 maze a: exited without reaching the goal\n",
-        "\nmissing made no fast run in 1 maze:\n  1 maze a: cannot start the mouse no-such-mouse: ",
+        "\nfails made no fast run in 1 maze:\n  a: exited with code 1: a bad day\n",
+        "\nlate made no fast run in 1 maze:\n  a: after reaching the goal: exited with code 1: too happy\n",
+        "\nlost made no fast run in 1 maze:\n  a: exited without reaching the goal\n",
+        "\nmissing made no fast run in 1 maze:\n  a: cannot start the mouse no-such-mouse: ",
     ] {
         assert!(ended.stdout.contains(line), "{line}: {}", ended.stdout);
     }
