@@ -7,12 +7,13 @@ use std::path::Path;
 use args::ExportArgs;
 use indicatif::ProgressBar;
 use mmsim_recording::Recording;
-use mmsim_viewer::export_html;
+use mmsim_viewer::{Vehicles, export_html};
 
 use crate::output::{print, progress, replace};
 use crate::playback::is_undamaged;
 use crate::retention::recording_budget;
 use crate::usage::CommandResult;
+use crate::vehicle::warn_about;
 
 /// The path that stands for stdout.
 const STANDARD: &str = "-";
@@ -24,7 +25,9 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let states = recording.history().len() as u64;
     let bar = progress(ProgressBar::new(states), "{wide_bar} {pos} of {len} states");
     let mut page = Vec::new();
-    export_html(&title, recording, &mut page, |states| bar.set_position(states as u64))
+    args.vehicle.iter().for_each(warn_about);
+    let vehicles = Vehicles::new(args.vehicle.clone())?;
+    export_html(&title, recording, &vehicles, &mut page, |states| bar.set_position(states as u64))
         .map_err(|error| format!("{}: {error}", args.file.display()))?;
     bar.finish_and_clear();
     if args.output == Path::new(STANDARD) {

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use mmsim_server::BindError;
-use mmsim_viewer::{DEFAULT_VIEWER_PORT, Viewer, ViewerConfig};
+use mmsim_viewer::{DEFAULT_VIEWER_PORT, Vehicles, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
 use crate::local_server::with_port_hint;
@@ -51,7 +51,7 @@ pub(crate) fn serve(
 ) -> Result<Option<String>, Box<dyn Error>> {
     let Some(viewer) = viewer else { return Ok(None) };
     args.vehicle.iter().for_each(warn_about);
-    let config = config.with_vehicles(args.vehicle.clone())?;
+    let config = config.with_vehicles(Vehicles::new(args.vehicle.clone())?);
     // The page is served until the process exits.
     let serving =
         viewer.spawn(config).map_err(|error| format!("cannot serve the viewer page: {error}"))?;

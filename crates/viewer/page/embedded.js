@@ -24,7 +24,7 @@ export async function respond(url) {
   if (resource === "moment") return json(await stateView(Number(searchParams.get("at"))));
   if (resource === "log") return json(await logLines(searchParams));
   responses ??= decode(document.querySelector("[data-embedded=responses]"));
-  const response = (await responses)[pathname];
+  const response = (await responses)[decodeURIComponent(pathname)];
   if (response !== undefined) return new Response(response);
   console.error(`The exported page does not contain ${url}.`);
   return new Response(`not available on an exported page: ${pathname}`, { status: 404 });

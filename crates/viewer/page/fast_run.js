@@ -104,23 +104,31 @@ export class FastRun {
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
-    this.#map?.remove();
-    this.#source = source;
-    this.#routes = [];
     this.#knownAt = -1;
-    if (!source || !svg) return this.#draw("");
-    this.#map = new FastRunMap(svg, source);
+    // The runs of another vehicle are shown until those of the selected one are planned.
+    if (source !== this.#source) {
+      this.#map?.remove();
+      this.#map = null;
+      this.#routes = [];
+      this.#source = source;
+      if (!source || !svg) return this.#draw("");
+      this.#map = new FastRunMap(svg, source);
+    }
+    if (!source) return;
     if (!this.#vehicle.dataset.chosen) this.#chooseVehicle(source);
     this.#draw("Planning…");
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
       if (signal.aborted) return;
       // The run over known walls may have arrived first.
-      this.#routes = [...runs.map(routeState), ...this.#routes];
+      const known = this.#knownAt < 0 ? [] : this.#routes.filter(({ name }) => name === "known-walls");
+      this.#routes = [...runs.map(routeState), ...known];
       this.#draw(source.truth ? "" : "The true maze of this recording is unknown.");
       await this.#updateKnown();
     } catch (error) {
-      if (!signal.aborted) this.#draw(error instanceof TypeError ? "No response from the simulator." : `${error instanceof Error ? error.message : error}`);
+      if (signal.aborted) return;
+      this.#routes = [];
+      this.#draw(error instanceof TypeError ? "No response from the simulator." : `${error instanceof Error ? error.message : error}`);
     }
   }
 
@@ -134,9 +142,10 @@ export class FastRun {
 
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */
   async #updateKnown() {
-    const index = this.#panel.shown?.index ?? -1;
     const source = this.#source;
-    if (isExported || this.#isLoadingKnown || !source || index < 0 || index === this.#knownAt) return;
+    // An exported page contains the run over the walls that the mouse knows in the last state.
+    const index = isExported ? (source?.states ?? 0) - 1 : (this.#panel.shown?.index ?? -1);
+    if (this.#isLoadingKnown || !source || index < 0 || index === this.#knownAt) return;
     const { signal } = this.#abort;
     this.#isLoadingKnown = true;
     try {

@@ -290,7 +290,7 @@ async fn export_page(
         .exports
         .run(move |cancel| {
             let source = state.source(&id)?;
-            let file = export::to_file(&source, run, &state.budget, cancel)?;
+            let file = export::to_file(&source, run, &state.vehicles, &state.budget, cancel)?;
             // A browser must never show the page as a page of this server.
             download(&source, run, "html", BINARY, Body::from_stream(stream::from_file(file)))
         })

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jiff::Timestamp;
-use mmsim_fastrun::Vehicle;
 use mmsim_recording::{MemoryBudget, Recording};
 
 use crate::api_error::ApiError;
@@ -15,6 +14,7 @@ use crate::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MA
 use crate::live::LiveServer;
 use crate::mazes::MazeList;
 use crate::source::Source;
+use crate::vehicles::Vehicles;
 
 /// The maximum number of open recordings.
 const MAX_OPEN_RECORDINGS: usize = 8;
@@ -43,10 +43,7 @@ pub(crate) struct AppState {
     pub(crate) uploads: JobQueue,
     /// True if the live simulation is a two-run trial.
     pub(crate) is_trial: bool,
-    /// The vehicles whose fast runs the page shows.
-    pub(crate) vehicles: Vec<Vehicle>,
-    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
-    pub(crate) vehicle: Option<String>,
+    pub(crate) vehicles: Vehicles,
     /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
@@ -80,8 +77,7 @@ impl AppState {
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
             is_trial,
-            vehicle: vehicles.first().map(|vehicle| vehicle.name().into()),
-            vehicles: presets().into_iter().chain(vehicles).collect(),
+            vehicles,
             budget,
             recordings: Mutex::new(open),
         }
@@ -107,16 +103,6 @@ impl AppState {
         }
         let found = id.parse().ok().and_then(|id: u32| self.recordings().by_id.get(&id).cloned());
         found.ok_or_else(|| source_not_found(id))
-    }
-
-    /// Returns the vehicle with this name.
-    pub(crate) fn find_vehicle(&self, name: &str) -> Result<Vehicle, ApiError> {
-        let found = self.vehicles.iter().find(|vehicle| vehicle.name() == name).cloned();
-        found.ok_or_else(|| {
-            let names: Vec<_> = self.vehicles.iter().map(Vehicle::name).collect();
-            let names = names.join(", ");
-            ApiError::not_found(format!("no vehicle has the name {name:?} (expected {names})"))
-        })
     }
 
     /// Returns the IDs of the open recordings.
@@ -162,11 +148,6 @@ impl OpenRecordings {
         self.by_id.insert(self.last_id, Arc::new(Source::recording(title, recording)));
         self.last_id.to_string()
     }
-}
-
-/// Returns the vehicles that every page can show.
-pub(crate) fn presets() -> Vec<Vehicle> {
-    Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect()
 }
 
 fn source_not_found(id: &str) -> ApiError {

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mmsim_fastrun::Vehicle;
 use mmsim_formats::Catalogue;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 
-use crate::app_state::presets;
 use crate::control::MouseControl;
 use crate::live::LiveServer;
+use crate::vehicles::Vehicles;
 
 /// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
 #[derive(Default)]
@@ -22,14 +21,8 @@ pub struct ViewerConfig {
     pub(crate) budget: Arc<MemoryBudget>,
     /// True if the live simulation is a two-run trial.
     pub(crate) is_trial: bool,
-    /// The vehicles besides the presets.
-    pub(crate) vehicles: Vec<Vehicle>,
+    pub(crate) vehicles: Vehicles,
 }
-
-/// The error for two different vehicles with the same name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("two vehicles are called {0:?}; set another name in a file")]
-pub struct SameName(pub String);
 
 impl ViewerConfig {
     /// Shows the simulation of a server and allows the page to run bundled mice against it.
@@ -68,24 +61,9 @@ impl ViewerConfig {
         Self { mazes, ..self }
     }
 
-    /// Adds vehicles whose fast runs the page plays besides those of the presets. The page selects the
-    /// first one.
-    ///
-    /// # Errors
-    /// Returns an error if two different vehicles, including the presets, have the same name.
-    pub fn with_vehicles(
-        mut self,
-        vehicles: impl IntoIterator<Item = Vehicle>,
-    ) -> Result<Self, SameName> {
-        for vehicle in vehicles {
-            let mut known = presets().into_iter().chain(self.vehicles.iter().cloned());
-            match known.find(|other| other.name() == vehicle.name()) {
-                None => self.vehicles.push(vehicle),
-                Some(other) if other == vehicle => {}
-                Some(_) => return Err(SameName(vehicle.name().into())),
-            }
-        }
-        Ok(self)
+    /// Sets the vehicles whose fast runs the page plays.
+    pub fn with_vehicles(self, vehicles: Vehicles) -> Self {
+        Self { vehicles, ..self }
     }
 
     /// Sets the folder whose recordings the page lists, usually the folder to which the server
@@ -103,25 +81,5 @@ impl ViewerConfig {
     pub fn with_recording(mut self, title: &str, recording: Recording) -> Self {
         self.recordings.push((title.into(), recording));
         self
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn vehicles_have_different_names() {
-        let file =
-            |name: &str| Vehicle::from_toml("turns.l90.speed = 1500\nbase = \"expert\"", name);
-        let (mine, other) = (file("mine").unwrap(), file("expert").unwrap());
-        let config = ViewerConfig::default();
-        let config = config.with_vehicles([mine.clone(), Vehicle::ares(), mine.clone()]).unwrap();
-        assert_eq!(config.vehicles, [mine]);
-        let Err(error) = config.with_vehicles([other]) else { panic!("expected an error") };
-        assert_eq!(
-            error.to_string(),
-            r#"two vehicles are called "expert"; set another name in a file"#
-        );
     }
 }

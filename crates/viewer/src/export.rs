@@ -26,23 +26,25 @@ use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
 use crate::api_error::ApiError;
-use crate::app_state::presets;
 use crate::jobs::CancelToken;
 use crate::page_info::PageInfo;
 use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
+use crate::vehicles::Vehicles;
 use crate::{fast_runs, pictures, recordings};
 
 /// The ID of the recording on an exported page.
 const ID: &str = "1";
 
-/// Writes a recording as one HTML file, which shows the recording in a browser without a server.
+/// Writes a recording as one HTML file, which shows the recording in a browser without a server. The
+/// page plays the fast runs of `vehicles`.
 /// Calls `on_progress` with the number of states that have been written.
 ///
 /// ```
 /// use mmsim_recording::{Recording, save};
 /// use mmsim_server::Simulation;
+/// use mmsim_viewer::{Vehicles, export_html};
 ///
 /// let simulation = Simulation::new("small", "o---o---o\n| S   G |\no---o---o\n".parse()?);
 /// let mut file = std::io::Cursor::new(Vec::new());
@@ -51,7 +53,7 @@ const ID: &str = "1";
 ///
 /// let mut page = Vec::new();
 /// let recording = Recording::read(&file.into_inner()[..])?;
-/// mmsim_viewer::export_html("run.mcap", recording, &mut page, |states| println!("{states}"))?;
+/// export_html("run.mcap", recording, &Vehicles::default(), &mut page, |states| println!("{states}"))?;
 /// assert!(page.starts_with(b"<!doctype html>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -61,17 +63,19 @@ const ID: &str = "1";
 pub fn export_html(
     title: &str,
     recording: Recording,
+    vehicles: &Vehicles,
     out: impl Write,
     on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
     let source = Source::recording(title, recording);
-    Ok(write(&source, out, &CancelToken::default(), on_progress)?)
+    Ok(write(&source, vehicles, out, &CancelToken::default(), on_progress)?)
 }
 
 /// Writes a run to a temporary HTML file and rewinds the file.
 pub(crate) fn to_file(
     source: &Arc<Source>,
     run: u32,
+    vehicles: &Vehicles,
     budget: &Arc<MemoryBudget>,
     cancel: &CancelToken,
 ) -> Result<File, ApiError> {
@@ -83,7 +87,7 @@ pub(crate) fn to_file(
     };
     let written = || {
         let mut file = tempfile::tempfile()?;
-        write(&source, BufWriter::new(&mut file), cancel, |_| {})?;
+        write(&source, vehicles, BufWriter::new(&mut file), cancel, |_| {})?;
         file.rewind()?;
         Ok(file)
     };
@@ -130,6 +134,7 @@ impl From<ExportError> for io::Error {
 /// Writes a recording.
 fn write(
     source: &Source,
+    vehicles: &Vehicles,
     mut out: impl Write,
     cancel: &CancelToken,
     mut on_progress: impl FnMut(usize),
@@ -138,7 +143,7 @@ fn write(
     let (head, tail) = document::parts(&title(source)?)?;
     out.write_all(head.as_bytes())?;
     element(&mut out, "responses", |out| {
-        Ok(serde_json::to_writer(out, &responses(source, cancel)?)?)
+        Ok(serde_json::to_writer(out, &responses(source, vehicles, cancel)?)?)
     })?;
     element(&mut out, "log", |out| write_log(source, cancel, out))?;
     for first in (0..states).step_by(Block::STATES) {
@@ -179,12 +184,17 @@ fn element<W: Write>(
     Ok(writeln!(out, "</script>")?)
 }
 
-/// Returns the responses of the server by path, except those that depend on a state.
-fn responses(source: &Source, cancel: &CancelToken) -> Result<Value, ApiError> {
-    let (run, ..) = source.current_run()?;
+/// Returns the responses of the server by path, except those that depend on a state. Known walls are
+/// those of the last state.
+fn responses(
+    source: &Source,
+    vehicles: &Vehicles,
+    cancel: &CancelToken,
+) -> Result<Value, ApiError> {
+    let (run, _, states) = source.current_run()?;
     let path = |resource: &str| format!("/api/sources/{ID}{resource}");
     let responses = [
-        ("/api/page".to_string(), json(&PageInfo::exported(ID))?.to_string()),
+        ("/api/page".to_string(), json(&PageInfo::exported(ID, vehicles))?.to_string()),
         ("/drawing.json".into(), page_json()),
         (path(""), json(&SourceInfo::new(ID.into(), source, None)?)?.to_string()),
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
@@ -192,11 +202,17 @@ fn responses(source: &Source, cancel: &CancelToken) -> Result<Value, ApiError> {
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
     ];
     let mut responses: Vec<_> = responses.into();
-    if let Some(maze) = &source.describe(run)?.truth {
-        for vehicle in presets() {
-            cancel.check()?;
-            let runs = json(&fast_runs::in_maze(maze, &vehicle))?.to_string();
+    let description = source.describe(run)?;
+    for vehicle in vehicles.iter() {
+        cancel.check()?;
+        if let Some(maze) = &description.truth {
+            let runs = json(&fast_runs::in_maze(maze, vehicle))?.to_string();
             responses.push((path(&format!("/fast-runs/{}", vehicle.name())), runs));
+        }
+        if let Some(last) = states.checked_sub(1) {
+            let known = json(&fast_runs::over_known_walls(source, run, last, vehicle)?)?;
+            let path = path(&format!("/known-fast-run/{}", vehicle.name()));
+            responses.push((path, known.to_string()));
         }
     }
     Ok(responses.into_iter().collect())
@@ -265,7 +281,10 @@ mod tests {
     /// The page of the recording, and the reported progress.
     static PAGE: LazyLock<(String, Vec<usize>)> = LazyLock::new(|| {
         let (mut page, mut progress) = (Vec::new(), Vec::new());
-        export_html("run.mcap", recording(), &mut page, |states| progress.push(states)).unwrap();
+        export_html("run.mcap", recording(), &Vehicles::default(), &mut page, |states| {
+            progress.push(states);
+        })
+        .unwrap();
         (String::from_utf8(page).unwrap(), progress)
     });
 
@@ -361,7 +380,7 @@ mod tests {
         let (simulation, mut file) = (Simulation::new("small", maze), Cursor::new(Vec::new()));
         save(&mut file, &simulation.info(), None, [(0, "", ""); 0]).unwrap();
         let (recording, mut page) = (Recording::read(&file.get_ref()[..]).unwrap(), Vec::new());
-        export_html("empty.mcap", recording, &mut page, |_| ()).unwrap();
+        export_html("empty.mcap", recording, &Vehicles::default(), &mut page, |_| ()).unwrap();
         let page = String::from_utf8(page).unwrap();
         assert_eq!(embedded(&page, "log"), [json!([])]);
         assert!(embedded(&page, "states").is_empty() && page.contains("<title>empty.mcap: small"));
@@ -370,7 +389,9 @@ mod tests {
     #[test]
     fn a_cancelled_export_ends() {
         let source = Source::recording("run.mcap", recording());
-        let error = write(&source, io::sink(), &CancelToken::cancelled(), |_| ()).unwrap_err();
+        let error =
+            write(&source, &Vehicles::default(), io::sink(), &CancelToken::cancelled(), |_| ())
+                .unwrap_err();
         assert_eq!(error.to_string(), "request cancelled");
     }
 }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
+use crate::source::Source;
 
 /// The run along one route, or the reason why there is none. Lengths are in mm, times in s and
 /// angles in radians, rounded to millionths.
@@ -78,7 +79,7 @@ pub(crate) async fn handle(
     Path((id, vehicle)): Path<(String, String)>,
     Query(RunQuery { run }): Query<RunQuery>,
 ) -> Result<Json<Vec<RouteRun>>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.find_vehicle(&vehicle)?);
+    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
     state
         .run_jobs
         .run(move |_| {
@@ -102,21 +103,25 @@ pub(crate) async fn handle_known(
     Path((id, vehicle)): Path<(String, String)>,
     Query(KnownQuery { run, at }): Query<KnownQuery>,
 ) -> Result<Json<RouteRun>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.find_vehicle(&vehicle)?);
-    state
-        .run_jobs
-        .run(move |_| {
-            let states = source.block(run, at)?;
-            let known = source.describe(run)?.decode(&states, at)?.known;
-            let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);
-            let mut planner = Planner::new(vehicle.clone());
-            let found = planner.plan(walls, start, known.goals());
-            let run = found.map_err(|_| {
-                "The mouse does not know a path to the goal in this state.".to_string()
-            });
-            Ok(Json(RouteRun::new("known-walls", run, &vehicle, known.goals())))
-        })
-        .await
+    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
+    state.run_jobs.run(move |_| Ok(Json(over_known_walls(&source, run, at, &vehicle)?))).await
+}
+
+/// Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
+pub(crate) fn over_known_walls(
+    source: &Source,
+    run: u32,
+    at: usize,
+    vehicle: &Vehicle,
+) -> Result<RouteRun, ApiError> {
+    let states = source.block(run, at)?;
+    let known = source.describe(run)?.decode(&states, at)?.known;
+    let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);
+    let mut planner = Planner::new(vehicle.clone());
+    let found = planner.plan(walls, start, known.goals());
+    let found =
+        found.map_err(|_| "The mouse does not know a path to the goal in this state.".to_string());
+    Ok(RouteRun::new("known-walls", found, vehicle, known.goals()))
 }
 
 /// Returns the fastest run through a maze, and the runs along other routes.

@@ -45,15 +45,17 @@ mod throttle;
 mod trails;
 mod transfer;
 mod trial;
+mod vehicles;
 mod viewer;
 
-pub use config::{SameName, ViewerConfig};
+pub use config::ViewerConfig;
 pub use control::MouseControl;
 pub use export::export_html;
 pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
 pub use mouse_status::{Ending, EndingKind, OwnMouse, StartReason, StopReason};
 pub use throttle::{Pace, Throttle};
 pub use trial::TrialReport;
+pub use vehicles::{SameName, Vehicles};
 pub use viewer::{Viewer, ViewerHandle};
 
 /// The default port on which the page is served.

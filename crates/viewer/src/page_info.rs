@@ -7,6 +7,7 @@ use crate::app_state::AppState;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
 use crate::mouse_status::OwnMouse;
+use crate::vehicles::Vehicles;
 
 /// What the page shows and what it can do.
 #[derive(Serialize)]
@@ -50,8 +51,8 @@ impl PageInfo {
                 .iter()
                 .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
                 .collect(),
-            vehicles: state.vehicles.iter().map(|vehicle| vehicle.name().into()).collect(),
-            vehicle: state.vehicle.clone(),
+            vehicles: state.vehicles.names(),
+            vehicle: state.vehicles.selected(),
             own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
             is_trial: state.is_trial,
             opened: state.open_recordings(),
@@ -59,8 +60,9 @@ impl PageInfo {
     }
 
     /// Describes an exported page, which shows the recording with this ID.
-    pub(crate) fn exported(id: &str) -> Self {
-        let nothing = AppState::new(ViewerConfig::default(), Limits::default());
+    pub(crate) fn exported(id: &str, vehicles: &Vehicles) -> Self {
+        let config = ViewerConfig::default().with_vehicles(vehicles.clone());
+        let nothing = AppState::new(config, Limits::default());
         Self { server_id: String::new(), opened: vec![id.into()], ..Self::new(&nothing) }
     }
 }

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use mmsim_fastrun::Vehicle;
 
 use crate::args::ReadingArgs;
+use crate::vehicle::parse_vehicle;
 
 #[derive(Debug, Args)]
 pub(crate) struct ExportArgs {
@@ -13,6 +15,9 @@ pub(crate) struct ExportArgs {
     /// File to write: .html, or - for stdout. An existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_page)]
     pub(crate) output: PathBuf,
+    /// Add the vehicle in FILE (TOML) to those whose fast runs the page plays; may be repeated
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle)]
+    pub(crate) vehicle: Vec<Vehicle>,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
 }

@@ -1,6 +1,7 @@
 //! Fast runs that the page plays in time, as ghosts of each other.
 
 use std::f64::consts::PI;
+use std::fs::File;
 
 use mmsim_fastrun::{Planner, Route, Trajectory, Vehicle, fastest};
 use mmsim_maze::{Heading, Maze, Walls};
@@ -57,6 +58,16 @@ impl Runs<'_> {
         wait_for(&format!("{expected} of {route}"), || {
             let is_listed = self.0.browser.exists(&self.0.part(&duration));
             (is_listed && self.0.text(&duration) == expected).then_some(())
+        });
+    }
+
+    /// Waits until the panel explains that there is no run over known walls.
+    fn wait_for_unknown_path(self) {
+        let reason = "The mouse does not know a path to the goal in this state.";
+        wait_for("the reason", || {
+            let row = ".routes [data-route=known-walls]";
+            let is_listed = self.0.browser.exists(&self.0.part(row));
+            (is_listed && self.0.attribute(row, "title") == reason).then_some(())
         });
     }
 
@@ -185,13 +196,16 @@ fn three_ghosts_are_where_the_crate_says() {
 
 #[test]
 fn the_playback_runs_pauses_and_changes_its_speed() {
-    with_page(&["--maze", "two-roads"], |browser, _| {
+    with_page(&["--maze", "winding-river"], |browser, _| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         browser.press(['f']);
-        let (maze, runs, vehicle) = (bundled("10-two-roads.txt"), Runs(live), Vehicle::expert());
-        let [fastest, _, slowest] = trajectories(&maze, &vehicle);
-        runs.wait_for_duration("fewest-turns", slowest.1.duration());
+        let (maze, runs) = (bundled("08-winding-river.txt"), Runs(live));
+        let driven = trajectories(&maze, &Vehicle::expert());
+        let duration = |index: usize| driven[index].1.duration();
+        assert!(duration(0) + 0.1 < duration(1) && duration(1) + 0.1 < duration(2));
+        let slowest = duration(2);
+        runs.wait_for_duration("fewest-turns", slowest);
         assert_eq!(live.text(".clock"), "0.000 s");
         let clock = Clock::stop(browser);
         browser.press([' ']);
@@ -213,28 +227,43 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
         clock.advance(100);
         let paused = runs.time();
         assert!((paused - expected).abs() < 0.00051, "{paused} {expected}");
-        runs.assert_is_at(fastest.0, &maze, &fastest.1, paused);
+        for (route, trajectory) in &driven {
+            runs.assert_is_at(route, &maze, trajectory, paused);
+        }
         clock.restart();
         // The keys move by hundredths and tenths of a second.
         runs.slide_to(500);
         browser.press(['\u{e014}', '\u{e014}']);
         assert_eq!(live.text(".clock"), "0.520 s");
         browser.press(['\u{e010}']);
-        assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
+        assert!((runs.time() - slowest).abs() < 0.001);
         // The playback begins again after the end, and ends with the last mouse.
         live.click("[name=rate][value='4']");
         browser.press([' ']);
         wait_for("the end", || (!runs.is_playing()).then_some(()));
-        assert!((runs.time() - slowest.1.duration()).abs() < 0.001);
-        for (route, trajectory) in [&fastest, &slowest] {
+        assert!((runs.time() - slowest).abs() < 0.001);
+        for (route, trajectory) in &driven {
             runs.assert_is_at(route, &maze, trajectory, 100.0);
         }
         // A hidden mouse no longer counts. The selected curve has the colours of the speed.
         live.click(".routes [data-route=fewest-turns] [name=show]");
         assert_eq!(runs.mice(), 2);
-        assert!(live.text(".end").contains(&format!("{:.3}", fastest.1.duration())));
+        assert!(live.text(".end").contains(&format!("{:.3}", duration(1))));
         live.click(".routes [data-route=fewest-cells] [name=select]");
         assert_eq!(live.text(".facts-title"), "Fewest cells");
+        // Another vehicle changes neither the time nor the playback.
+        runs.slide_to(1000);
+        let clock = Clock::stop(browser);
+        browser.press([' ']);
+        clock.advance(0);
+        live.choose("[name=vehicle]", "ares");
+        let ares = trajectories(&maze, &Vehicle::ares());
+        runs.wait_for_duration("fastest", ares[0].1.duration());
+        assert!(runs.is_playing());
+        clock.advance(2000);
+        assert_eq!(live.text(".clock"), "9.000 s");
+        runs.assert_is_at("fastest", &maze, &ares[0].1, 9.0);
+        clock.restart();
         live.click("[name=search]");
         assert!(!browser.is_visible(&live.part(".drive")) && runs.mice() == 0);
         assert!(browser.is_visible(&live.part(".history")));
@@ -253,12 +282,7 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
         live.click("[name=fast-run]");
         let (runs, vehicle) = (Runs(live), Vehicle::expert());
         runs.wait_for_duration("fastest", trajectories(&maze, &vehicle)[0].1.duration());
-        let unknown = "The mouse does not know a path to the goal in this state.";
-        wait_for("the reason", || {
-            let row = ".routes [data-route=known-walls]";
-            let is_listed = browser.exists(&live.part(row));
-            (is_listed && live.attribute(row, "title") == unknown).then_some(())
-        });
+        runs.wait_for_unknown_path();
         // In the last state, the mouse knows a path.
         live.click("[name=search]");
         live.slide_to(last);
@@ -335,24 +359,63 @@ fn an_exported_page_plays_fast_runs() {
         simulator.send(b"reset");
         let home: &Home = &simulator.home;
         let recording = recorded(&home.path().join("kept"));
+        let text = "base = \"expert\"\nturns.l90.speed = 1300\n";
+        let vehicle = home.write("my mouse.toml", text);
         let page = home.path().join("page.html");
-        let [from, to] = [&recording, &page].map(|path| path.to_str().unwrap());
-        assert_eq!(home.run(&["export", from, "-o", to]).code, Some(0));
+        let [from, to, vehicle] = [&recording, &page, &vehicle].map(|path| path.to_str().unwrap());
+        assert_eq!(home.run(&["export", from, "-o", to, "--vehicle", vehicle]).code, Some(0));
         browser.open(&format!("file://{}", page.display()));
         let panel = Panel { browser, source: "1" };
         panel.wait_for_state(0);
         panel.click("[name=fast-run]");
         let runs = Runs(panel);
-        for name in ["ares", "kerise"] {
-            panel.choose("[name=vehicle]", name);
-            let driven = trajectories(&maze, &Vehicle::preset(name).unwrap());
+        let mine = Vehicle::from_toml(text, "my mouse").unwrap();
+        // The vehicle of the user is selected first.
+        let fastest = trajectories(&maze, &mine)[0].1.duration();
+        runs.wait_for_duration("fastest", fastest);
+        for vehicle in [Vehicle::ares(), mine, Vehicle::kerise()] {
+            panel.choose("[name=vehicle]", vehicle.name());
+            let driven = trajectories(&maze, &vehicle);
             for (route, trajectory) in &driven {
                 runs.wait_for_duration(route, trajectory.duration());
                 runs.slide_to(1234);
                 runs.assert_is_at(route, &maze, trajectory, 1.234);
             }
         }
-        assert!(!browser.exists(&panel.part(".routes [data-route=known-walls]")));
+        // The mouse has seen only the start cell.
+        runs.wait_for_unknown_path();
+        browser.leave();
+    });
+}
+
+/// A client that records its own states does not know the true maze.
+#[test]
+fn an_exported_page_without_the_true_maze_plays_the_run_over_known_walls() {
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "mirage"]);
+        let maze = bundled("06-mirage.txt");
+        let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
+        let home: &Home = &simulator.home;
+        let info = mmsim_server::Simulation::new("mirage", maze.clone()).info();
+        let messages = states.iter().map(|state| (0, vec![], state.message('C', 'F')));
+        let recording = home.path().join("run.mcap");
+        let file = File::create(&recording).unwrap();
+        mmsim_recording::save(file, &info, None, messages).unwrap();
+        let page = home.path().join("page.html");
+        let [from, to] = [&recording, &page].map(|path| path.to_str().unwrap());
+        assert_eq!(home.run(&["export", from, "-o", to]).code, Some(0));
+        browser.open(&format!("file://{}", page.display()));
+        let panel = Panel { browser, source: "1" };
+        panel.wait_for_state(states.len() - 1);
+        panel.click("[name=fast-run]");
+        let walls = known_walls(states.last().unwrap());
+        let run = fastest(&walls, maze.start().cell, maze.goals(), &Vehicle::expert()).unwrap();
+        let trajectory = run.drive(&Vehicle::expert()).unwrap();
+        let runs = Runs(panel);
+        runs.wait_for_duration("known-walls", trajectory.duration());
+        assert_eq!(runs.mice(), 1);
+        runs.slide_to(1700);
+        runs.assert_is_at("known-walls", &maze, &trajectory, 1.7);
         browser.leave();
     });
 }
