@@ -1,5 +1,6 @@
 //! A fast run in time: pose, speed and acceleration of the mouse at every moment.
 
+use alloc::format;
 use alloc::vec::Vec;
 
 use libm::{cos, fabs, sin};

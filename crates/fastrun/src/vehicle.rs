@@ -239,7 +239,7 @@ fn hint(found: f64, unit: &str, range: &RangeInclusive<f64>) -> String {
 
 /// Writes a number, with an exponent if it has many digits.
 fn number(number: f64) -> String {
-    if libm::fabs(number) < 1e9 { number.to_string() } else { format!("{number:e}") }
+    if libm::fabs(number) < 1e9 { format!("{number}") } else { format!("{number:e}") }
 }
 
 fn tenths_down(length: f64) -> f64 {

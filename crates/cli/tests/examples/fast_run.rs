@@ -28,8 +28,8 @@ fn expected(run: &Value) -> String {
         let speed = segment["exit_speed_mm_s"].as_f64().unwrap();
         writeln!(text, "{index}{side} {length:.2} {speed:.1}").unwrap();
     }
-    // The other run has four turns, the first one of which is s90.
-    text + "stop\n5 0 200000\n"
+    // The other run has 11 turns, and begins with s90.
+    text + "stop\n12 0 200000\n"
 }
 
 #[test]
