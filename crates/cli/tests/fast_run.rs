@@ -373,7 +373,7 @@ fn wrong_vehicle_files_name_the_file_the_line_and_the_range() {
     insta::assert_snapshot!(error("base = 'expert'\nalong.top_speed = 2.5"), @"error: invalid value 'v.toml' for '--vehicle <NAME|FILE>': line 2: along.top_speed: expected 50 to 20000 mm/s, found 2.5 mm/s (if it is in m/s, write 2500)");
     insta::assert_snapshot!(error("base = 'expert'\ncell = 0.18"), @"error: invalid value 'v.toml' for '--vehicle <NAME|FILE>': line 2: cell: expected 10 to 1000 mm, found 0.18 mm (if it is in m, write 180)");
     insta::assert_snapshot!(error("base = 'expert'\nturns.l90.lenght = 200"), @"error: invalid value 'v.toml' for '--vehicle <NAME|FILE>': line 2: unknown field `lenght`, expected `length` or `speed`");
-    insta::assert_snapshot!(error("base = expert"), @"error: invalid value 'v.toml' for '--vehicle <NAME|FILE>': line 1: string values must be quoted, expected literal string");
+    insta::assert_snapshot!(error("base = expert"), @"error: invalid value 'v.toml' for '--vehicle <NAME|FILE>': line 1: expected a number, false, or a text in quotes");
 }
 
 #[test]
