@@ -82,12 +82,12 @@ enum Leg {
     FastRun,
 }
 
-/// The number of steps by which a cell on the optimistic run may be farther away than a cell on the
-/// fastest run of almost no sampled maze.
+/// Steps that the mouse takes at most to prefer a cell on the optimistic run to one that is on the
+/// fastest runs of no sampled maze.
 const DETOUR: i32 = 4;
 
-/// The mouse prefers cells far from the start, because it can visit the others on its way back. It
-/// takes one step more for this many steps of difference.
+/// Steps farther from the start for which the mouse takes one step more. It can visit the cells near
+/// the start on its way back.
 const STEPS_FROM_START: i32 = 8;
 
 impl FastestPathSearch {
