@@ -22,8 +22,8 @@ use search::{Finish, Memory, search};
 use tables::Tables;
 use targets::{Targets, place};
 
-/// Finds the fastest runs of one vehicle. A planner keeps its tables and its memory for
-/// its next plan.
+/// Finds the fastest runs of one vehicle. A planner keeps its tables and its memory, so it allocates
+/// only when a plan needs more memory than those before.
 ///
 /// ```
 /// use mmsim_fastrun::{Planner, Vehicle};

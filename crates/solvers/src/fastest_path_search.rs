@@ -82,12 +82,12 @@ enum Leg {
     FastRun,
 }
 
-/// Steps that the mouse takes at most to prefer a cell on the optimistic run to one that is on the
-/// fastest runs of no sampled maze.
+/// The mouse prefers a cell on the optimistic run to a cell on the fastest runs of few sampled mazes,
+/// even if the first cell is up to this many steps farther away.
 const DETOUR: i32 = 4;
 
-/// Steps farther from the start for which the mouse takes one step more. It can visit the cells near
-/// the start on its way back.
+/// The mouse prefers a cell that is more than this many steps farther from the start, even if the
+/// cell is one step farther away. It can visit the other cells on its way back.
 const STEPS_FROM_START: i32 = 8;
 
 impl FastestPathSearch {
