@@ -31,7 +31,7 @@ use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, ma
 use crate::interrupt::Interrupt;
 use crate::local_server::{self, HOST, MouseSetup};
 use crate::mouse_process::Program;
-use crate::output::{note, print, print_json, warn};
+use crate::output::{print, print_json, warn};
 use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
 use crate::usage::UsageError;
@@ -142,9 +142,6 @@ fn search(
         ExitCause::Exited(_) | ExitCause::Limit(_) | ExitCause::Stopped(_) => {}
     }
     let end = exit.end();
-    if end.was_started {
-        note(format_args!("mouse {}", end.ending.text));
-    }
     if args.json {
         print_json(&exit.report(name.as_deref()))?;
     } else if args.score && end.was_started {

@@ -105,8 +105,11 @@ impl Runs<'_> {
             reserve(true);
             let end = run_once()?;
             code = end.code;
-            // A client that reacts to the end of the run must not be refused.
+            // Before the end is reported, so that a client that reacts to it is not refused.
             reserve(false);
+            if end.was_started {
+                note(format_args!("mouse {}", end.ending.text));
+            }
             let stop = control.end(end.ending);
             let has_failed = reason == StartReason::First && !end.was_started && watched.is_none();
             if has_failed || stop == Some(StopReason::Exit) {

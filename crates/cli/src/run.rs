@@ -14,7 +14,7 @@ use crate::args::ServerArgs;
 use crate::connection::ENDPOINT_VARIABLE;
 use crate::local_server::{self, HOST, MouseSetup, bind_or_free};
 use crate::mouse_process::{MouseProcess, Program, WaitError, exit_code, exit_text, stop_code};
-use crate::output::{counted, note, warn};
+use crate::output::{counted, warn};
 use crate::own_mouse::{self, RunEnd, Runs};
 use crate::selection::Collection;
 use args::RunArgs;
@@ -92,7 +92,6 @@ fn run_once(
     let progress = gateway.progress();
     let found = if progress.is_goal_reached { EndingKind::Goal } else { EndingKind::GaveUp };
     let text = format!("{how}; {}", describe(progress));
-    note(format_args!("mouse {text}"));
     let ending = Ending { kind: kind.unwrap_or(found), text };
     Ok(RunEnd { ending, code, was_started: true })
 }
