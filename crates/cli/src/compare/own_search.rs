@@ -35,7 +35,7 @@ const WAITING_AT_GOAL: Duration = Duration::from_millis(200);
 
 /// The time without a command after which the output of a mouse that has exited counts as executed.
 /// If a child process of the mouse keeps the output open, the output does not end.
-const OUTPUT_TIMEOUT: Duration = Duration::from_millis(500);
+const OUTPUT_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The maximum time to wait for the last line of stderr of a process that has exited.
 const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
