@@ -29,6 +29,21 @@ pub fn classic_mazes() -> Vec<Maze> {
     mazes_in(&["mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
 }
 
+/// Returns all mazes of [`classic_mazes`] and [`large_mazes`], and the mazes of other sizes beside
+/// them.
+///
+/// # Panics
+/// Panics if a maze cannot be read.
+pub fn all_mazes() -> Vec<Maze> {
+    let folders = [
+        "mazes",
+        "../shared/mazes/classic",
+        "../shared/mazes/halfsize",
+        "../shared/mazes/training",
+    ];
+    mazes_in(&folders, |_| true)
+}
+
 fn mazes_in(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut mazes = Vec::new();

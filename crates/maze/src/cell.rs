@@ -50,7 +50,7 @@ impl fmt::Display for Cell {
     }
 }
 
-/// The width and height of a maze, each from 1 to 32 cells.
+/// The width and height of a maze, each from 1 to [`MAX_SIDE`](Self::MAX_SIDE) cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "(usize, usize)", into = "(u8, u8)"))]
@@ -59,7 +59,7 @@ pub struct MazeSize {
     height: u8,
 }
 
-/// The error for a width or height that is not between 1 and 32 cells.
+/// The error for a width or height that is not between 1 and [`MazeSize::MAX_SIDE`] cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a maze of 1x1 to {max}x{max} cells, found {width}x{height}", max = MazeSize::MAX_SIDE)]
 #[non_exhaustive]
@@ -71,14 +71,18 @@ pub struct SizeError {
 }
 
 impl MazeSize {
-    /// The maximum width or height of a maze, in cells.
-    pub const MAX_SIDE: u8 = 32;
+    /// The maximum width or height of a maze, in cells: 32 with the feature `half-size`, otherwise
+    /// 16.
+    pub const MAX_SIDE: u8 = if cfg!(feature = "half-size") { 32 } else { 16 };
     /// The maximum number of cells in a maze.
     pub const MAX_AREA: usize = Self::MAX_SIDE as usize * Self::MAX_SIDE as usize;
     /// The size of classic contest mazes, 16×16.
     pub const CLASSIC: Self = Self { width: 16, height: 16 };
     /// The size of mazes for half-size micromice, 32×32.
+    #[cfg(feature = "half-size")]
     pub const HALF_SIZE: Self = Self { width: 32, height: 32 };
+    /// The largest possible size.
+    pub const LARGEST: Self = Self { width: Self::MAX_SIDE, height: Self::MAX_SIDE };
 
     /// Creates a size of `width` × `height` cells.
     ///
@@ -128,9 +132,12 @@ impl MazeSize {
     /// Returns the central cells, which are the default goal. There are two central columns if the
     /// width is even, and one if it is odd. There are two central rows if the height is even, and
     /// one if it is odd.
-    pub fn central_cells(self) -> CellSet {
-        let middle = |side: u8| (side - 1) / 2..=side / 2;
-        middle(self.height).flat_map(|y| middle(self.width).map(move |x| Cell { x, y })).collect()
+    pub const fn central_cells(self) -> CellSet {
+        let mut rows = [0; Self::MAX_SIDE as usize];
+        let row = 1 << ((self.width - 1) / 2) | 1 << (self.width / 2);
+        rows[(self.height as usize - 1) / 2] = row;
+        rows[self.height as usize / 2] = row;
+        CellSet::from_rows(rows)
     }
 }
 

@@ -8,8 +8,17 @@ use crate::cell::{Cell, MazeSize};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// A set of cells in a maze, such as the goal cells or the visited cells. The set is stored in 128
-/// bytes, with one bit for each cell.
+/// A row of cells or walls, with bit x for column x: 32 bits with the feature `half-size`, otherwise
+/// 16 bits.
+#[cfg(feature = "half-size")]
+pub type Row = u32;
+/// A row of cells or walls, with bit x for column x: 32 bits with the feature `half-size`, otherwise
+/// 16 bits.
+#[cfg(not(feature = "half-size"))]
+pub type Row = u16;
+
+/// A set of cells in a maze, such as the goal cells or the visited cells. The set stores one bit for
+/// each cell, in 128 bytes with the feature `half-size`, otherwise in 32 bytes.
 ///
 /// ```
 /// use mmsim_maze::{Cell, CellSet};
@@ -20,7 +29,7 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct CellSet {
     /// Bit x of `rows[y]` stands for the cell (x, y).
-    rows: [u32; SIDE],
+    rows: [Row; SIDE],
 }
 
 impl CellSet {
@@ -34,17 +43,17 @@ impl CellSet {
     /// let goals = MazeSize::CLASSIC.central_cells();
     /// assert_eq!(CellSet::from_rows(*goals.rows()), goals);
     /// ```
-    pub const fn from_rows(rows: [u32; SIDE]) -> Self {
+    pub const fn from_rows(rows: [Row; SIDE]) -> Self {
         Self { rows }
     }
 
     /// Returns the set as bits: bit x of element y stands for the cell (x, y).
-    pub const fn rows(&self) -> &[u32; SIDE] {
+    pub const fn rows(&self) -> &[Row; SIDE] {
         &self.rows
     }
 
     /// Adds `cell` to the set, and returns true if the set did not contain it before. A cell
-    /// outside the largest possible maze (32×32 cells) is not added, and the method returns false.
+    /// outside the [largest](MazeSize::LARGEST) possible maze is not added, and the method returns false.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);
@@ -90,10 +99,10 @@ impl CellSet {
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct CellSetIter<'a> {
-    rows: &'a [u32; SIDE],
+    rows: &'a [Row; SIDE],
     y: u8,
     /// The cells of row `y` that the iterator has not returned yet.
-    row: u32,
+    row: Row,
 }
 
 impl Iterator for CellSetIter<'_> {

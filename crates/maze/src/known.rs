@@ -93,7 +93,7 @@ fn wall(present: bool) -> &'static str {
 impl KnownMaze {
     /// Creates the map of an unexplored maze. Only the outer walls are known. `goals` may contain
     /// cells outside the maze, but a mouse cannot reach them.
-    pub fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
+    pub const fn new(size: MazeSize, start: Cell, goals: CellSet) -> Self {
         let (certain, possible) = (Walls::open(size), Walls::closed(size));
         Self { certain, possible, start, goals, visited: CellSet::EMPTY }
     }

@@ -12,7 +12,8 @@
 //!
 //! Cell (0, 0) is in the south-west corner; x grows to the east and y to the north. The mouse
 //! starts facing north. A maze has 1×1 to 32×32 cells and need not be square. The size of a maze is
-//! chosen at run time.
+//! chosen at run time. Without the feature `half-size` (enabled by default), mazes have at most 16×16
+//! cells and take a quarter of the memory.
 //!
 //! [`Maze`] is the true maze, which only a simulator knows. [`KnownMaze`] is the map that a mouse
 //! builds: each wall is known to be present, known to be absent, or unknown. [`Maze`] and
@@ -55,7 +56,7 @@ mod pose;
 mod walls;
 
 pub use cell::{Cell, MazeSize, SizeError};
-pub use cell_set::{CellSet, CellSetIter};
+pub use cell_set::{CellSet, CellSetIter, Row};
 pub use escaped::{Escaped, Excerpt, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};

@@ -21,6 +21,12 @@ pub struct ParseMazeError {
     pub expected: &'static str,
 }
 
+const PICTURE: &str = if cfg!(feature = "half-size") {
+    "the picture of a maze of 1x1 to 32x32 cells"
+} else {
+    "the picture of a maze of 1x1 to 16x16 cells"
+};
+
 type Result<T = ()> = core::result::Result<T, ParseMazeError>;
 
 /// Parses the text picture that [`Display`](core::fmt::Display) writes for a maze. Blank lines and
@@ -44,8 +50,8 @@ impl FromStr for Maze {
         let end = Line { number: lines().last().map_or(1, |last| last.number + 1), text: "" };
         let first = lines().next().unwrap_or(end);
         let rows = lines().filter(|line| line.text.starts_with('|')).count();
-        let size = MazeSize::new(first.text.len() / 4, rows)
-            .map_err(|_| first.error(0, "the picture of a maze of 1x1 to 32x32 cells"))?;
+        let size =
+            MazeSize::new(first.text.len() / 4, rows).map_err(|_| first.error(0, PICTURE))?;
         let mut parts = Parts { walls: Walls::open(size), start: None, goals: CellSet::EMPTY };
         let mut lines = lines();
         let mut next = || lines.next().unwrap_or(end);

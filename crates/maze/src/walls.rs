@@ -1,6 +1,7 @@
 //! The walls of a maze, each stored once.
 
 use crate::cell::{Cell, MazeSize};
+use crate::cell_set::Row;
 use crate::heading::Heading;
 use crate::pose::Pose;
 
@@ -20,10 +21,10 @@ pub struct Walls {
     size: MazeSize,
     /// Bit x of `north[y]` stands for the wall between (x, y) and (x, y + 1). The bits of outer
     /// walls and of cells outside the maze are set, so the last row is always full.
-    north: [u32; SIDE],
+    north: [Row; SIDE],
     /// Bit x of `east[y]` stands for the wall between (x, y) and (x + 1, y). The bits of outer
     /// walls and of cells outside the maze are set, so the last bit of each row is always set.
-    east: [u32; SIDE],
+    east: [Row; SIDE],
 }
 
 impl Walls {
@@ -34,7 +35,7 @@ impl Walls {
 
     /// Creates the walls of a maze in which every wall is present.
     pub const fn closed(size: MazeSize) -> Self {
-        Self { size, north: [u32::MAX; SIDE], east: [u32::MAX; SIDE] }
+        Self { size, north: [Row::MAX; SIDE], east: [Row::MAX; SIDE] }
     }
 
     /// Creates walls from bits in the layout that [`north_rows`](Self::north_rows) and
@@ -46,13 +47,13 @@ impl Walls {
     /// let walls = Walls::from_rows(MazeSize::CLASSIC, [u32::MAX; 32], [0; 32]);
     /// assert!(walls.has(Cell::new(3, 4), Heading::North) && !walls.has(Cell::new(3, 4), Heading::East));
     /// ```
-    pub const fn from_rows(size: MazeSize, mut north: [u32; SIDE], mut east: [u32; SIDE]) -> Self {
-        let columns = u32::MAX >> (u32::BITS - size.width() as u32);
+    pub const fn from_rows(size: MazeSize, mut north: [Row; SIDE], mut east: [Row; SIDE]) -> Self {
+        let columns = Row::MAX >> (Row::BITS - size.width() as u32);
         let height = size.height() as usize;
         let mut y = 0;
         while y < SIDE {
-            north[y] |= if y + 1 < height { !columns } else { u32::MAX };
-            east[y] |= if y < height { !(columns >> 1) } else { u32::MAX };
+            north[y] |= if y + 1 < height { !columns } else { Row::MAX };
+            east[y] |= if y < height { !(columns >> 1) } else { Row::MAX };
             y += 1;
         }
         Self { size, north, east }
@@ -65,13 +66,13 @@ impl Walls {
 
     /// Returns the north walls as bits: bit x of element y is set if there is a wall between (x, y)
     /// and (x, y + 1), or if one of these cells is outside the maze.
-    pub const fn north_rows(&self) -> &[u32; SIDE] {
+    pub const fn north_rows(&self) -> &[Row; SIDE] {
         &self.north
     }
 
     /// Returns the east walls as bits: bit x of element y is set if there is a wall between (x, y)
     /// and (x + 1, y), or if one of these cells is outside the maze.
-    pub const fn east_rows(&self) -> &[u32; SIDE] {
+    pub const fn east_rows(&self) -> &[Row; SIDE] {
         &self.east
     }
 
@@ -105,7 +106,7 @@ impl Walls {
         }
         // The last row, which is always full, also stands for the walls to the south of row 0.
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
-        let bit = |rows: u32| (rows.wrapping_shr(x.into()) & 1) as u8;
+        let bit = |rows: Row| (rows.wrapping_shr(x.into()) & 1) as u8;
         let (north, south) = (bit(self.north[row]), bit(self.north[south]));
         let (east, west) = (bit(self.east[row]), bit(self.east[row] << 1 | 1));
         Sides(north | east << 1 | south << 2 | west << 3)
@@ -113,7 +114,7 @@ impl Walls {
 
     /// Toggles the walls on the given sides of a cell. The given sides must not be outer walls.
     pub(crate) fn toggle(&mut self, Cell { x, y }: Cell, sides: Sides) {
-        let bit = |heading| u32::from(sides.has(heading)).wrapping_shl(x.into());
+        let bit = |heading| Row::from(sides.has(heading)).wrapping_shl(x.into());
         let (row, south) = (usize::from(y) % SIDE, usize::from(y).wrapping_sub(1) % SIDE);
         self.north[row] ^= bit(Heading::North);
         self.north[south] ^= bit(Heading::South);
@@ -135,8 +136,8 @@ impl Walls {
     }
 
     /// Combines the bits of two mazes of the same size. Outer walls stay present.
-    pub(crate) fn combine(&self, other: &Self, bits: impl Fn(u32, u32) -> u32) -> Self {
-        let rows = |one: &[u32; SIDE], other: &[u32; SIDE]| {
+    pub(crate) fn combine(&self, other: &Self, bits: impl Fn(Row, Row) -> Row) -> Self {
+        let rows = |one: &[Row; SIDE], other: &[Row; SIDE]| {
             core::array::from_fn(|y| bits(one[y], other[y]))
         };
         Self::from_rows(self.size, rows(&self.north, &other.north), rows(&self.east, &other.east))

@@ -5,8 +5,9 @@ use core::ops::Range;
 
 use mmsim_maze::MazeSize;
 
-/// The length in bytes of a state for a 32×32 maze, the longest possible state.
-pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::HALF_SIZE);
+/// The length in bytes of a state for a maze of the [largest](MazeSize::LARGEST) size: 2,054 with the
+/// feature `half-size`, otherwise 518.
+pub const MAX_STATE_BYTES: usize = state_bytes(MazeSize::LARGEST);
 
 /// Returns the length in bytes of a state for a maze of this size, such as 518 for 16×16 cells.
 pub const fn state_bytes(size: MazeSize) -> usize {

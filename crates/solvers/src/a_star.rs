@@ -2,7 +2,7 @@
 
 use core::array::from_fn;
 
-use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, Heading, MazeSize, Row, Walls};
 
 /// The number of 64-bit words that hold one bit for each cell of the largest maze.
 const WORDS: usize = MazeSize::MAX_AREA / 64;
@@ -96,7 +96,7 @@ struct LayeredSearch<const N: usize, const STRIDE: usize> {
 
 impl<const N: usize, const STRIDE: usize> LayeredSearch<N, STRIDE> {
     fn new(walls: &Walls, end: Cell) -> Self {
-        let west_of_end = (1_u32 << end.x) - 1;
+        let west_of_end: Row = (1 << end.x) - 1;
         let (mut north, mut east) = ([[0; N]; 2], [[0; N]; 2]);
         for y in 0..walls.size().height().into() {
             let (word, shift) = (y * STRIDE / 64, y * STRIDE % 64);

@@ -13,9 +13,12 @@ mod dispatch;
 mod distance;
 mod downhill;
 mod exploration;
+mod exploration_bytes;
 mod plane;
 mod portable;
 mod processor;
+mod queue;
+mod small_steps;
 mod task;
 mod update;
 mod waves;
@@ -25,10 +28,12 @@ mod x86;
 use bitboard::{Bitboard, CellPlanes};
 use dispatch::{run, run_with};
 pub use distance::steps_between;
+pub(crate) use distance::steps_between_in;
 pub use downhill::Downhill;
-pub(crate) use exploration::ExplorationTarget;
+pub(crate) use exploration::{ExplorationMemory, ExplorationTarget};
 use plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
+use small_steps::SmallSteps;
 use task::Task;
 use waves::Flooded;
 
@@ -56,34 +61,23 @@ enum Steps {
     /// north.
     Small(SmallSteps),
     /// The distances in a larger maze, stored as rows of 32 cells from south to north.
-    Large([u16; MazeSize::MAX_AREA]),
+    Large([u16; LARGE_AREA]),
 }
 
-#[derive(Clone, PartialEq, Eq, Debug)]
-struct SmallSteps {
-    lines: SmallLines,
-    /// True if the maze has 16×16 cells and all of them can reach a target. In this case, the byte
-    /// 255 is a distance; otherwise, it is `UNREACHABLE_BYTE`. A shortest path can only have a
-    /// length of 255 steps if it visits all 256 cells.
-    all_reached: bool,
-}
-
-/// The distances in a small maze, with one byte per cell.
-type SmallLines = [[Line; 8]; SMALL_SIDE / 8];
+/// The number of cells for which [`Steps::Large`] has memory, which is 0 if all mazes are small.
+const LARGE_AREA: usize = if SIDE > SMALL_SIDE { MazeSize::MAX_AREA } else { 0 };
 
 /// The internal value for the distance of a cell that cannot reach a target.
 pub(crate) const UNREACHABLE: u16 = u16::MAX;
-const UNREACHABLE_BYTE: u8 = u8::MAX;
 
 impl Distances {
     /// Creates the distances of a maze in which no cell can reach a target.
     #[must_use]
     pub const fn unreachable(size: MazeSize) -> Self {
         let steps = if is_small(size) {
-            let lines = [[[UNREACHABLE_BYTE; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
-            Steps::Small(SmallSteps { lines, all_reached: false })
+            Steps::Small(SmallSteps::UNREACHABLE)
         } else {
-            Steps::Large([UNREACHABLE; MazeSize::MAX_AREA])
+            Steps::Large([UNREACHABLE; LARGE_AREA])
         };
         Self { size, steps }
     }
@@ -119,9 +113,20 @@ impl Distances {
         run_with(instructions, FloodTask { walls, targets }, walls.size())
     }
 
-    /// Floods the maze again in place, because assigning new `Distances` would copy 2 KiB.
-    pub(crate) fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
-        if self.size == walls.size() {
+    /// Replaces the distances by those of a new flood, in the same memory. This method is faster than
+    /// assigning new `Distances`, which may copy 2 KiB, and needs less of the stack.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, MazeSize, Walls};
+    /// use mmsim_solvers::Distances;
+    /// let walls = Walls::open(MazeSize::CLASSIC);
+    /// let mut distances = Distances::unreachable(MazeSize::CLASSIC);
+    /// distances.reflood(&walls, &MazeSize::CLASSIC.central_cells());
+    /// assert_eq!(distances.at(Cell::new(0, 0)), Some(14));
+    /// ```
+    pub fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
+        if is_small(self.size) == is_small(walls.size()) {
+            self.size = walls.size();
             run(
                 RefloodTask { flood: FloodTask { walls, targets }, steps: &mut self.steps },
                 self.size,
@@ -181,7 +186,7 @@ impl Distances {
     fn raw_inside(&self, x: usize, y: usize) -> u16 {
         match &self.steps {
             Steps::Small(steps) => steps.raw(y * SMALL_SIDE + x),
-            Steps::Large(steps) => steps[(y * SIDE + x) % steps.len()],
+            Steps::Large(steps) => large_step(steps, y * SIDE + x),
         }
     }
 
@@ -195,7 +200,7 @@ impl Distances {
                 neighbours(y * SMALL_SIDE + x, SMALL_SIDE).map(|index| steps.raw(index))
             }
             Steps::Large(steps) => {
-                neighbours(y * SIDE + x, SIDE).map(|index| steps[index % steps.len()])
+                neighbours(y * SIDE + x, SIDE).map(|index| large_step(steps, index))
             }
         }
     }
@@ -206,23 +211,11 @@ impl Distances {
     }
 }
 
-impl SmallSteps {
-    #[inline(always)]
-    fn from_flooded<H: ParityPlane>(flooded: &Flooded<H>) -> Self {
-        let mut lines = [[[0; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
-        bytes::write(flooded, 0, &mut lines);
-        Self { lines, all_reached: flooded.is_full() }
-    }
-
-    /// Returns the distance of the cell at `index`, or [`UNREACHABLE`] if the cell cannot reach a
-    /// target.
-    #[inline]
-    fn raw(&self, index: usize) -> u16 {
-        let bytes = self.lines.as_flattened().as_flattened();
-        let steps = bytes[index % bytes.len()];
-        let is_reached = steps != UNREACHABLE_BYTE || self.all_reached;
-        if is_reached { steps.into() } else { UNREACHABLE }
-    }
+/// Returns the distance of the cell at `index` in a large maze.
+#[inline]
+fn large_step(steps: &[u16], index: usize) -> u16 {
+    // In two checks, so that the compiler can remove the second one.
+    steps.get(index % MazeSize::MAX_AREA).copied().unwrap_or(UNREACHABLE)
 }
 
 /// Returns the indices of the neighbours of the cell at `index`, where `row` is the number of cells
@@ -257,11 +250,19 @@ impl Task for FloodTask<'_> {
         };
         Distances { size: self.walls.size(), steps }
     }
+
+    #[inline(always)]
+    fn run_on_bytes(self) -> Distances {
+        let mut distances = Distances::unreachable(self.walls.size());
+        RefloodTask { flood: self, steps: &mut distances.steps }.run_on_bytes();
+        distances
+    }
 }
 
 struct RefloodTask<'a> {
     flood: FloodTask<'a>,
-    /// The distances to overwrite, which must belong to a maze of the same size.
+    /// The distances to overwrite, which must belong to another small maze if the maze is small, otherwise to
+    /// another large one.
     steps: &'a mut Steps,
 }
 
@@ -276,16 +277,24 @@ impl Task for RefloodTask<'_> {
             Steps::Large(steps) => *steps = large_steps(&flooded),
         }
     }
+
+    #[inline(always)]
+    fn run_on_bytes(self) {
+        let FloodTask { walls, targets } = self.flood;
+        if let Steps::Small(steps) = self.steps {
+            steps.flood_on_bytes(walls, targets);
+        }
+    }
 }
 
 #[inline(always)]
-fn large_steps<H: ParityPlane>(flooded: &Flooded<H>) -> [u16; MazeSize::MAX_AREA] {
+fn large_steps<H: ParityPlane>(flooded: &Flooded<H>) -> [u16; LARGE_AREA] {
     let lines: [[Line; 8]; MazeSize::MAX_AREA / 128] = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
     let (mut low, mut high) = (lines, lines);
     bytes::write(flooded, 0, &mut low);
     bytes::write(flooded, 8, &mut high);
     let (low, high) = (low.as_flattened().as_flattened(), high.as_flattened().as_flattened());
-    let mut steps = [0; MazeSize::MAX_AREA];
+    let mut steps = [0; LARGE_AREA];
     for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {
         *steps = u16::from_le_bytes([low, high]);
     }
@@ -297,7 +306,7 @@ mod tests {
     use mmsim_maze::{Heading, Maze, Pose};
     use proptest::prelude::*;
 
-    use super::dispatch::with_each;
+    use super::dispatch::available;
     use super::*;
 
     #[test]
@@ -346,11 +355,11 @@ o---o---o---o
                 (vec![end, before_end.unwrap()], begin, longest - 1),
             ] {
                 let targets = targets.into_iter().collect();
-                let flood = || FloodTask { walls: &walls, targets: &targets };
-                with_each(flood, size, |distances| {
+                for instructions in available() {
+                    let distances = Distances::flood_with(instructions, &walls, &targets);
                     assert_eq!(distances.at(from), Some(expected));
                     assert_eq!(distances.reachable_cells(), size.area());
-                });
+                }
             }
         }
     }
@@ -433,8 +442,10 @@ o---o---o---o
                 cells
             };
             prop_assert_eq!(all_of(&Distances::flood(&walls, &targets)), expected.clone());
-            let flood = || FloodTask { walls: &walls, targets: &targets };
-            with_each(flood, size, |distances| assert_eq!(all_of(&distances), expected));
+            for instructions in available() {
+                let distances = Distances::flood_with(instructions, &walls, &targets);
+                prop_assert_eq!(all_of(&distances), expected.clone());
+            }
             let distances = Distances::flood(&walls, &targets);
             for cell in size.cells() {
                 for (heading, steps) in Heading::ALL.into_iter().zip(distances.raw_around(cell)) {

@@ -2,7 +2,9 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
 
-use crate::flood::{Distances, ExplorationTarget, UNREACHABLE};
+use crate::flood::{
+    Distances, ExplorationMemory, ExplorationTarget, UNREACHABLE, steps_between_in,
+};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
 /// A strategy that goes to the goal, explores until no unknown wall can hide a shorter path,
@@ -38,6 +40,8 @@ pub struct ShortestPathSearch {
     /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
     /// before the first decision.
     goal_corners: Option<[Cell; 2]>,
+    /// Memory for [`ExplorationTarget::find`].
+    memory: ExplorationMemory,
 }
 
 /// A part of the search.
@@ -60,6 +64,7 @@ impl ShortestPathSearch {
             target: None,
             distances: Distances::unreachable(MazeSize::CLASSIC),
             goal_corners: None,
+            memory: [[0; 256]; 2],
         }
     }
 
@@ -83,7 +88,7 @@ impl ShortestPathSearch {
             let is_valid = self.target.is_some() && self.distances.is_downhill_open(open, cell);
             if !is_valid || self.target.is_some_and(|target| target.paths.contains(cell)) {
                 let before = self.target.map(|target| target.cell);
-                self.target = ExplorationTarget::find(map, cell);
+                self.target = ExplorationTarget::find(map, cell, &mut self.memory);
                 match self.target {
                     Some(target) if is_valid && before == Some(target.cell) => {}
                     Some(target) => self.distances.reflood(open, &only(target.cell)),
@@ -92,10 +97,11 @@ impl ShortestPathSearch {
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let known = Distances::flood(closed, &only(map.start().cell));
-            self.distances.reflood(open, &only(map.start().cell));
-            if self.distances.at(cell) >= known.at(cell) {
-                self.distances = known;
+            let start = only(map.start().cell);
+            let optimistic = steps_between_in(&mut self.memory[0], open, cell, &start);
+            self.distances.reflood(closed, &start);
+            if optimistic.unwrap_or(UNREACHABLE) < self.distances.raw(cell) {
+                self.distances.reflood(open, &start);
             }
         }
         if self.leg == Leg::Return && cell == map.start().cell {

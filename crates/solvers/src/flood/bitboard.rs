@@ -1,7 +1,7 @@
 //! Bitboards, which store the openings (sides without a wall) of a maze. The cells are coloured
 //! like a chessboard, so each opening joins a dark cell and a light cell.
 
-use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, MazeSize, Row, Walls};
 
 use super::plane::{BitOps, ParityPlane, SIDE, Words};
 
@@ -131,7 +131,7 @@ impl<H: ParityPlane> CellPlanes<H> {
     /// Creates a set of the given cells that are inside a maze of the given size.
     #[inline(always)]
     pub(super) fn from_cells_inside(cells: &CellSet, size: MazeSize) -> Self {
-        let columns = u32::MAX >> (u32::BITS - u32::from(size.width()));
+        let columns = Row::MAX >> (Row::BITS - u32::from(size.width()));
         let mut rows = *cells.rows();
         for (y, row) in rows.iter_mut().enumerate().take(H::ROWS) {
             *row &= if y < size.height().into() { columns } else { 0 };
@@ -211,7 +211,7 @@ fn by_colour<H: ParityPlane>([even, odd]: [H; 2]) -> CellPlanes<H> {
 
 /// Inverts rows of walls, so that each set bit stands for a side without a wall.
 #[inline(always)]
-fn open<H: ParityPlane>(walls: &[u32; SIDE]) -> [u32; SIDE] {
+fn open<H: ParityPlane>(walls: &[Row; SIDE]) -> [Row; SIDE] {
     let mut open = [0; SIDE];
     for y in 0..H::ROWS {
         open[y] = !walls[y];
@@ -222,7 +222,8 @@ fn open<H: ParityPlane>(walls: &[u32; SIDE]) -> [u32; SIDE] {
 /// Splits a set of cells into the cells in even columns and the cells in odd columns. Bit x of
 /// `rows[y]` stands for the cell (x, y).
 #[inline(always)]
-fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
+#[allow(clippy::useless_conversion)] // depends on the feature `half-size`
+fn split<H: ParityPlane>(rows: &[Row; SIDE]) -> [H; 2] {
     let mut planes = [H::Words::repeat(0); 2];
     // The compiler turns these loops over rows into vector instructions. `zip` is not always
     // inlined.
@@ -231,7 +232,7 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
         let [even, odd] = &mut columns;
         let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
         for y in 0..16 {
-            let bits = unshuffle(rows[y]);
+            let bits = unshuffle(rows[y].into());
             even[y] = (bits & 0xff) as u8;
             odd[y] = (bits >> 16 & 0xff) as u8;
         }
@@ -245,7 +246,7 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
         let [even, odd] = &mut columns;
         let (even, odd) = (even.as_flattened_mut(), odd.as_flattened_mut());
         for y in 0..SIDE {
-            let bits = unshuffle(rows[y]);
+            let bits = unshuffle(rows[y].into());
             even[y] = (bits & 0xffff) as u16;
             odd[y] = (bits >> 16) as u16;
         }
@@ -263,7 +264,9 @@ fn split<H: ParityPlane>(rows: &[u32; SIDE]) -> [H; 2] {
 /// Interleaves the cells in even columns with the cells in odd columns, and returns them as rows of
 /// bits. Inverse of [`split`].
 #[inline(always)]
-pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
+// Depends on the feature `half-size`.
+#[allow(clippy::cast_possible_truncation, clippy::unnecessary_cast)]
+pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [Row; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());
     let mut rows = [0; SIDE];
     if H::IS_SMALL {
@@ -276,7 +279,7 @@ pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
         let [even, odd] = &columns;
         let (even, odd) = (even.as_flattened(), odd.as_flattened());
         for y in 0..16 {
-            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16) as Row;
         }
     } else {
         let mut columns = [[[0; 4]; SIDE / 4]; 2];
@@ -288,7 +291,7 @@ pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [u32; SIDE] {
         let [even, odd] = &columns;
         let (even, odd) = (even.as_flattened(), odd.as_flattened());
         for y in 0..SIDE {
-            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16);
+            rows[y] = shuffle(u32::from(even[y]) | u32::from(odd[y]) << 16) as Row;
         }
     }
     rows

@@ -12,14 +12,18 @@ use super::x86::{self, run_avx2};
 
 /// Runs a task with the best available instruction set.
 pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
-    run_with(Instructions::Avx512, task, size)
+    run_with(Instructions::PREFERRED, task, size)
 }
 
 /// Runs a task with the given instruction set. Falls back to a slower instruction set if the given
 /// one is not available.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::Output {
-    if is_small(size) { task.run::<[u64; 2]>() } else { task.run::<[u64; 8]>() }
+pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
+    match (instructions, is_small(size)) {
+        (Instructions::Bytes, true) => task.run_on_bytes(),
+        (_, true) => task.run::<[u64; 2]>(),
+        (_, false) => task.run::<[u64; 8]>(),
+    }
 }
 
 /// Runs a task with the given instruction set. Falls back to a slower instruction set if the given
@@ -27,11 +31,12 @@ pub(super) fn run_with<T: Task>(_: Instructions, task: T, size: MazeSize) -> T::
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[allow(unsafe_code)]
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
-    use Instructions::{Avx2, Avx512, Portable, Sse2};
+    use Instructions::{Avx2, Avx512, Bytes, Portable, Sse2};
     // A single call, so that the result is written in place.
     let run: unsafe fn(T) -> T::Output = match (instructions, is_small(size)) {
+        (Bytes, true) => T::run_on_bytes,
         (Portable, true) => T::run::<[u64; 2]>,
-        (Portable, false) => T::run::<[u64; 8]>,
+        (Bytes | Portable, false) => T::run::<[u64; 8]>,
         #[cfg(feature = "avx512")]
         (Avx512, true) if Avx512.is_available() => run_avx512::<Avx512Small, T>,
         #[cfg(feature = "avx512")]
@@ -46,13 +51,8 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
     unsafe { run(task) }
 }
 
-/// Runs a task with each available instruction set and calls `check` with each result.
+/// Returns the available instruction sets.
 #[cfg(test)]
-pub(super) fn with_each<T: Task>(
-    task: impl Fn() -> T,
-    size: MazeSize,
-    check: impl FnMut(T::Output),
-) {
-    let available = Instructions::ALL.iter().filter(|instructions| instructions.is_available());
-    available.map(|&instructions| run_with(instructions, task(), size)).for_each(check);
+pub(super) fn available() -> impl Iterator<Item = Instructions> {
+    Instructions::ALL.iter().copied().filter(|instructions| instructions.is_available())
 }

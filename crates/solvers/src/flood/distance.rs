@@ -6,7 +6,7 @@ use super::bitboard::{Bitboard, CellPlanes};
 use super::dispatch::run;
 use super::plane::ParityPlane;
 use super::task::Task;
-use super::waves;
+use super::{queue, waves};
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
 /// reachable or the cell is outside the maze. This function is faster than a flood, because it
@@ -21,15 +21,30 @@ use super::waves;
 /// ```
 #[must_use]
 pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16> {
-    let size = walls.size();
-    let is_inside = size.contains(from);
-    is_inside.then(|| run(StepsBetweenTask { walls, from, targets }, size)).flatten()
+    run_steps_between(StepsBetweenTask { walls, from, targets, memory: None })
+}
+
+/// Does the same as [`steps_between`], but uses the given memory instead of the stack. The contents
+/// of the memory do not matter.
+pub(crate) fn steps_between_in(
+    memory: &mut [u8; 256],
+    walls: &Walls,
+    from: Cell,
+    targets: &CellSet,
+) -> Option<u16> {
+    run_steps_between(StepsBetweenTask { walls, from, targets, memory: Some(memory) })
+}
+
+fn run_steps_between(task: StepsBetweenTask) -> Option<u16> {
+    let size = task.walls.size();
+    size.contains(task.from).then(|| run(task, size)).flatten()
 }
 
 struct StepsBetweenTask<'a> {
     walls: &'a Walls,
     from: Cell,
     targets: &'a CellSet,
+    memory: Option<&'a mut [u8; 256]>,
 }
 
 impl Task for StepsBetweenTask<'_> {
@@ -37,7 +52,7 @@ impl Task for StepsBetweenTask<'_> {
 
     #[inline(always)]
     fn run<H: ParityPlane>(self) -> Option<u16> {
-        let Self { walls, from, targets } = self;
+        let Self { walls, from, targets, .. } = self;
         let board = Bitboard::<H>::from_walls(walls);
         let (from, targets) =
             (CellPlanes::<H>::from_cell(from), CellPlanes::<H>::from_cells(targets));
@@ -48,6 +63,14 @@ impl Task for StepsBetweenTask<'_> {
         };
         waves::first_targets(into, from, targets).map(|(_, steps)| steps)
     }
+
+    fn run_on_bytes(self) -> Option<u16> {
+        let Self { walls, from, targets, memory } = self;
+        let mut own = [0; 256];
+        let memory = memory.unwrap_or(&mut own);
+        let nearest = queue::nearest(walls, from, targets, memory).iter().next()?;
+        Some(memory[queue::index(nearest)].into())
+    }
 }
 
 #[cfg(test)]
@@ -56,7 +79,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::dispatch::with_each;
+    use crate::flood::dispatch::{available, run_with};
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {
@@ -70,8 +93,10 @@ mod tests {
             let expected = Distances::flood(&walls, &targets).at(from);
             prop_assert_eq!(steps_between(&walls, from, &targets), expected);
             if walls.size().contains(from) {
-                let task = || StepsBetweenTask { walls: &walls, from, targets: &targets };
-                with_each(task, walls.size(), |steps| assert_eq!(steps, expected));
+                for instructions in available() {
+                    let task = StepsBetweenTask { walls: &walls, from, targets: &targets, memory: None };
+                    prop_assert_eq!(run_with(instructions, task, walls.size()), expected);
+                }
             }
         }
     }

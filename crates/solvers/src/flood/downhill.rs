@@ -1,12 +1,13 @@
 //! Downhill headings: the headings in which a step leads nearer to a target.
 
-use mmsim_maze::{Cell, CellSet, Heading, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, Row, Walls};
 
 use super::bitboard::{Bitboard, CellPlanes, rows};
 use super::dispatch::run;
 use super::plane::{ParityPlane, SIDE};
 use super::task::Task;
 use super::waves::{self, Marks};
+use super::{Distances, Instructions};
 
 /// The downhill headings of all cells. A heading is downhill if a step in that direction leads
 /// nearer to a target.
@@ -68,7 +69,7 @@ impl Task for DownhillTask<'_> {
         let unvisited = rows(|marks| marks.unvisited);
         let size = walls.size();
         // The cells in which the distance `b` is one step longer than the distance `a`.
-        let is_further = |a: (u32, u32), b: (u32, u32)| (a.0 ^ b.0) & !(a.1 ^ b.1 ^ a.0);
+        let is_further = |a: (Row, Row), b: (Row, Row)| (a.0 ^ b.0) & !(a.1 ^ b.1 ^ a.0);
         let at = |y: usize| (low[y], high[y]);
         let mut cells = [[0; SIDE]; 4];
         let [north, east, south, west] = &mut cells;
@@ -86,6 +87,22 @@ impl Task for DownhillTask<'_> {
         }
         Downhill { cells: cells.map(CellSet::from_rows) }
     }
+
+    fn run_on_bytes(self) -> Downhill {
+        let Self { walls, targets } = self;
+        let distances = Distances::flood_with(Instructions::Bytes, walls, targets);
+        let mut cells = [CellSet::EMPTY; 4];
+        for cell in walls.size().cells() {
+            let (here, around, sides) =
+                (distances.raw(cell), distances.raw_around(cell), walls.sides(cell));
+            for (heading, cells) in Heading::ALL.into_iter().zip(&mut cells) {
+                if !sides.has(heading) && around[heading as usize] < here {
+                    cells.insert(cell);
+                }
+            }
+        }
+        Downhill { cells }
+    }
 }
 
 #[cfg(test)]
@@ -93,8 +110,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::flood::Distances;
-    use crate::flood::dispatch::with_each;
+    use crate::flood::dispatch::{available, run_with};
     use crate::flood::tests::{any_targets, any_walls};
 
     proptest! {
@@ -115,8 +131,10 @@ mod tests {
                 assert_eq!(downhill.headings(outside).count(), 0);
             };
             check(Downhill::flood(&walls, &targets));
-            let task = || DownhillTask { walls: &walls, targets: &targets };
-            with_each(task, walls.size(), check);
+            for instructions in available() {
+                let task = DownhillTask { walls: &walls, targets: &targets };
+                check(run_with(instructions, task, walls.size()));
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
 use super::dispatch::run;
+use super::exploration_bytes;
 use super::plane::ParityPlane;
 use super::task::Task;
 use super::waves::first_targets;
@@ -17,6 +18,9 @@ pub(crate) struct ExplorationTarget {
     pub(crate) paths: CellSet,
 }
 
+/// Memory for [`ExplorationTarget::find`], whose contents do not matter.
+pub(crate) type ExplorationMemory = [[u8; 256]; 2];
+
 impl ExplorationTarget {
     /// Selects the cell that a mouse at `mouse` should explore next. Returns `None` if one of the
     /// optimistic shortest paths is known to be open, or if there is no path.
@@ -28,14 +32,20 @@ impl ExplorationTarget {
     /// The target is the candidate nearest to the mouse. If several candidates are equally near,
     /// the target is the candidate farthest from the start, because the mouse can visit the other
     /// candidates on its way back.
-    pub(crate) fn find(map: &KnownMaze, mouse: Cell) -> Option<Self> {
-        run(FindTarget { map, mouse }, map.size())
+    pub(crate) fn find(
+        map: &KnownMaze,
+        mouse: Cell,
+        memory: &mut ExplorationMemory,
+    ) -> Option<Self> {
+        run(FindTarget { map, mouse, memory }, map.size())
     }
 }
 
-struct FindTarget<'a> {
-    map: &'a KnownMaze,
-    mouse: Cell,
+pub(super) struct FindTarget<'a> {
+    pub(super) map: &'a KnownMaze,
+    pub(super) mouse: Cell,
+    /// Memory for [`run_on_bytes`](Task::run_on_bytes).
+    pub(super) memory: &'a mut ExplorationMemory,
 }
 
 impl Task for FindTarget<'_> {
@@ -58,6 +68,10 @@ impl Task for FindTarget<'_> {
             cell: target.first_cell()?,
             paths: CellSet::from_rows(rows(paths.columns())),
         })
+    }
+
+    fn run_on_bytes(self) -> Option<ExplorationTarget> {
+        exploration_bytes::find(self)
     }
 }
 
@@ -305,7 +319,7 @@ mod tests {
 
     use super::*;
     use crate::flood::Distances;
-    use crate::flood::dispatch::with_each;
+    use crate::flood::dispatch::{available, run_with};
     use crate::flood::tests::{any_targets, any_walls};
 
     #[test]
@@ -335,7 +349,8 @@ o---o---o---o---o---o
             let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start().cell));
             let candidates = candidates(&map, &from_start);
             let mouse = Cell::new(x, y);
-            assert_eq!(ExplorationTarget::find(&map, mouse), naive(&map, mouse));
+            let mut memory = [[0; 256]; 2];
+            assert_eq!(ExplorationTarget::find(&map, mouse, &mut memory), naive(&map, mouse));
             candidates
                 .map(|(cells, _)| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
         };
@@ -347,6 +362,9 @@ o---o---o---o---o---o
     }
 
     proptest! {
+        // Most random maps have few candidates.
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
         #[test]
         fn the_target_equals_the_naive_one(
             walls in any_walls(),
@@ -363,8 +381,11 @@ o---o---o---o---o---o
             }
             let (map, mouse) = (&map, inside(mouse));
             let expected = naive(map, mouse);
-            prop_assert_eq!(ExplorationTarget::find(map, mouse), expected);
-            with_each(|| FindTarget { map, mouse }, size, |found| assert_eq!(found, expected));
+            let mut memory = [[0; 256]; 2];
+            for instructions in available() {
+                let task = FindTarget { map, mouse, memory: &mut memory };
+                prop_assert_eq!(run_with(instructions, task, size), expected);
+            }
         }
     }
 

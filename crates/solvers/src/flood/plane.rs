@@ -15,7 +15,9 @@ pub(super) const SMALL_SIDE: usize = 16;
 
 /// Returns true if neither side of the maze is longer than [`SMALL_SIDE`] cells.
 pub(super) const fn is_small(size: MazeSize) -> bool {
-    size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
+    // The compiler removes the code for larger mazes if there are none.
+    SIDE == SMALL_SIDE
+        || size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
 }
 
 /// A set of cells of one chessboard colour, with one bit per cell.

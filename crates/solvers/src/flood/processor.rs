@@ -15,6 +15,9 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instructions {
+    /// One byte per cell instead of one bit, which is the fastest way on processors with 32-bit
+    /// registers. Mazes of more than 16×16 cells use [`Portable`](Self::Portable).
+    Bytes,
     /// Operations on 64-bit words, which are available on every processor.
     Portable,
     /// SSE2, which every x86-64 processor has. Programs without an operating system may be compiled
@@ -28,12 +31,26 @@ pub enum Instructions {
 }
 
 impl Instructions {
-    /// All instruction sets, in ascending order of speed.
-    pub const ALL: &'static [Self] = &[Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
+    /// All instruction sets. On processors with 64-bit registers, they are in ascending order of
+    /// speed.
+    pub const ALL: &'static [Self] =
+        &[Self::Bytes, Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
+
+    /// The instruction set to ask for if all are available.
+    // WebAssembly has 32-bit pointers, but 64-bit integers.
+    pub(super) const PREFERRED: Self =
+        if cfg!(any(target_pointer_width = "64", target_family = "wasm")) {
+            Self::Avx512
+        } else {
+            Self::Bytes
+        };
 
     /// Returns the best available instruction set.
     #[must_use]
     pub fn best() -> Self {
+        if Self::PREFERRED == Self::Bytes {
+            return Self::Bytes;
+        }
         let mut from_best = Self::ALL.iter().copied().rev();
         from_best.find(|instructions| instructions.is_available()).unwrap_or(Self::Portable)
     }
@@ -43,7 +60,7 @@ impl Instructions {
     /// target supports are available.
     pub fn is_available(self) -> bool {
         match self {
-            Self::Portable => true,
+            Self::Bytes | Self::Portable => true,
             Self::Sse2 => cfg!(all(target_arch = "x86_64", target_feature = "sse2")),
             #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "std"))]
             Self::Avx2 => {
@@ -69,6 +86,7 @@ impl Instructions {
     /// Returns the name of the instruction set.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Bytes => "bytes",
             Self::Portable => "portable",
             Self::Sse2 => "SSE2",
             Self::Avx2 => "AVX2",

@@ -9,4 +9,7 @@ pub(super) trait Task {
     /// Runs the task with bit sets of type `H`. `H::IS_SMALL` must be true for mazes of up to 16×16
     /// cells, and false for larger mazes.
     fn run<H: ParityPlane>(self) -> Self::Output;
+
+    /// Runs the task in a maze of up to 16×16 cells with one byte per cell.
+    fn run_on_bytes(self) -> Self::Output;
 }
