@@ -33,6 +33,7 @@ pub use downhill::Downhill;
 pub(crate) use exploration::{ExplorationMemory, ExplorationTarget};
 use plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
+use queue::OpenSides;
 use small_steps::SmallSteps;
 use task::Task;
 use waves::Flooded;
@@ -125,10 +126,21 @@ impl Distances {
     /// assert_eq!(distances.at(Cell::new(0, 0)), Some(14));
     /// ```
     pub fn reflood(&mut self, walls: &Walls, targets: &CellSet) {
+        self.reflood_in(None, walls, targets);
+    }
+
+    /// Does the same as [`reflood`](Self::reflood), but may use the given memory instead of the
+    /// stack.
+    pub(crate) fn reflood_in(
+        &mut self,
+        sides: Option<&mut OpenSides>,
+        walls: &Walls,
+        targets: &CellSet,
+    ) {
         if is_small(self.size) == is_small(walls.size()) {
             self.size = walls.size();
             run(
-                RefloodTask { flood: FloodTask { walls, targets }, steps: &mut self.steps },
+                RefloodTask { flood: FloodTask { walls, targets }, steps: &mut self.steps, sides },
                 self.size,
             );
         } else {
@@ -254,7 +266,7 @@ impl Task for FloodTask<'_> {
     #[inline(always)]
     fn run_on_bytes(self) -> Distances {
         let mut distances = Distances::unreachable(self.walls.size());
-        RefloodTask { flood: self, steps: &mut distances.steps }.run_on_bytes();
+        RefloodTask { flood: self, steps: &mut distances.steps, sides: None }.run_on_bytes();
         distances
     }
 }
@@ -264,6 +276,8 @@ struct RefloodTask<'a> {
     /// The distances to overwrite, which must belong to another small maze if the maze is small, otherwise to
     /// another large one.
     steps: &'a mut Steps,
+    /// Memory for [`run_on_bytes`](Task::run_on_bytes) instead of the stack.
+    sides: Option<&'a mut OpenSides>,
 }
 
 impl Task for RefloodTask<'_> {
@@ -282,7 +296,10 @@ impl Task for RefloodTask<'_> {
     fn run_on_bytes(self) {
         let FloodTask { walls, targets } = self.flood;
         if let Steps::Small(steps) = self.steps {
-            steps.flood_on_bytes(walls, targets);
+            match self.sides {
+                Some(sides) => steps.flood_on_bytes(walls, targets, sides),
+                None => steps.flood_on_bytes(walls, targets, &mut { OpenSides::NONE }),
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The shortest-path search, which explores until a known path is proven to be shortest.
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown};
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown, Walls};
 
 use crate::flood::{
     Distances, ExplorationMemory, ExplorationTarget, UNREACHABLE, steps_between_in,
@@ -64,7 +64,7 @@ impl ShortestPathSearch {
             target: None,
             distances: Distances::unreachable(MazeSize::CLASSIC),
             goal_corners: None,
-            memory: [[0; 256]; 2],
+            memory: ExplorationMemory::NEW,
         }
     }
 
@@ -74,7 +74,7 @@ impl ShortestPathSearch {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         if self.leg == Leg::ToGoal {
             if !self.distances.is_downhill_open(open, cell) {
-                self.distances.reflood(open, map.goals());
+                self.flood(open, map.goals());
             }
             if map.goals().contains(cell) {
                 self.leg = Leg::Explore;
@@ -86,28 +86,49 @@ impl ShortestPathSearch {
         // shortest path. Walls elsewhere do not change the shortest paths.
         if self.leg == Leg::Explore {
             let is_valid = self.target.is_some() && self.distances.is_downhill_open(open, cell);
-            if !is_valid || self.target.is_some_and(|target| target.paths.contains(cell)) {
-                let before = self.target.map(|target| target.cell);
-                self.target = ExplorationTarget::find(map, cell, &mut self.memory);
-                match self.target {
-                    Some(target) if is_valid && before == Some(target.cell) => {}
-                    Some(target) => self.distances.reflood(open, &only(target.cell)),
+            if !is_valid || self.target.as_ref().is_some_and(|target| target.paths.contains(cell)) {
+                let before = self.target.as_ref().map(|target| target.cell);
+                self.target =
+                    ExplorationTarget::find(map, cell, &mut self.memory, &mut self.distances);
+                let after = self.target.as_ref().map(|target| target.cell);
+                let is_same = is_valid && before == after && ExplorationTarget::KEEPS_DISTANCES;
+                match after {
+                    Some(cell) if !is_same => self.flood_from(open, cell),
+                    Some(_) => {}
                     None => self.leg = Leg::Return,
                 }
             }
         }
         if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let start = only(map.start().cell);
-            let optimistic = steps_between_in(&mut self.memory[0], open, cell, &start);
-            self.distances.reflood(closed, &start);
-            if optimistic.unwrap_or(UNREACHABLE) < self.distances.raw(cell) {
-                self.distances.reflood(open, &start);
-            }
+            self.plan_return(map, cell);
         }
         if self.leg == Leg::Return && cell == map.start().cell {
             self.leg = Leg::FastRun;
-            self.distances.reflood(closed, map.goals());
+            self.flood(closed, map.goals());
         }
+    }
+
+    /// Plans the shortest known path to the start, or a shorter path through unknown walls.
+    // Not inlined, because the set would take up the stack during all floods. The same applies to
+    // `flood_from`.
+    #[inline(never)]
+    fn plan_return(&mut self, map: &KnownMaze, cell: Cell) {
+        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
+        let start = only(map.start().cell);
+        let optimistic = steps_between_in(&mut self.memory, open, cell, &start);
+        self.flood(closed, &start);
+        if optimistic.unwrap_or(UNREACHABLE) < self.distances.raw(cell) {
+            self.flood(open, &start);
+        }
+    }
+
+    #[inline(never)]
+    fn flood_from(&mut self, walls: &Walls, cell: Cell) {
+        self.flood(walls, &only(cell));
+    }
+
+    fn flood(&mut self, walls: &Walls, targets: &CellSet) {
+        self.distances.reflood_in(Some(&mut self.memory.sides), walls, targets);
     }
 
     /// Returns true if the current part of the search ends when the mouse enters `cell`.

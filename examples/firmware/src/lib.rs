@@ -1,5 +1,4 @@
-//! A flood-fill mouse as a static library, for firmware in C (`mouse.h`) or any language that can
-//! call C.
+//! A mouse as a static library, for firmware in C (`mouse.h`) or any language that can call C.
 //!
 //! The library does not use `std`, an allocator or static memory; the firmware provides the memory
 //! for the mouse. If a dependency used `std` or an allocator, this library would not build.
@@ -12,28 +11,29 @@
 #![no_std]
 #![allow(unsafe_code)] // for `no_mangle`, see above
 
+mod strategy;
+
 use core::mem::MaybeUninit;
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Step, WallsAround};
+use mmsim_maze::{MazeSize, Step, WallsAround};
 use mmsim_protocol::{MapState, Order, state_bytes};
-use mmsim_solvers::{FloodFill, Move};
-
-/// The mouse with its strategy. To use your own strategy, replace `FloodFill`.
-type Mouse = mmsim_solvers::Mouse<FloodFill>;
+use mmsim_solvers::Move;
+use strategy::{Mouse, NEW_MOUSE};
 
 /// The length in bytes of a state for a 16×16 maze.
 const STATE_BYTES: usize = state_bytes(MazeSize::CLASSIC);
 
 // The constants in `mouse.h` must match.
 const _: () = assert!(STATE_BYTES == 518);
-const _: () = assert!(size_of::<Mouse>() <= 4096 && align_of::<Mouse>() <= 8);
+const MOUSE_BYTES: usize = if cfg!(feature = "shortest-path-search") { 1152 } else { 472 };
+const _: () = assert!(size_of::<Mouse>() <= MOUSE_BYTES && align_of::<Mouse>() <= 4);
 
 /// Initializes a mouse at the start of an unknown 16×16 maze with the goal in the centre.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
-    let start = Pose::new(Cell::new(0, 0), Heading::North);
-    let map = KnownMaze::new(MazeSize::CLASSIC, start.cell, MazeSize::CLASSIC.central_cells());
-    place.write(Mouse::new(FloodFill::new(), map, start));
+    // Copied from flash, without a copy on the stack.
+    static NEW: Mouse = NEW_MOUSE;
+    place.write(NEW.clone());
 }
 
 /// Records a reading of the wall sensors. Returns `false` if the reading contradicts earlier

@@ -6,7 +6,7 @@ use super::bitboard::{Bitboard, CellPlanes};
 use super::dispatch::run;
 use super::plane::ParityPlane;
 use super::task::Task;
-use super::{queue, waves};
+use super::{ExplorationMemory, queue, waves};
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
 /// reachable or the cell is outside the maze. This function is faster than a flood, because it
@@ -27,7 +27,7 @@ pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16
 /// Does the same as [`steps_between`], but uses the given memory instead of the stack. The contents
 /// of the memory do not matter.
 pub(crate) fn steps_between_in(
-    memory: &mut [u8; 256],
+    memory: &mut ExplorationMemory,
     walls: &Walls,
     from: Cell,
     targets: &CellSet,
@@ -44,7 +44,7 @@ struct StepsBetweenTask<'a> {
     walls: &'a Walls,
     from: Cell,
     targets: &'a CellSet,
-    memory: Option<&'a mut [u8; 256]>,
+    memory: Option<&'a mut ExplorationMemory>,
 }
 
 impl Task for StepsBetweenTask<'_> {
@@ -66,10 +66,14 @@ impl Task for StepsBetweenTask<'_> {
 
     fn run_on_bytes(self) -> Option<u16> {
         let Self { walls, from, targets, memory } = self;
-        let mut own = [0; 256];
-        let memory = memory.unwrap_or(&mut own);
-        let nearest = queue::nearest(walls, from, targets, memory).iter().next()?;
-        Some(memory[queue::index(nearest)].into())
+        let steps = |ExplorationMemory { sides, from_start, .. }: &mut _| {
+            let nearest = queue::nearest(walls, from, targets, sides, from_start);
+            Some(from_start[queue::index(nearest.iter().next()?)].into())
+        };
+        match memory {
+            Some(memory) => steps(memory),
+            None => steps(&mut { ExplorationMemory::NEW }),
+        }
     }
 }
 

@@ -4,10 +4,11 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
 use super::dispatch::run;
-use super::exploration_bytes;
 use super::plane::ParityPlane;
+use super::queue::OpenSides;
 use super::task::Task;
 use super::waves::first_targets;
+use super::{Distances, Instructions, exploration_bytes};
 
 /// The cell to explore next, and the paths to which it belongs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -18,10 +19,24 @@ pub(crate) struct ExplorationTarget {
     pub(crate) paths: CellSet,
 }
 
-/// Memory for [`ExplorationTarget::find`], whose contents do not matter.
-pub(crate) type ExplorationMemory = [[u8; 256]; 2];
+/// Memory for floods and for [`ExplorationTarget::find`], so that they need less of the stack. Its
+/// contents do not matter.
+#[derive(Clone, Debug)]
+pub(crate) struct ExplorationMemory {
+    pub(crate) sides: OpenSides,
+    pub(super) from_start: [u8; 256],
+    pub(super) candidates: CellSet,
+}
+
+impl ExplorationMemory {
+    pub(crate) const NEW: Self =
+        Self { sides: OpenSides::NONE, from_start: [0; 256], candidates: CellSet::EMPTY };
+}
 
 impl ExplorationTarget {
+    /// True if [`find`](Self::find) does not overwrite distances.
+    pub(crate) const KEEPS_DISTANCES: bool = !Instructions::PREFERS_BYTES;
+
     /// Selects the cell that a mouse at `mouse` should explore next. Returns `None` if one of the
     /// optimistic shortest paths is known to be open, or if there is no path.
     ///
@@ -32,12 +47,16 @@ impl ExplorationTarget {
     /// The target is the candidate nearest to the mouse. If several candidates are equally near,
     /// the target is the candidate farthest from the start, because the mouse can visit the other
     /// candidates on its way back.
+    ///
+    /// Unless [`KEEPS_DISTANCES`](Self::KEEPS_DISTANCES), overwrites the distances of a maze of the
+    /// same size.
     pub(crate) fn find(
         map: &KnownMaze,
         mouse: Cell,
         memory: &mut ExplorationMemory,
+        distances: &mut Distances,
     ) -> Option<Self> {
-        run(FindTarget { map, mouse, memory }, map.size())
+        run(FindTarget { map, mouse, memory, distances }, map.size())
     }
 }
 
@@ -46,6 +65,8 @@ pub(super) struct FindTarget<'a> {
     pub(super) mouse: Cell,
     /// Memory for [`run_on_bytes`](Task::run_on_bytes).
     pub(super) memory: &'a mut ExplorationMemory,
+    /// More memory for [`run_on_bytes`](Task::run_on_bytes).
+    pub(super) distances: &'a mut Distances,
 }
 
 impl Task for FindTarget<'_> {
@@ -349,8 +370,10 @@ o---o---o---o---o---o
             let from_start = Distances::flood(map.walls(Unknown::Open), &only(map.start().cell));
             let candidates = candidates(&map, &from_start);
             let mouse = Cell::new(x, y);
-            let mut memory = [[0; 256]; 2];
-            assert_eq!(ExplorationTarget::find(&map, mouse, &mut memory), naive(&map, mouse));
+            let mut memory = ExplorationMemory::NEW;
+            let mut distances = Distances::unreachable(map.size());
+            let found = ExplorationTarget::find(&map, mouse, &mut memory, &mut distances);
+            assert_eq!(found, naive(&map, mouse));
             candidates
                 .map(|(cells, _)| cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>())
         };
@@ -381,9 +404,10 @@ o---o---o---o---o---o
             }
             let (map, mouse) = (&map, inside(mouse));
             let expected = naive(map, mouse);
-            let mut memory = [[0; 256]; 2];
+            let mut memory = ExplorationMemory::NEW;
+            let mut distances = Distances::unreachable(size);
             for instructions in available() {
-                let task = FindTarget { map, mouse, memory: &mut memory };
+                let task = FindTarget { map, mouse, memory: &mut memory, distances: &mut distances };
                 prop_assert_eq!(run_with(instructions, task, size), expected);
             }
         }

@@ -7,9 +7,9 @@ use core::cmp::Reverse;
 
 use mmsim_maze::{CellSet, KnownMaze, MazeSize, Row, Unknown, Walls};
 
-use super::SMALL_SIDE;
-use super::exploration::{ExplorationTarget, FindTarget};
-use super::queue::{AREA, EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, index, nearest};
+use super::exploration::{ExplorationMemory, ExplorationTarget, FindTarget};
+use super::queue::{AREA, EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, cell_at, index, nearest};
+use super::{SMALL_SIDE, Steps};
 
 /// A flag beside the open sides of a path cell: a path from it to the goal is known to be open.
 const OPEN: u8 = 1 << 6;
@@ -18,55 +18,52 @@ const OPEN: u8 = 1 << 6;
 const DOUBTFUL: u8 = 1 << 7;
 
 /// Does the same as [`ExplorationTarget::find`] in a maze of up to 16×16 cells.
-pub(super) fn find(FindTarget { map, mouse, memory }: FindTarget) -> Option<ExplorationTarget> {
-    let open = map.walls(Unknown::Open);
-    let [from_start, others] = memory;
-    let goals = nearest(open, map.start().cell, map.goals(), from_start);
-    let (candidates, paths) = follow_back(map, &goals, from_start, others)?;
-    let nearest = nearest(open, mouse, &candidates, others);
+pub(super) fn find(task: FindTarget) -> Option<ExplorationTarget> {
+    let FindTarget { map, mouse, memory, distances } = task;
+    let Steps::Small(others) = &mut distances.steps else { return None };
+    let (others, open) = (others.bytes()?, map.walls(Unknown::Open));
+    let ExplorationMemory { sides, from_start, candidates } = memory;
+    let goals = nearest(open, map.start().cell, map.goals(), sides, from_start);
+    let paths = follow_back(map, &goals, sides, from_start, others, candidates)?;
+    let nearest = nearest(open, mouse, candidates, sides, others);
     let cell = nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % AREA]))?;
     Some(ExplorationTarget { cell, paths })
 }
 
-/// Follows the optimistic shortest paths from the nearest goal cells back to the start. Returns the cells that
-/// [`ExplorationTarget::find`] considers, and all path cells. Returns `None` if one of the paths is
-/// known to be open, or if there is no path.
+/// Follows the optimistic shortest paths from the nearest goal cells back to the start. Returns all
+/// path cells, and puts the cells that [`ExplorationTarget::find`] considers into `candidates`.
+/// Returns `None` if one of the paths is known to be open, or if there is no path.
 ///
 /// The paths are found layer by layer. A layer consists of all path cells with the same distance
 /// from the start. The cells of a layer form a list, in which each cell links to the next one.
-// The stack has no room for the paths during a flood.
 #[inline(never)]
 fn follow_back(
     map: &KnownMaze,
     goals: &CellSet,
+    sides: &mut OpenSides,
     from_start: &[u8; AREA],
     links: &mut [u8; AREA],
-) -> Option<(CellSet, CellSet)> {
+    candidates: &mut CellSet,
+) -> Option<CellSet> {
     let length = from_start[index(goals.iter().next()?) % AREA];
-    let (rows, visited) = ([0; MazeSize::MAX_SIDE as usize], map.visited().rows());
-    let mut paths = Paths {
-        sides: OpenSides::NONE,
-        known: map.walls(Unknown::Closed),
-        from_start,
-        links,
-        found: rows,
-        first: 0,
-        width: 0,
-    };
-    paths.sides.fill_in(map.walls(Unknown::Open));
+    let visited = map.visited();
+    sides.fill_in(map.walls(Unknown::Open));
+    let (known, found) = (map.walls(Unknown::Closed), CellSet::EMPTY);
+    let mut paths = Paths { sides, known, from_start, links, found, first: 0, width: 0 };
     for goal in goals.iter().map(index) {
         let byte = &mut paths.sides.around(goal)[SMALL_SIDE];
         *byte = *byte & !UNVISITED | OPEN;
         paths.add(goal);
     }
-    let (mut least_width, mut candidates) = (AREA, rows);
+    let mut least_width = AREA;
+    *candidates = CellSet::EMPTY;
     for steps in (0..=usize::from(length)).rev() {
         let (first, cells) = (paths.first, paths.width);
         (paths.first, paths.width) = (0, 0);
         let (mut cell, mut width, mut flags, mut unvisited_flags) = (first, cells, 0, 0);
         for _ in 0..cells {
             flags = paths.follow_back_from(cell, steps.wrapping_sub(1));
-            if has(visited, cell) {
+            if visited.contains(cell_at(cell)) {
                 // Layers with a visited cell are the last choice.
                 width = AREA;
             } else {
@@ -81,17 +78,19 @@ fn follow_back(
             continue;
         }
         if width < least_width {
-            (least_width, candidates) = (width, rows);
+            (least_width, *candidates) = (width, CellSet::EMPTY);
         }
         let mut cell = first;
         for _ in 0..cells {
-            if paths.sides.around(cell)[SMALL_SIDE] & DOUBTFUL > 0 && !has(visited, cell) {
-                add(&mut candidates, cell);
+            if paths.sides.around(cell)[SMALL_SIDE] & DOUBTFUL > 0
+                && !visited.contains(cell_at(cell))
+            {
+                candidates.insert(cell_at(cell));
             }
             cell = paths.links[cell % AREA].into();
         }
     }
-    Some((CellSet::from_rows(candidates), CellSet::from_rows(paths.found)))
+    Some(paths.found)
 }
 
 /// Rows of cells or walls, in the form of [`CellSet::rows`].
@@ -101,21 +100,17 @@ fn has(rows: &Rows, cell: usize) -> bool {
     rows[cell / SMALL_SIDE % SMALL_SIDE] >> (cell % SMALL_SIDE) & 1 == 1
 }
 
-fn add(rows: &mut Rows, cell: usize) {
-    rows[cell / SMALL_SIDE % SMALL_SIDE] |= 1 << (cell % SMALL_SIDE);
-}
-
 /// The optimistic shortest paths found so far.
 struct Paths<'a> {
     /// The open sides if unknown walls are open. The byte of a path cell does not contain
     /// `UNVISITED`, but may contain flags.
-    sides: OpenSides,
+    sides: &'a mut OpenSides,
     /// The walls if unknown walls are closed.
     known: &'a Walls,
     from_start: &'a [u8; AREA],
     links: &'a mut [u8; AREA],
-    /// All path cells, in the form of [`CellSet::from_rows`].
-    found: Rows,
+    /// All path cells.
+    found: CellSet,
     /// The first cell of the list of the next layer.
     first: usize,
     /// The number of cells in the list.
@@ -128,7 +123,7 @@ impl Paths<'_> {
         self.links[cell % AREA] = self.first as u8;
         self.first = cell % AREA;
         self.width += 1;
-        add(&mut self.found, cell);
+        self.found.insert(cell_at(cell % AREA));
     }
 
     /// Adds the neighbours of `cell` that are `nearer` steps from the start to the next layer.

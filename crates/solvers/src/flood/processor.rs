@@ -36,19 +36,17 @@ impl Instructions {
     pub const ALL: &'static [Self] =
         &[Self::Bytes, Self::Portable, Self::Sse2, Self::Avx2, Self::Avx512];
 
-    /// The instruction set to ask for if all are available.
+    /// True if the processor has 32-bit registers.
     // WebAssembly has 32-bit pointers, but 64-bit integers.
-    pub(super) const PREFERRED: Self =
-        if cfg!(any(target_pointer_width = "64", target_family = "wasm")) {
-            Self::Avx512
-        } else {
-            Self::Bytes
-        };
+    pub(super) const PREFERS_BYTES: bool =
+        !cfg!(any(target_pointer_width = "64", target_family = "wasm"));
+    /// The instruction set to ask for if all are available.
+    pub(super) const PREFERRED: Self = if Self::PREFERS_BYTES { Self::Bytes } else { Self::Avx512 };
 
     /// Returns the best available instruction set.
     #[must_use]
     pub fn best() -> Self {
-        if Self::PREFERRED == Self::Bytes {
+        if Self::PREFERS_BYTES {
             return Self::Bytes;
         }
         let mut from_best = Self::ALL.iter().copied().rev();

@@ -27,8 +27,9 @@ pub(super) const UNVISITED: u8 = 32;
 /// The first and the last row are outside the maze, so that every cell has four neighbours in
 /// memory.
 // Aligned, so that four cells can be written at once.
+#[derive(Clone, Debug)]
 #[repr(align(4))]
-pub(super) struct OpenSides([Line; SMALL_SIDE + 2]);
+pub(crate) struct OpenSides([Line; SMALL_SIDE + 2]);
 
 /// The northern sides of four cells, given the bits of their northern walls.
 const NORTHS: [u32; 1 << 4] = open_sides_of_four_cells([(0, NORTH)], 0);
@@ -64,24 +65,33 @@ const fn open_sides_of_four_cells<const N: usize, const M: usize>(
 
 /// Floods a small maze from the targets. Targets outside the maze are ignored. Overwrites `bytes`,
 /// which has one element for each cell, in rows of 16 cells from south to north, with the distances
-/// of the cells, and with 255 if a cell cannot reach a target. Returns true if 255 is a distance.
-pub(super) fn flood(walls: &Walls, targets: &CellSet, bytes: &mut [u8; AREA]) -> bool {
-    send_waves::<false>(walls, targets, &CellSet::EMPTY, bytes)
+/// of the cells, and with 255 if a cell cannot reach a target. Overwrites `sides`, whose contents do
+/// not matter. Returns true if 255 is a distance.
+pub(super) fn flood(
+    walls: &Walls,
+    targets: &CellSet,
+    sides: &mut OpenSides,
+    bytes: &mut [u8; AREA],
+) -> bool {
+    send_waves::<false>(walls, targets, &CellSet::EMPTY, sides, bytes)
         .is_ok_and(|longest| longest == u8::MAX)
 }
 
 /// Returns the cells of `wanted` that are nearest to `from` in a small maze, or no cells if none is
 /// reachable. Overwrites `bytes` with the distances from `from`, and with 255 for all cells that are
-/// farther than the nearest wanted cells.
+/// farther than the nearest wanted cells. Overwrites `sides` too.
 pub(super) fn nearest(
     walls: &Walls,
     from: Cell,
     wanted: &CellSet,
+    sides: &mut OpenSides,
     bytes: &mut [u8; AREA],
 ) -> CellSet {
     let mut nearest = CellSet::EMPTY;
     let from = [from].into_iter().collect();
-    let Err(stopped) = send_waves::<true>(walls, &from, wanted, bytes) else { return nearest };
+    let Err(stopped) = send_waves::<true>(walls, &from, wanted, sides, bytes) else {
+        return nearest;
+    };
     let Stopped { distance, mut cell, mut link, next_wave, end } = stopped;
     loop {
         bytes[cell] = distance;
@@ -121,23 +131,22 @@ struct Stopped {
 /// Wave i of the flood consists of the cells at distance i. The cells of a wave form a list, in which
 /// each cell links to the next one, and the last cell links to the first target. The link of a cell
 /// is stored in the byte that later holds its distance.
-// The stack has no room for the open sides longer than this function runs.
 #[inline(never)]
 fn send_waves<const STOPS: bool>(
     walls: &Walls,
     targets: &CellSet,
     stops: &CellSet,
+    sides: &mut OpenSides,
     bytes: &mut [u8; AREA],
 ) -> Result<u8, Stopped> {
     bytes.fill(u8::MAX);
-    let mut sides = OpenSides::NONE;
     sides.fill_in(walls);
     if STOPS {
         for stop in stops.iter().filter(|&cell| walls.size().contains(cell)) {
             sides.around(index(stop))[SMALL_SIDE] |= STOP;
         }
     }
-    let Some(first) = link_targets(walls.size(), targets, &mut sides, bytes) else { return Ok(0) };
+    let Some(first) = link_targets(walls.size(), targets, sides, bytes) else { return Ok(0) };
     let mut wave = first;
     let mut distance = 0;
     loop {
@@ -145,7 +154,7 @@ fn send_waves<const STOPS: bool>(
         loop {
             let link = usize::from(bytes[cell]);
             bytes[cell] = distance;
-            match enter_neighbours::<STOPS>(cell, &mut sides, bytes, next_wave) {
+            match enter_neighbours::<STOPS>(cell, sides, bytes, next_wave) {
                 Some(next) => next_wave = next,
                 None => return Err(Stopped { distance, cell, link, next_wave, end: first }),
             }
@@ -164,10 +173,9 @@ fn send_waves<const STOPS: bool>(
 }
 
 impl OpenSides {
-    pub(super) const NONE: Self = Self([[0; SMALL_SIDE]; SMALL_SIDE + 2]);
+    pub(crate) const NONE: Self = Self([[0; SMALL_SIDE]; SMALL_SIDE + 2]);
 
     /// Sets the open sides of all cells in a small maze.
-    // In place, because a returned value would be copied.
     #[inline(always)]
     pub(super) fn fill_in(&mut self, walls: &Walls) {
         let rows = walls.north_rows().iter().zip(walls.east_rows());

@@ -3,6 +3,7 @@
 use mmsim_maze::{CellSet, Walls};
 
 use super::plane::{Line, ParityPlane, SMALL_SIDE};
+use super::queue::OpenSides;
 use super::waves::Flooded;
 use super::{UNREACHABLE, bytes, queue};
 
@@ -42,12 +43,22 @@ impl SmallSteps {
         Self { lines, all_reached: flooded.is_full() }
     }
 
-    /// Floods a maze with one byte per cell.
-    pub(super) fn flood_on_bytes(&mut self, walls: &Walls, targets: &CellSet) {
-        // The compiler knows that there are enough bytes.
-        if let Some(bytes) = self.lines.as_flattened_mut().as_flattened_mut().first_chunk_mut() {
-            self.all_reached = queue::flood(walls, targets, bytes);
+    /// Floods a maze with one byte per cell. Overwrites `sides`, whose contents do not matter.
+    pub(super) fn flood_on_bytes(
+        &mut self,
+        walls: &Walls,
+        targets: &CellSet,
+        sides: &mut OpenSides,
+    ) {
+        if let Some(bytes) = self.bytes() {
+            self.all_reached = queue::flood(walls, targets, sides, bytes);
         }
+    }
+
+    /// Returns the bytes of all cells. They are never missing, as the compiler knows.
+    #[inline(always)]
+    pub(super) fn bytes(&mut self) -> Option<&mut [u8; queue::AREA]> {
+        self.lines.as_flattened_mut().as_flattened_mut().first_chunk_mut()
     }
 
     /// Returns the distance of the cell at `index`, or [`UNREACHABLE`] if the cell cannot reach a

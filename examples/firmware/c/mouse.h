@@ -1,5 +1,6 @@
-/* A flood-fill mouse (see src/lib.rs). In each cell, call mouse_see and mouse_next_step, drive the
-   motors, and then call mouse_stepped. */
+/* A mouse in a static library (see ../src/lib.rs). In each cell, call mouse_see and mouse_next_step,
+   drive the motors, and then call mouse_stepped. Define MOUSE_SHORTEST_PATH_SEARCH if the library
+   has been built with the feature shortest-path-search. */
 #ifndef MOUSE_H
 #define MOUSE_H
 
@@ -12,11 +13,17 @@ extern "C" {
 
 #define MOUSE_STATE_BYTES 518
 
+#ifdef MOUSE_SHORTEST_PATH_SEARCH
+#define MOUSE_BYTES 1152
+#else
+#define MOUSE_BYTES 472
+#endif
+
 /* Memory for a mouse, for example in a static variable. Pointers must not be null, and a mouse must
    be initialized with mouse_new before any other call. */
 typedef union {
-    uint64_t alignment;
-    uint8_t bytes[4096];
+    uint32_t alignment;
+    uint8_t bytes[MOUSE_BYTES];
 } mouse_t;
 
 /* Initializes a mouse in the south-west corner of a 16x16 maze, heading north. */
