@@ -137,8 +137,9 @@ impl Distances {
         walls: &Walls,
         targets: &CellSet,
     ) {
-        if is_small(self.size) == is_small(walls.size()) {
-            self.size = walls.size();
+        let size = walls.size();
+        if self.size == size || is_small(self.size) && is_small(size) {
+            self.size = size;
             run(
                 RefloodTask { flood: FloodTask { walls, targets }, steps: &mut self.steps, sides },
                 self.size,
@@ -224,8 +225,9 @@ impl Distances {
 }
 
 /// Returns the distance of the cell at `index` in a large maze.
-#[inline]
-fn large_step(steps: &[u16], index: usize) -> u16 {
+#[inline(always)]
+#[allow(clippy::trivially_copy_pass_by_ref)] // depends on the feature `half-size`
+fn large_step(steps: &[u16; LARGE_AREA], index: usize) -> u16 {
     // In two checks, so that the compiler can remove the second one.
     steps.get(index % MazeSize::MAX_AREA).copied().unwrap_or(UNREACHABLE)
 }

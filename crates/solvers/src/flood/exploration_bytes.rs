@@ -18,6 +18,8 @@ const OPEN: u8 = 1 << 6;
 const DOUBTFUL: u8 = 1 << 7;
 
 /// Does the same as [`ExplorationTarget::find`] in a maze of up to 16×16 cells.
+// Not inlined, because the sets would take up the stack during other floods.
+#[inline(never)]
 pub(super) fn find(task: FindTarget) -> Option<ExplorationTarget> {
     let FindTarget { map, mouse, memory, distances } = task;
     let Steps::Small(others) = &mut distances.steps else { return None };

@@ -9,7 +9,8 @@ use super::{UNREACHABLE, bytes, queue};
 
 /// The distances in a maze of up to 16×16 cells.
 #[derive(Clone, Debug)]
-#[repr(align(4))]
+// The bytes are at the start of the memory, where the fewest instructions find them.
+#[repr(C, align(4))]
 pub(super) struct SmallSteps {
     /// The rows of 16 cells, from south to north.
     lines: [[Line; 8]; SMALL_SIDE / 8],
