@@ -52,6 +52,18 @@ const STRATEGIES: [BundledStrategy; 3] = [
     BundledStrategy::ShortestPathSearch,
 ];
 
+/// The names of the computations in the program, and their names in the table.
+const ROWS: [(&str, &str); 8] = [
+    ("flood", "flood"),
+    ("textbook-queue", "textbook queue"),
+    ("textbook-queue-in-c", "textbook queue in C"),
+    ("update", "update of the distances after a wall reading"),
+    ("flood-fill", "step of flood-fill"),
+    ("weight-increment", "step of weight-increment"),
+    ("shortest-path-search", "step of shortest-path-search"),
+    ("encode", "encoding of a state"),
+];
+
 /// The maximum number of steps in a search, as in the program.
 const MAX_STEPS: usize = 2000;
 
@@ -61,7 +73,7 @@ const MEASURED: usize = 40;
 fn main() -> io::Result<()> {
     let is_test = env::args().any(|argument| argument == "--test");
     if Command::new("qemu-system-arm").arg("--version").output().is_err() {
-        assert!(env::var_os("MMSIM_QEMU").is_none(), "qemu-system-arm is not installed");
+        assert!(env::var_os("MMSIM_QEMU").is_none(), "qemu-system-arm cannot be run");
         eprintln!("note: qemu-system-arm is not installed, so nothing is measured");
         return Ok(());
     }
@@ -79,19 +91,21 @@ fn main() -> io::Result<()> {
         .collect();
     let mut table = BTreeMap::<String, Vec<String>>::new();
     for board in &BOARDS {
-        for (name, counts) in board.run(&mixed, &[])? {
+        let counts = board.run(&mixed, &[])?;
+        let overhead = counts["nothing"][0][1];
+        for (name, counts) in counts {
             let runs: u32 = counts.iter().map(|&[runs, ..]| runs).sum();
-            let total: f64 = counts.iter().map(|&[_, total, _]| f64::from(total)).sum();
-            let most = counts.iter().map(|&[.., most]| most).max().unwrap_or(0);
+            let total: u32 = counts.iter().map(|&[_, total, _]| total).sum();
+            let most = counts.iter().map(|&[.., most]| most).max().unwrap_or(0) - overhead;
             let instructions = |ticks: f64| (ticks * board.instructions_per_tick).round();
-            let mean = instructions(total / f64::from(runs));
+            let mean = instructions(f64::from(total - runs * overhead) / f64::from(runs));
             table.entry(name).or_default().push(format!("{mean} / {}", instructions(most.into())));
         }
     }
     println!("| instructions, mean / max | {} |", BOARDS.map(|board| board.core).join(" | "));
     println!("|---|---|---|---|");
-    for (name, row) in table {
-        println!("| {name} | {} |", row.join(" | "));
+    for (name, label) in ROWS {
+        println!("| {label} | {} |", table[name].join(" | "));
     }
     Ok(())
 }
@@ -154,7 +168,11 @@ impl Board {
             .arg(&target)
             .current_dir(&folder)
             .status()?;
-        assert!(status.success(), "cannot build benches/mcu for {}", self.target);
+        assert!(
+            status.success(),
+            "cannot build benches/mcu; try: rustup target add {}",
+            self.target
+        );
         Ok(target.join(self.target).join("release/mmsim-mcu"))
     }
 }

@@ -12,7 +12,7 @@ use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
-use mmsim_maze::{KnownMaze, Maze, MazeSize, Step};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Step, Unknown};
 use mmsim_protocol::{MAX_STATE_BYTES, MapState, Order};
 use mmsim_solvers::{
     Distances, FloodFill, Mouse, Move, ShortestPathSearch, Strategy, WeightIncrement,
@@ -80,6 +80,7 @@ fn main() -> ! {
         file.read_exact(picture).unwrap();
         let maze: Maze = core::str::from_utf8(picture).unwrap().parse().unwrap();
         flood(&maze);
+        update(&maze);
         search(&maze, "flood-fill", FloodFill::new());
         search(&maze, "weight-increment", WeightIncrement::new());
         search(&maze, "shortest-path-search", ShortestPathSearch::new());
@@ -112,6 +113,25 @@ fn check(distances: &Distances, bytes: &[u8; 256]) {
     for (cell, &byte) in MazeSize::CLASSIC.cells().zip(bytes) {
         assert_eq!(distances.at(cell).unwrap_or(255), byte.into());
     }
+}
+
+/// Keeps the distances up to date while a flood-fill mouse searches the maze.
+#[inline(never)]
+fn update(maze: &Maze) {
+    let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(maze), maze.start());
+    let mut distances = Distances::unreachable(maze.size());
+    distances.reflood(mouse.map().walls(Unknown::Open), maze.goals());
+    let mut update = Ticks::new("update");
+    for _ in 0..MAX_STEPS {
+        mouse.see(maze.walls().around(mouse.pose())).unwrap();
+        let (walls, cell) = (mouse.map().walls(Unknown::Open), mouse.pose().cell);
+        update.count(&mut || {
+            distances.update(walls, maze.goals(), cell);
+        });
+        let Ok(Move::Step(step)) = mouse.decide() else { break };
+        mouse.go(step).unwrap();
+    }
+    update.print();
 }
 
 /// Searches the maze, and prints the ticks of the steps and the moves.
@@ -155,11 +175,14 @@ impl Moves {
             print!("moves {} ", self.0);
             self.0 = "";
         }
-        print!("{}", match step {
-            Step::Front => 'F',
-            Step::Left => 'L',
-            Step::Right => 'R',
-            Step::Back => 'B',
-        });
+        print!(
+            "{}",
+            match step {
+                Step::Front => 'F',
+                Step::Left => 'L',
+                Step::Right => 'R',
+                Step::Back => 'B',
+            }
+        );
     }
 }

@@ -25,16 +25,18 @@
 //! # Floods
 //! [`Distances`] holds the distance from each cell to the nearest target. [`Downhill`] finds the
 //! next step from each cell without computing distances. [`steps_between`] computes the distance of
-//! a single cell. All floods operate on bit sets and use the vector [`Instructions`] that the
-//! processor supports.
+//! a single cell. On processors with 64-bit registers, floods operate on bit sets and use the vector
+//! [`Instructions`] that the processor supports. On microcontrollers, they operate on bytes.
 //!
 //! # Ties
 //! If several neighbours are equally good, the strategies prefer front, left, right and back, in
 //! that order. The example clients of the reference simulator (mmsim 0.1.7, written in Python) have
 //! the same preference.
 //!
+//! # Microcontrollers
 //! Without the `std` feature (enabled by default), the crate is `no_std` and never allocates
-//! memory.
+//! memory. Without the `half-size` feature (enabled by default), mazes have at most 16×16 cells.
+//! Strategies can be `static`, and [`Distances::reflood`] floods a maze in place.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 // Marks the items of optional features on docs.rs.
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -14,7 +14,7 @@ extern "C" {
 #define MOUSE_STATE_BYTES 518
 
 #ifdef MOUSE_SHORTEST_PATH_SEARCH
-#define MOUSE_BYTES 1152
+#define MOUSE_BYTES 1120
 #else
 #define MOUSE_BYTES 472
 #endif

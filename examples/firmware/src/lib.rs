@@ -25,8 +25,8 @@ const STATE_BYTES: usize = state_bytes(MazeSize::CLASSIC);
 
 // The constants in `mouse.h` must match.
 const _: () = assert!(STATE_BYTES == 518);
-const MOUSE_BYTES: usize = if cfg!(feature = "shortest-path-search") { 1152 } else { 472 };
-const _: () = assert!(size_of::<Mouse>() <= MOUSE_BYTES && align_of::<Mouse>() <= 4);
+const MOUSE_BYTES: usize = if cfg!(feature = "shortest-path-search") { 1120 } else { 472 };
+const _: () = assert!(size_of::<Mouse>() == MOUSE_BYTES && align_of::<Mouse>() <= 4);
 
 /// Initializes a mouse at the start of an unknown 16×16 maze with the goal in the centre.
 #[unsafe(no_mangle)]
