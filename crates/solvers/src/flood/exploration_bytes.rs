@@ -48,9 +48,9 @@ fn follow_back(
     candidates: &mut CellSet,
 ) -> Option<CellSet> {
     let length = from_start[index(goals.iter().next()?) % AREA];
-    let visited = map.visited();
+    let visited = map.visited().rows();
     sides.fill_in(map.walls(Unknown::Open));
-    let (known, found) = (map.walls(Unknown::Closed), CellSet::EMPTY);
+    let (known, found) = (map.walls(Unknown::Closed), *CellSet::EMPTY.rows());
     let mut paths = Paths { sides, known, from_start, links, found, first: 0, width: 0 };
     for goal in goals.iter().map(index) {
         let byte = &mut paths.sides.around(goal)[SMALL_SIDE];
@@ -65,7 +65,7 @@ fn follow_back(
         let (mut cell, mut width, mut flags, mut unvisited_flags) = (first, cells, 0, 0);
         for _ in 0..cells {
             flags = paths.follow_back_from(cell, steps.wrapping_sub(1));
-            if visited.contains(cell_at(cell)) {
+            if has(visited, cell) {
                 // Layers with a visited cell are the last choice.
                 width = AREA;
             } else {
@@ -84,15 +84,13 @@ fn follow_back(
         }
         let mut cell = first;
         for _ in 0..cells {
-            if paths.sides.around(cell)[SMALL_SIDE] & DOUBTFUL > 0
-                && !visited.contains(cell_at(cell))
-            {
+            if paths.sides.around(cell)[SMALL_SIDE] & DOUBTFUL > 0 && !has(visited, cell) {
                 candidates.insert(cell_at(cell));
             }
             cell = paths.links[cell % AREA].into();
         }
     }
-    Some(paths.found)
+    Some(CellSet::from_rows(paths.found))
 }
 
 /// Rows of cells or walls, in the form of [`CellSet::rows`].
@@ -112,7 +110,7 @@ struct Paths<'a> {
     from_start: &'a [u8; AREA],
     links: &'a mut [u8; AREA],
     /// All path cells.
-    found: CellSet,
+    found: Rows,
     /// The first cell of the list of the next layer.
     first: usize,
     /// The number of cells in the list.
@@ -125,7 +123,7 @@ impl Paths<'_> {
         self.links[cell % AREA] = self.first as u8;
         self.first = cell % AREA;
         self.width += 1;
-        self.found.insert(cell_at(cell % AREA));
+        self.found[cell / SMALL_SIDE % SMALL_SIDE] |= 1 << (cell % SMALL_SIDE);
     }
 
     /// Adds the neighbours of `cell` that are `nearer` steps from the start to the next layer.
