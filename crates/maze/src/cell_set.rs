@@ -53,7 +53,8 @@ impl CellSet {
     }
 
     /// Adds `cell` to the set, and returns true if the set did not contain it before. A cell
-    /// outside the [largest](MazeSize::LARGEST) possible maze is not added, and the method returns false.
+    /// outside the [largest](MazeSize::LARGEST) possible maze is not added, and the method returns
+    /// false.
     pub fn insert(&mut self, cell: Cell) -> bool {
         let grows =
             cell.x < MazeSize::MAX_SIDE && cell.y < MazeSize::MAX_SIDE && !self.contains(cell);

@@ -275,8 +275,7 @@ impl Task for FloodTask<'_> {
 
 struct RefloodTask<'a> {
     flood: FloodTask<'a>,
-    /// The distances to overwrite, which must belong to another small maze if the maze is small, otherwise to
-    /// another large one.
+    /// The distances to overwrite: `Small` if the maze is small, `Large` otherwise.
     steps: &'a mut Steps,
     /// Memory for [`run_on_bytes`](Task::run_on_bytes) instead of the stack.
     sides: Option<&'a mut OpenSides>,

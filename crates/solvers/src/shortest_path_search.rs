@@ -40,7 +40,7 @@ pub struct ShortestPathSearch {
     /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
     /// before the first decision.
     goal_corners: Option<[Cell; 2]>,
-    /// Memory for [`ExplorationTarget::find`].
+    /// Memory for floods and for [`ExplorationTarget::find`] on small cores.
     memory: ExplorationMemory,
 }
 
@@ -109,8 +109,7 @@ impl ShortestPathSearch {
     }
 
     /// Plans the shortest known path to the start, or a shorter path through unknown walls.
-    // Not inlined, because the set would take up the stack during all floods. The same applies to
-    // `flood_from`.
+    // Not inlined, like `flood_from`, so that the set occupies the stack only during this call.
     #[inline(never)]
     fn plan_return(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));

@@ -1,6 +1,6 @@
 //! A mouse as a static library, for firmware in C (`mouse.h`) or any language that can call C.
 //!
-//! The library does not use `std`, an allocator or static memory; the firmware provides the memory
+//! The library does not use `std`, an allocator or variable static memory; the firmware provides the memory
 //! for the mouse. If a dependency used `std` or an allocator, this library would not build.
 //!
 //! The `no_mangle` attribute keeps the function names visible to C. `no_mangle` is unsafe because
@@ -31,9 +31,7 @@ const _: () = assert!(size_of::<Mouse>() == MOUSE_BYTES && align_of::<Mouse>() <
 /// Initializes a mouse at the start of an unknown 16×16 maze with the goal in the centre.
 #[unsafe(no_mangle)]
 pub extern "C" fn mouse_new(place: &mut MaybeUninit<Mouse>) {
-    // Copied from flash, without a copy on the stack.
-    static NEW: Mouse = NEW_MOUSE;
-    place.write(NEW.clone());
+    place.write(NEW_MOUSE);
 }
 
 /// Records a reading of the wall sensors. Returns `false` if the reading contradicts earlier

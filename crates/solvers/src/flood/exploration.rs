@@ -48,8 +48,8 @@ impl ExplorationTarget {
     /// the target is the candidate farthest from the start, because the mouse can visit the other
     /// candidates on its way back.
     ///
-    /// Unless [`KEEPS_DISTANCES`](Self::KEEPS_DISTANCES), overwrites the distances of a maze of the
-    /// same size.
+    /// Overwrites `memory`. Also overwrites `distances`, which must belong to a maze of the same
+    /// size, unless [`KEEPS_DISTANCES`](Self::KEEPS_DISTANCES) is true.
     pub(crate) fn find(
         map: &KnownMaze,
         mouse: Cell,

@@ -18,16 +18,16 @@ const OPEN: u8 = 1 << 6;
 const DOUBTFUL: u8 = 1 << 7;
 
 /// Does the same as [`ExplorationTarget::find`] in a maze of up to 16×16 cells.
-// Not inlined, because the sets would take up the stack during other floods.
+// Not inlined, so that the sets occupy the stack only during this call.
 #[inline(never)]
 pub(super) fn find(task: FindTarget) -> Option<ExplorationTarget> {
     let FindTarget { map, mouse, memory, distances } = task;
-    let Steps::Small(others) = &mut distances.steps else { return None };
-    let (others, open) = (others.bytes()?, map.walls(Unknown::Open));
+    let Steps::Small(distances) = &mut distances.steps else { return None };
+    let (bytes, open) = (distances.bytes()?, map.walls(Unknown::Open));
     let ExplorationMemory { sides, from_start, candidates } = memory;
     let goals = nearest(open, map.start().cell, map.goals(), sides, from_start);
-    let paths = follow_back(map, &goals, sides, from_start, others, candidates)?;
-    let nearest = nearest(open, mouse, candidates, sides, others);
+    let paths = follow_back(map, &goals, sides, from_start, bytes, candidates)?;
+    let nearest = nearest(open, mouse, candidates, sides, bytes);
     let cell = nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % AREA]))?;
     Some(ExplorationTarget { cell, paths })
 }

@@ -56,7 +56,7 @@ impl SmallSteps {
         }
     }
 
-    /// Returns the bytes of all cells. They are never missing, as the compiler knows.
+    /// Returns the bytes of all cells. The result is never `None`.
     #[inline(always)]
     pub(super) fn bytes(&mut self) -> Option<&mut [u8; queue::AREA]> {
         self.lines.as_flattened_mut().as_flattened_mut().first_chunk_mut()

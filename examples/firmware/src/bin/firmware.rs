@@ -53,8 +53,11 @@ impl Simulator<'_> {
     fn show(&mut self, mouse: &Mouse) {
         let weight = |cell| mouse.weight(cell).unwrap_or(u16::MAX);
         let state = MapState::new(mouse.pose(), mouse.map(), weight, Order::F);
-        let length = state.encode(self.message).expect("the buffer holds a state");
-        self.client.ask(&mut *self.message, length);
+        let length = state.encode(&mut *self.message).expect("the buffer holds a state");
+        match Reply::decode(self.client.ask(&mut *self.message, length)) {
+            Ok(Reply::Ok) => {}
+            reply => panic!("expected ok, found {reply:?}"),
+        }
     }
 }
 
