@@ -4,11 +4,11 @@
 use std::fs;
 
 use mmsim_formats::Catalogue;
-use mmsim_maze::{KnownMaze, Maze};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose};
 use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
-    Action, BundledRobot, KeyPoints, Score, Settings, Trial, TrialOutcome, Variant, race_optimum,
-    run_trial,
+    Action, BundledRobot, CountExpansion, KeyPoints, Robot, Score, Settings, SwingAsPublished,
+    Trial, TrialOutcome, TrialPhase, Variant, race_optimum, run_trial,
 };
 use serde::Deserialize;
 
@@ -76,6 +76,54 @@ fn recorded_runs_are_reproduced() {
         }
     }
     assert!(runs >= 180, "found only {runs} runs");
+}
+
+/// A run of the published swing robot or of a copy with another tour.
+#[derive(Deserialize)]
+struct RecordedSwing {
+    maze: String,
+    variant: String,
+    key_points: u8,
+    goals_run1: Vec<(u8, u8)>,
+    /// The sensor readings, the action, and the pose after the action.
+    steps: Vec<([u8; 3], RecordedAction, (u8, u8, char))>,
+    explore: u32,
+    race: u32,
+}
+
+/// Reads one of the three published mazes, or the altered one.
+fn published_maze(name: &str) -> Option<Maze> {
+    let folder = if name == "test_maze_created" { "trial-altered" } else { "mazes/trial" };
+    Some(mmsim_formats::read_maze(&shared(folder)?.join(name).with_extension("txt")).unwrap())
+}
+
+#[test]
+fn published_swing_is_reproduced_step_by_step() {
+    let Some(transcripts) = shared("transcripts") else { return };
+    let runs = json_lines::<RecordedSwing>(&transcripts.join("published-swing.jsonl"));
+    assert_eq!(runs.len(), 48);
+    for recorded in runs {
+        let run = format!("{}, {} {}", recorded.maze, recorded.variant, recorded.key_points);
+        let Some(maze) = published_maze(&recorded.maze) else { return };
+        let unexplored = KnownMaze::unexplored(&maze);
+        let tour: Vec<Cell> = recorded.goals_run1.iter().map(|&(x, y)| Cell::new(x, y)).collect();
+        let mut robot: Box<dyn Robot> = if recorded.variant == "count-expansion" {
+            Box::new(CountExpansion::new(unexplored))
+        } else {
+            Box::new(SwingAsPublished::with_tour(&unexplored, &tour))
+        };
+        let mut trial = Trial::new(&maze);
+        for (number, (readings, action, (x, y, heading))) in (1..).zip(&recorded.steps) {
+            assert_eq!(trial.readings(), *readings, "{run}, step {number}");
+            assert_eq!(robot.next_move(*readings), action.into(), "{run}, step {number}");
+            trial.act(action.into());
+            let heading = Heading::from_letter(*heading).unwrap();
+            let pose = Pose::new(Cell::new(*x, *y), heading);
+            assert_eq!(trial.pose(), pose, "{run}, step {number}");
+        }
+        let score = Score { explore_steps: recorded.explore, race_steps: recorded.race };
+        assert_eq!(trial.outcome(), Some(TrialOutcome::Scored(score)), "{run}");
+    }
 }
 
 #[test]
@@ -157,6 +205,58 @@ fn swing_is_at_least_as_good_as_the_published_code() {
     }
 }
 
+/// The scores of the five tours in the three published mazes and the altered one, as the report
+/// shows them.
+#[test]
+fn published_swing_gives_the_figures_of_the_report() {
+    let report = [
+        (Variant::JustArrive, 3, "32+43=44.067 58+47=48.933 76+47=49.533 46+48=49.533"),
+        (Variant::ArriveAndBack, 3, "100+26=29.333 130+44=48.333 157+42=47.233 98+41=44.267"),
+        (Variant::All, 1, "137+28=32.567 193+44=50.433 249+32=40.300 170+20=25.667"),
+        (Variant::All, 2, "187+17=23.233 232+33=40.733 287+36=45.567 217+19=26.233"),
+        (Variant::All, 3, "187+17=23.233 235+33=40.833 293+36=45.767 208+19=25.933"),
+    ];
+    for (variant, corners, expected) in report {
+        let key_points = KeyPoints::ALL[corners];
+        let settings = Settings { variant, key_points, ..Settings::default() };
+        let mut found = Vec::new();
+        for name in ["test_maze_01", "test_maze_02", "test_maze_03", "test_maze_created"] {
+            let Some(maze) = published_maze(name) else { return };
+            let unexplored = KnownMaze::unexplored(&maze);
+            let mut robot = BundledRobot::SwingAsPublished.robot(unexplored, &settings);
+            let TrialOutcome::Scored(score) = run_trial(&maze, &mut robot) else {
+                panic!("no score in {name}")
+            };
+            found.push(format!("{}+{}={score}", score.explore_steps, score.race_steps));
+        }
+        assert_eq!(found.join(" "), expected, "{variant}, {key_points} corners");
+    }
+}
+
+/// In mazes of another kind, the published program may crash.
+#[test]
+fn published_swing_crashes_as_often_as_the_published_program() {
+    let Some(folder) = shared("mazes/classic") else { return };
+    let (mut scores, mut crashed, mut out_of_time) = (Vec::new(), 0, 0);
+    for entry in Catalogue::from_path(&folder).unwrap().entries() {
+        let maze = entry.maze().unwrap();
+        let unexplored = KnownMaze::unexplored(&maze);
+        let mut robot = BundledRobot::SwingAsPublished.robot(unexplored, &Settings::default());
+        match run_trial(&maze, &mut robot) {
+            TrialOutcome::Scored(score) => scores.push(score.value()),
+            TrialOutcome::Failed => {
+                assert!(robot.failure().is_some_and(|reason| reason.starts_with("no path to (")));
+                crashed += 1;
+            }
+            TrialOutcome::OutOfTime => out_of_time += 1,
+            outcome => panic!("{outcome:?} in {}", entry.name()),
+        }
+    }
+    assert_eq!((scores.len(), crashed, out_of_time), (217, 32, 1));
+    let mean = scores.iter().sum::<f64>() / 217.;
+    assert_eq!(format!("{mean:.3}"), "49.604");
+}
+
 #[test]
 fn count_expansion_matches_the_published_steps() {
     let Some(found) = steps(BundledRobot::CountExpansion, &Settings::default()) else { return };
@@ -199,18 +299,20 @@ fn every_robot_finishes_in_unusual_mazes() {
     }
 }
 
-/// Returns each robot except the random robot, with every combination of [`Variant`] and
+/// Returns each robot that finishes in any maze, with every combination of [`Variant`] and
 /// [`KeyPoints`].
 fn robots() -> impl Iterator<Item = (BundledRobot, Settings)> {
     let settings = Variant::ALL.iter().flat_map(|&variant| {
         let settings = move |&key_points| Settings { key_points, variant, ..Settings::default() };
         KeyPoints::ALL.iter().map(settings)
     });
-    settings.flat_map(|settings| {
-        let robots =
-            BundledRobot::ALL.iter().copied().filter(|&robot| robot != BundledRobot::Random);
-        robots.map(move |robot| (robot, settings))
-    })
+    settings.flat_map(|settings| finishing_robots().map(move |robot| (robot, settings)))
+}
+
+/// Returns all robots except those that may run out of time or fail.
+fn finishing_robots() -> impl Iterator<Item = BundledRobot> {
+    let may_fail = [BundledRobot::Random, BundledRobot::SwingAsPublished];
+    BundledRobot::ALL.iter().copied().filter(move |robot| !may_fail.contains(robot))
 }
 
 #[test]
@@ -222,9 +324,7 @@ fn robots_score_in_solvable_mazes_and_give_up_in_others() {
         for entry in Catalogue::from_path(&folder).unwrap().entries().iter().step_by(sample) {
             let maze = entry.maze().unwrap();
             let optimum = race_optimum(maze.walls(), maze.start().cell, maze.goals());
-            for robot in
-                BundledRobot::ALL.iter().copied().filter(|&robot| robot != BundledRobot::Random)
-            {
+            for robot in finishing_robots() {
                 let mut ready = robot.robot(KnownMaze::unexplored(&maze), &Settings::default());
                 let ending = run_trial(&maze, &mut ready);
                 let name = entry.name();
@@ -267,4 +367,20 @@ fn champion_beats_the_best_public_robot_in_each_maze() {
             "total score of at least 79 with seed {seed}"
         );
     }
+}
+
+/// In the report, the random robot finds the goal in the first run of 3 of its 6 trials. A robot that
+/// picks among the open directions finds it in 72 % to 88 % of the trials in the first maze.
+#[test]
+fn random_finds_the_goal_of_the_first_maze_as_often_as_the_published_robot() {
+    let Some(maze) = published_maze("test_maze_01") else { return };
+    let finds_goal = |&seed: &u64| {
+        let settings = Settings { seed, ..Settings::default() };
+        let mut robot = BundledRobot::Random.robot(KnownMaze::unexplored(&maze), &settings);
+        let mut trial = Trial::new(&maze);
+        while trial.act(robot.next_move(trial.readings())).is_none() {}
+        trial.phase() == TrialPhase::Race
+    };
+    let found = (0..1000).filter(finds_goal).count();
+    assert!((720..=880).contains(&found), "{found} of 1000 trials");
 }

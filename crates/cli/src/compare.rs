@@ -18,8 +18,7 @@ mod workers;
 
 use std::error::Error;
 use std::num::NonZero;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use args::CompareArgs;
@@ -39,10 +38,9 @@ use times::Timing;
 use track::Track;
 use workers::map_waiting;
 
-use crate::exit;
 use crate::exploration::Exploration;
 use crate::inputs::Inputs;
-use crate::interrupt::Interrupt;
+use crate::interrupt::StopFlag;
 use crate::output::{
     check_folder, create_folder, print, print_csv, print_pretty_json, progress, replace,
     write_charts,
@@ -212,16 +210,15 @@ fn search_own(
     let is_skipped = |(mouse, maze): (usize, usize)| {
         maze >= FIRST_MAZES && stuck[mouse].load(Ordering::Relaxed) == FIRST_MAZES
     };
-    let searches = Searches::begin()?;
+    let stop = StopFlag::catch()?;
     let mut figures = map_waiting(&jobs, slots, |&(mouse, maze), slot| {
         let selected = &mazes[maze];
-        if searches.are_interrupted() || is_skipped((mouse, maze)) {
+        if stop.is_set() || is_skipped((mouse, maze)) {
             bar.inc(1);
             return skip(&selected.maze);
         }
         let program = &mice[mouse].program;
-        let found =
-            own_search::search(program, &selected.maze, limits, slot, &searches.interrupted);
+        let found = own_search::search(program, &selected.maze, limits, slot, stop.get());
         let is_stuck = found.ending == Ending::TimeLimit && !found.goal_reached;
         if is_stuck && maze < FIRST_MAZES {
             stuck[mouse].fetch_add(1, Ordering::Relaxed);
@@ -233,45 +230,8 @@ fn search_own(
     for (figures, &job) in figures.iter_mut().zip(&jobs).filter(|(_, job)| is_skipped(**job)) {
         *figures = skip(&mazes[job.1].maze);
     }
-    searches.end();
+    stop.end();
     Ok(figures)
-}
-
-/// The searches of the user's mice, which Ctrl-C stops.
-struct Searches {
-    interrupted: Arc<AtomicBool>,
-    are_running: Arc<AtomicBool>,
-}
-
-impl Searches {
-    /// Starts catching Ctrl-C. Call this once per process.
-    fn begin() -> Result<Self, Box<dyn Error>> {
-        let interrupt = Interrupt::catch()?;
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let are_running = Arc::new(AtomicBool::new(true));
-        let searches =
-            Self { interrupted: Arc::clone(&interrupted), are_running: Arc::clone(&are_running) };
-        thread::Builder::new().spawn(move || {
-            interrupt.wait();
-            interrupted.store(true, Ordering::SeqCst);
-            if !are_running.load(Ordering::SeqCst) {
-                exit(Interrupt::CODE);
-            }
-        })?;
-        Ok(searches)
-    }
-
-    fn are_interrupted(&self) -> bool {
-        self.interrupted.load(Ordering::SeqCst)
-    }
-
-    /// Exits if Ctrl-C has stopped the mice. From now on, Ctrl-C ends the process directly.
-    fn end(self) {
-        self.are_running.store(false, Ordering::SeqCst);
-        if self.are_interrupted() {
-            exit(Interrupt::CODE);
-        }
-    }
 }
 
 /// Returns the figures of a search that was not run.

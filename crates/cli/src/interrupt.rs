@@ -2,9 +2,13 @@
 
 use std::error::Error;
 use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread;
 use std::time::Duration;
 
+use crate::exit;
 use crate::output::note;
 
 /// A receiver of Ctrl-C and other signals.
@@ -42,6 +46,48 @@ impl Interrupt {
     /// interrupt.
     pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
         !matches!(self.signals.recv_timeout(timeout), Err(RecvTimeoutError::Timeout))
+    }
+}
+
+/// A flag that Ctrl-C sets while programs of the user are running, so that they can be killed. The
+/// default flag is never set.
+#[derive(Default)]
+pub(crate) struct StopFlag {
+    is_set: Arc<AtomicBool>,
+    are_running: Arc<AtomicBool>,
+}
+
+impl StopFlag {
+    /// Starts catching Ctrl-C. Call this once per process.
+    pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
+        let interrupt = Interrupt::catch()?;
+        let is_set = Arc::new(AtomicBool::new(false));
+        let are_running = Arc::new(AtomicBool::new(true));
+        let flag = Self { is_set: Arc::clone(&is_set), are_running: Arc::clone(&are_running) };
+        thread::Builder::new().spawn(move || {
+            interrupt.wait();
+            is_set.store(true, Ordering::SeqCst);
+            if !are_running.load(Ordering::SeqCst) {
+                exit(Interrupt::CODE);
+            }
+        })?;
+        Ok(flag)
+    }
+
+    pub(crate) const fn get(&self) -> &Arc<AtomicBool> {
+        &self.is_set
+    }
+
+    pub(crate) fn is_set(&self) -> bool {
+        self.is_set.load(Ordering::SeqCst)
+    }
+
+    /// Exits if Ctrl-C has stopped the programs. From now on, Ctrl-C ends the process directly.
+    pub(crate) fn end(self) {
+        self.are_running.store(false, Ordering::SeqCst);
+        if self.is_set() {
+            exit(Interrupt::CODE);
+        }
     }
 }
 

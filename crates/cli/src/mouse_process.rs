@@ -1,23 +1,30 @@
 //! A mouse that is a program: its command line, its process and its exit.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{self, ErrorKind};
+use std::io::{self, BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
-use std::{env, iter};
+use std::{env, iter, mem};
 
-use mmsim_maze::needs_escape;
+use mmsim_maze::{Escaped, needs_escape};
 use mmsim_protocol::MAX_NAME_BYTES;
 use mmsim_viewer::{MouseControl, StopReason};
 
 use crate::interrupt::Interrupt;
+use crate::mms::child::MAX_LINE_BYTES;
 
 /// The maximum interval between checks whether a mouse has exited.
 const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
+/// The maximum time to wait for the last line of stderr of a process that has exited.
+pub(crate) const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// The maximum length of the last line of stderr in an error message, in bytes.
+const MAX_REASON_BYTES: usize = 200;
+
 /// The command line of a mouse.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Program {
     /// The program and its arguments.
     command: Vec<OsString>,
@@ -180,6 +187,24 @@ pub(crate) fn signal(status: ExitStatus) -> Option<i32> {
 #[cfg(not(unix))]
 pub(crate) const fn signal(_: ExitStatus) -> Option<i32> {
     None
+}
+
+/// Reads to the end and returns the last line that is not blank, without control characters.
+pub(crate) fn read_last_line(mut input: impl BufRead) -> String {
+    let (mut last, mut line) = (Vec::new(), Vec::new());
+    loop {
+        line.clear();
+        let read = input.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line);
+        if !matches!(read, Ok(1..)) {
+            break;
+        }
+        if !line.trim_ascii().is_empty() {
+            mem::swap(&mut last, &mut line);
+        }
+    }
+    let mut text = Escaped(String::from_utf8_lossy(last.trim_ascii())).to_string();
+    cut(&mut text, MAX_REASON_BYTES);
+    text
 }
 
 #[cfg(test)]

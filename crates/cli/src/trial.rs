@@ -2,17 +2,23 @@
 
 pub(crate) mod args;
 mod compare;
+mod contender;
 mod outcome;
 mod report;
 mod results;
+mod robot_process;
 mod serve;
 mod table;
 
+use std::error::Error;
+use std::sync::Arc;
+
 use args::TrialArgs;
-use outcome::{Job, run_trials};
+use contender::{Contender, Job, RunContext, run_trials};
 use results::Results;
 
 use crate::inputs::Inputs;
+use crate::interrupt::StopFlag;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 
@@ -39,13 +45,30 @@ pub(crate) fn run(args: &TrialArgs) -> CommandResult {
 }
 
 fn run_all(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
-    let contenders = args.contenders();
+    let contenders = args.contenders()?;
     let jobs: Vec<Job<'_>> = (mazes.iter())
         .flat_map(|maze| contenders.iter().map(move |contender| (maze, contender)))
         .collect();
     let mut results = Results::new(&jobs, args);
+    let stop = stop_flag(&contenders)?;
+    let context = RunContext {
+        is_interrupted: Arc::clone(stop.get()),
+        shows_stderr: jobs.len() == 1 && !args.json,
+    };
     for batch in jobs.chunks(BATCH) {
-        results.add(run_trials(batch))?;
+        results.add(run_trials(batch, &context))?;
+        if stop.is_set() {
+            break;
+        }
     }
+    stop.end();
     results.finish()
+}
+
+/// Catches Ctrl-C if there are robots of the user, so that they can be killed.
+fn stop_flag<'a>(
+    contenders: impl IntoIterator<Item = &'a Contender>,
+) -> Result<StopFlag, Box<dyn Error>> {
+    let has_own = contenders.into_iter().any(Contender::is_own);
+    if has_own { StopFlag::catch() } else { Ok(StopFlag::default()) }
 }

@@ -22,6 +22,8 @@ pub enum Action {
     /// A report that the goal is unreachable, which ends the trial without a score. Robots in the
     /// published tester cannot report this; they keep moving until they run out of steps.
     GiveUp,
+    /// The end of a robot whose program has failed, which ends the trial without a score.
+    Fail,
 }
 
 /// A turn on the spot.
@@ -100,6 +102,7 @@ impl fmt::Display for Action {
             Self::Move { rotation, cells } => write!(f, "({}, {cells})", rotation.degrees()),
             Self::Reset => f.write_str("(Reset, Reset)"),
             Self::GiveUp => f.write_str("give up"),
+            Self::Fail => f.write_str("fail"),
         }
     }
 }

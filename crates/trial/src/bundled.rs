@@ -10,6 +10,7 @@ use crate::count_expansion::CountExpansion;
 use crate::random_walk::RandomWalk;
 use crate::robot::Robot;
 use crate::swing::{KeyPoints, SwingRobot, Variant};
+use crate::swing_as_published::SwingAsPublished;
 
 /// One of the robots in this crate.
 ///
@@ -28,6 +29,8 @@ pub enum BundledRobot {
     CountExpansion,
     /// [`SwingRobot`]
     Swing,
+    /// [`SwingAsPublished`]
+    SwingAsPublished,
     /// [`SwingRobot::timed`]
     SwingTimed,
     /// [`Champion`] with [`StoppingRule::Proven`].
@@ -64,6 +67,7 @@ impl BundledRobot {
         Self::Random,
         Self::CountExpansion,
         Self::Swing,
+        Self::SwingAsPublished,
         Self::SwingTimed,
         Self::Proven,
         Self::Champion,
@@ -75,6 +79,7 @@ impl BundledRobot {
             Self::Random => "random",
             Self::CountExpansion => "count-expansion",
             Self::Swing => "swing",
+            Self::SwingAsPublished => "swing-as-published",
             Self::SwingTimed => "swing-timed",
             Self::Proven => "proven",
             Self::Champion => "champion",
@@ -90,6 +95,7 @@ impl BundledRobot {
         match self {
             Self::Random => "random turns and moves",
             Self::CountExpansion => "flood to find the goal, reset, then race",
+            Self::SwingAsPublished => "like swing, step by step like the published program",
             Self::Swing => "A* to the centre and the corners, then the shortest known path",
             Self::SwingTimed => "like swing, but plan in time steps of up to 3 cells",
             Self::Proven => "explore until no faster race is possible",
@@ -106,6 +112,9 @@ impl BundledRobot {
             Self::Random => Box::new(RandomWalk::new(unexplored, seed)),
             Self::CountExpansion => Box::new(CountExpansion::new(unexplored)),
             Self::Swing => Box::new(SwingRobot::new(unexplored, variant, key_points)),
+            Self::SwingAsPublished => {
+                Box::new(SwingAsPublished::new(&unexplored, variant, key_points))
+            }
             Self::SwingTimed => Box::new(SwingRobot::timed(unexplored, variant, key_points)),
             Self::Proven => Box::new(champion(StoppingRule::Proven)),
             Self::Champion => Box::new(champion(StoppingRule::default())),

@@ -1,27 +1,20 @@
 //! Count expansion, the published benchmark robot, which uses A* without a heuristic.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Unknown};
+use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::centre;
 
 use crate::action::{Action, Rotation};
+use crate::one_sided_walls::OneSidedWalls;
 use crate::race::straight;
 use crate::robot::Robot;
 use crate::survey::Survey;
-use crate::trial::sensor_headings;
 
 /// The published benchmark robot, which plans like the published
 /// [`SwingRobot`](crate::SwingRobot), but uses A* with the heuristic set to zero. The robot moves
 /// to the centre, resets, and races to the centre. The robot's scores equal the published scores.
 ///
-/// Before each step the robot floods the maze from its position, with unknown walls open, and
-/// numbers the cells in the order in which the flood reaches them. Cells at the same distance are
-/// expanded column by column from west to east, and within a column from south to north. Each cell
-/// is expanded to the north, west, south and east, in that order. The plan is traced back from the
-/// centre by moving from each cell to the neighbour with the lowest number. The robot moves up to 3
-/// cells along the first straight of the plan.
+/// Before each step the robot plans with A* again, with unknown walls open, and moves up to 3 cells
+/// along the first straight of the path.
 ///
 /// The robot records a wall only on the side from which it saw the wall, so a plan may still cross
 /// it from the opposite side. The race is planned in the same way as the exploration, so the robot
@@ -33,84 +26,17 @@ use crate::trial::sensor_headings;
 #[derive(Clone, Debug)]
 pub struct CountExpansion {
     survey: Survey,
-    /// For each heading of [`ORDER`], the set of cells from which a wall was seen in that
-    /// direction.
-    walls: [CellSet; 4],
+    walls: OneSidedWalls,
     has_visited_goal: bool,
     is_racing: bool,
 }
 
-const ORDER: [Heading; 4] = [Heading::North, Heading::West, Heading::South, Heading::East];
-
 impl CountExpansion {
     /// Creates a robot at the start of its first run.
     pub const fn new(unexplored: KnownMaze) -> Self {
+        let walls = OneSidedWalls::new(unexplored.size());
         let survey = Survey::new(unexplored);
-        Self { survey, walls: [CellSet::EMPTY; 4], has_visited_goal: false, is_racing: false }
-    }
-
-    fn observe(&mut self, sensors: [u8; 3]) {
-        self.survey.observe(sensors);
-        let pose = self.survey.pose();
-        let sides = sensor_headings(pose.heading);
-        for (heading, walls) in ORDER.into_iter().zip(&mut self.walls) {
-            let Some(side) = sides.iter().position(|&side| side == heading) else { continue };
-            let mut here = pose.cell;
-            for _ in 0..sensors[side] {
-                walls.remove(here);
-                let Some(next) = self.survey.map().size().neighbour(here, heading) else { break };
-                here = next;
-            }
-            walls.insert(here);
-        }
-    }
-
-    /// Returns the neighbour of `cell` in direction `ORDER[place]`, or `None` if a wall was seen
-    /// from `cell` in that direction.
-    fn beyond(&self, cell: Cell, place: usize) -> Option<Cell> {
-        let next = self.survey.map().size().neighbour(cell, ORDER[place]);
-        next.filter(|_| !self.walls[place].contains(cell))
-    }
-
-    /// Floods the maze from the cell `from`. Returns, for each reached cell, the number of cells
-    /// reached before it.
-    fn counts(&self, from: Cell) -> [Option<u16>; MazeSize::MAX_AREA] {
-        let mut counts = [None; MazeSize::MAX_AREA];
-        let mut open = BinaryHeap::from([Reverse((0_u16, from.x, from.y))]);
-        counts[index(from)] = Some(0);
-        let mut count = 0;
-        while let Some(Reverse((steps, x, y))) = open.pop() {
-            for next in (0..4).filter_map(|place| self.beyond(Cell::new(x, y), place)) {
-                let counted = &mut counts[index(next)];
-                if counted.is_none() {
-                    count += 1;
-                    *counted = Some(count);
-                    open.push(Reverse((steps + 1, next.x, next.y)));
-                }
-            }
-        }
-        counts
-    }
-
-    /// Returns the heading and the length in cells of the first straight of the path to `target`.
-    fn plan(&self, target: Cell) -> Option<(Heading, usize)> {
-        let counts = self.counts(self.survey.pose().cell);
-        let (mut cell, mut straight) = (target, None);
-        while counts[index(cell)]? > 0 {
-            let before = (0..4).filter_map(|place| {
-                let size = self.survey.map().size();
-                let before = size.neighbour(cell, ORDER[place].back())?;
-                self.beyond(before, place)?;
-                Some((counts[index(before)]?, before, ORDER[place]))
-            });
-            let (_, before, heading) = before.min_by_key(|&(count, ..)| count)?;
-            straight = match straight {
-                Some((same, cells)) if same == heading => Some((heading, cells + 1)),
-                _ => Some((heading, 1)),
-            };
-            cell = before;
-        }
-        straight
+        Self { survey, walls, has_visited_goal: false, is_racing: false }
     }
 
     /// Returns the next step towards the centre, or `None` if the goal is unreachable.
@@ -124,7 +50,7 @@ impl CountExpansion {
                 Action::STAY
             });
         }
-        let (heading, cells) = self.plan(target)?;
+        let (heading, cells) = self.walls.first_straight(pose.cell, target, |_| 0)?;
         let seen = straight(map.walls(Unknown::Closed), pose.cell, heading).take(cells).count();
         // If the walls behind the robot are unknown, a turn on the spot reveals them.
         let turn = Action::Move { rotation: Rotation::Right, cells: 0 };
@@ -134,17 +60,14 @@ impl CountExpansion {
 
 impl Robot for CountExpansion {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
-        self.observe(sensors);
+        self.survey.observe(sensors);
+        self.walls.observe(self.survey.pose(), sensors);
         let action = self.step().unwrap_or(Action::GiveUp);
         self.is_racing |= action == Action::Reset;
         self.survey.apply(action);
         self.has_visited_goal |= self.survey.is_in_goal();
         action
     }
-}
-
-fn index(cell: Cell) -> usize {
-    usize::from(cell.y) * usize::from(MazeSize::MAX_SIDE) + usize::from(cell.x)
 }
 
 #[cfg(test)]

@@ -20,12 +20,14 @@ mod bundled;
 mod champion;
 mod count_expansion;
 mod noise;
+mod one_sided_walls;
 mod progress;
 mod race;
 mod random_walk;
 mod robot;
 mod survey;
 mod swing;
+mod swing_as_published;
 mod trial;
 
 pub use action::{Action, Rotation};
@@ -39,6 +41,7 @@ pub use random_walk::RandomWalk;
 pub use robot::{Robot, run_observed_trial, run_trial};
 pub use survey::Survey;
 pub use swing::{KeyPoints, KeyPointsError, SwingRobot, UnknownVariant, Variant};
+pub use swing_as_published::SwingAsPublished;
 pub use trial::{Score, Trial, TrialOutcome, TrialPhase};
 
 /// Runs the code in the README of this crate.

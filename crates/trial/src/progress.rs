@@ -30,10 +30,13 @@ pub enum TrialStatus {
     OutOfTime,
     /// The robot has reported that the goal is unreachable.
     GaveUp,
+    /// The robot's program has failed.
+    Failed,
 }
 
 impl TrialStatus {
-    const ALL: [Self; 5] = [Self::Explore, Self::Race, Self::Scored, Self::OutOfTime, Self::GaveUp];
+    const ALL: [Self; 6] =
+        [Self::Explore, Self::Race, Self::Scored, Self::OutOfTime, Self::GaveUp, Self::Failed];
 
     /// Returns the status of a trial.
     pub const fn new(trial: &Trial<'_>) -> Self {
@@ -41,6 +44,7 @@ impl TrialStatus {
             (Some(TrialOutcome::Scored(_)), _) => Self::Scored,
             (Some(TrialOutcome::OutOfTime), _) => Self::OutOfTime,
             (Some(TrialOutcome::GaveUp), _) => Self::GaveUp,
+            (Some(TrialOutcome::Failed), _) => Self::Failed,
             (None, TrialPhase::Explore) => Self::Explore,
             (None, TrialPhase::Race) => Self::Race,
         }
@@ -64,6 +68,7 @@ impl TrialStatus {
             Self::Scored => "scored",
             Self::OutOfTime => "out of time",
             Self::GaveUp => "gave up",
+            Self::Failed => "failed",
         }
     }
 }

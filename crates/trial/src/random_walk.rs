@@ -3,13 +3,13 @@
 use fastrand::Rng;
 use mmsim_maze::KnownMaze;
 
-use crate::action::Action;
+use crate::action::{Action, Rotation};
 use crate::robot::Robot;
 use crate::survey::Survey;
 
-/// The published benchmark robot that moves at random. In each step the robot makes a random turn
-/// and moves 0 to 3 cells forwards. The robot resets as soon as it is in the goal. The same seed
-/// gives the same moves.
+/// The published benchmark robot that moves at random. In each step the robot picks one of the open
+/// directions (left, ahead or right) and moves 1 to 3 cells in this direction. In a dead end, the
+/// robot reverses 1 to 3 cells. The robot resets as soon as it is in the goal. The same seed gives the same moves.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     survey: Survey,
@@ -22,6 +22,22 @@ impl RandomWalk {
     pub fn new(unexplored: KnownMaze, seed: u64) -> Self {
         Self { survey: Survey::new(unexplored), rng: Rng::with_seed(seed), is_racing: false }
     }
+
+    fn random_move(&mut self, sensors: [u8; 3]) -> Action {
+        let rotations = [Rotation::Left, Rotation::None, Rotation::Right];
+        let mut open = rotations.into_iter().zip(sensors).filter(|&(_, cells)| cells > 0);
+        let count = open.clone().count();
+        let max = |cells| Action::MAX_CELLS.min(i8::try_from(cells).unwrap_or(i8::MAX));
+        match open.nth(self.rng.usize(..count.max(1))) {
+            Some((rotation, cells)) => {
+                Action::Move { rotation, cells: self.rng.i8(1..=max(cells)) }
+            }
+            None => Action::Move {
+                rotation: Rotation::None,
+                cells: -self.rng.i8(1..=Action::MAX_CELLS),
+            },
+        }
+    }
 }
 
 impl Robot for RandomWalk {
@@ -31,7 +47,7 @@ impl Robot for RandomWalk {
             self.is_racing = true;
             Action::Reset
         } else {
-            Action::from_numbers(90 * self.rng.i64(-1..=1), self.rng.i64(0..=3))
+            self.random_move(sensors)
         };
         self.survey.apply(action);
         action

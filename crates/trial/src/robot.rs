@@ -12,8 +12,8 @@ use crate::trial::{Trial, TrialOutcome};
 /// ([`KnownMaze::unexplored`](mmsim_maze::KnownMaze::unexplored)). During the trial, the robot
 /// tracks its own position by dead reckoning.
 ///
-/// Robots are deterministic: they use no clock, threads or sockets, and all randomness comes from a
-/// seed.
+/// The robots in this crate are deterministic: they use no clock, threads or sockets, and all
+/// randomness comes from a seed.
 ///
 /// ```
 /// use mmsim_trial::{Action, Robot, Rotation, TrialOutcome, run_trial};
@@ -38,11 +38,20 @@ pub trait Robot {
     /// Returns the next action. `sensors` holds the numbers of open cells to the left, in front and
     /// to the right of the robot, up to the next wall.
     fn next_move(&mut self, sensors: [u8; 3]) -> Action;
+
+    /// Returns the reason why the robot has [failed](Action::Fail), or `None` if it has not.
+    fn failure(&self) -> Option<String> {
+        None
+    }
 }
 
 impl<R: Robot + ?Sized> Robot for Box<R> {
     fn next_move(&mut self, sensors: [u8; 3]) -> Action {
         (**self).next_move(sensors)
+    }
+
+    fn failure(&self) -> Option<String> {
+        (**self).failure()
     }
 }
 

@@ -94,7 +94,7 @@ impl Survey {
                 self.pose = moved(self.map.walls(Unknown::Open), self.pose, rotation, cells);
             }
             Action::Reset => self.pose = self.map.start(),
-            Action::GiveUp => {}
+            Action::GiveUp | Action::Fail => {}
         }
     }
 }

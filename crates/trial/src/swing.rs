@@ -244,6 +244,11 @@ impl FromStr for Variant {
 impl KeyPoints {
     /// All valid numbers of corners, from 0 to 3.
     pub const ALL: &'static [Self] = &[Self(0), Self(1), Self(2), Self(3)];
+
+    /// Returns the number of corners.
+    pub const fn number(self) -> u8 {
+        self.0
+    }
 }
 
 impl Default for KeyPoints {

@@ -59,6 +59,8 @@ pub enum TrialOutcome {
     OutOfTime,
     /// The robot reported that the goal is unreachable.
     GaveUp,
+    /// The robot's program failed.
+    Failed,
 }
 
 /// The number of steps of each run. A lower score is better.
@@ -164,6 +166,7 @@ impl<'m> Trial<'m> {
                 }
                 Action::Reset => {}
                 Action::GiveUp => self.outcome = Some(TrialOutcome::GaveUp),
+                Action::Fail => self.outcome = Some(TrialOutcome::Failed),
             }
             if self.outcome.is_none() && self.explore_steps() + self.race_steps() >= Self::MAX_STEPS
             {

@@ -248,7 +248,7 @@ const fn status_event(status: TrialStatus) -> EventKind {
         TrialStatus::Explore => EventKind::Run1,
         TrialStatus::Race => EventKind::Run2,
         TrialStatus::Scored => EventKind::Scored,
-        TrialStatus::OutOfTime | TrialStatus::GaveUp => EventKind::Unscored,
+        TrialStatus::OutOfTime | TrialStatus::GaveUp | TrialStatus::Failed => EventKind::Unscored,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Runs a mouse in another process, once in one maze.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::BufReader;
 use std::mem;
 use std::process::{ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_maze::{Escaped, Maze, Pose};
+use mmsim_maze::{Maze, Pose};
 
 use super::commands::{self, MAX_INVALID_BYTES};
 use super::figures::{Ending, Figures};
@@ -17,8 +17,7 @@ use super::requests::Endpoint;
 use super::track::Track;
 use super::workers::Slot;
 use crate::connection::ENDPOINT_VARIABLE;
-use crate::mms::child::MAX_LINE_BYTES;
-use crate::mouse_process::{MouseProcess, Program, cut, exit_text};
+use crate::mouse_process::{LAST_LINE_TIMEOUT, MouseProcess, Program, exit_text, read_last_line};
 use crate::output::counted;
 use crate::run::ENDPOINT_PLACEHOLDER;
 
@@ -36,12 +35,6 @@ const WAITING_AT_GOAL: Duration = Duration::from_millis(200);
 /// The time without a command after which the output of a mouse that has exited counts as executed.
 /// If a child process of the mouse keeps the output open, the output does not end.
 const OUTPUT_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// The maximum time to wait for the last line of stderr of a process that has exited.
-const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
-
-/// The maximum length of the last line of stderr in an error message, in bytes.
-const MAX_REASON_BYTES: usize = 200;
 
 /// The limits of a search.
 #[derive(Clone, Copy, Debug)]
@@ -339,22 +332,4 @@ fn conclude(
         SearchEnd::Failed(reason) => (Ending::Failed, Some(reason.clone())),
         SearchEnd::Interrupted => (Ending::Skipped, Some("interrupted".into())),
     }
-}
-
-/// Reads to the end and returns the last line that is not blank, without control characters.
-fn read_last_line(mut input: impl BufRead) -> String {
-    let (mut last, mut line) = (Vec::new(), Vec::new());
-    loop {
-        line.clear();
-        let read = input.by_ref().take(MAX_LINE_BYTES as u64).read_until(b'\n', &mut line);
-        if !matches!(read, Ok(1..)) {
-            break;
-        }
-        if !line.trim_ascii().is_empty() {
-            mem::swap(&mut last, &mut line);
-        }
-    }
-    let mut text = Escaped(String::from_utf8_lossy(last.trim_ascii())).to_string();
-    cut(&mut text, MAX_REASON_BYTES);
-    text
 }

@@ -1,14 +1,21 @@
 //! Arguments of `mmsim trial`.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
-use super::outcome::Contender;
-use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of};
+use super::contender::{Contender, OwnRobot, RobotKind};
+use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of, parse_seconds};
+use crate::mouse_process::Program;
+use crate::usage::UsageError;
+
+/// The program that runs a robot with the published interface.
+const PUBLISHED_ROBOT: &str = include_str!("../../../../examples/python/published_robot.py");
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -17,6 +24,8 @@ Examples:
   mmsim trial my-maze.txt --path                  draw the explored maze and the race
   mmsim trial mazes/ --compare --charts out       compare robots in tables and bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
+  mmsim trial mazes/ --published my_robot.py      run a robot with the published interface
+  mmsim trial mazes/ -- ./my-robot                run your own robot, in any language
 
 The exit code is 0 if each robot scored or correctly reported an unreachable goal. With --serve and
 without --once, it is 0 after Ctrl-C.";
@@ -28,9 +37,22 @@ pub(crate) struct TrialArgs {
     /// first, then the bundled mazes)
     #[arg(required = true, value_name = "MAZE")]
     pub(crate) mazes: Vec<PathBuf>,
-    /// Robot to run; may be repeated
-    #[arg(long, value_name = "NAME", default_value = BundledRobot::Champion.name(), value_parser = robots())]
+    /// Bundled robot to run; may be repeated [default: champion, unless you run your own robot]
+    #[arg(long, value_name = "NAME", value_parser = robots())]
     robot: Vec<Option<BundledRobot>>,
+    /// Run swing step by step like the published program (with --robot swing)
+    #[arg(long)]
+    as_published: bool,
+    /// Your own robot: a program and its arguments. It reads the sensors from stdin and writes its
+    /// answers to stdout, see docs/robots.md
+    #[arg(last = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
+    /// Run a robot.py with the published interface, the class Robot with next_move; may be repeated
+    #[arg(long, value_name = "FILE")]
+    published: Vec<PathBuf>,
+    /// Stop your own robot if an answer takes longer than S seconds
+    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    answer_limit: Duration,
     /// Random seed for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -52,7 +74,7 @@ pub(crate) struct TrialArgs {
     pub(crate) json: bool,
     /// Print four tables: benchmark robots, variants of swing, swing by number of key points, and
     /// all robots. With more than 6 mazes, the tables show only means
-    #[arg(long, conflicts_with_all = ["robot", "key_points", "variant", "path", "serve"])]
+    #[arg(long, conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "serve"])]
     pub(crate) compare: bool,
     /// Draw each table as a bar chart in an SVG file in DIR, and charts of all robots in all mazes
     #[arg(long, value_name = "DIR", requires = "compare")]
@@ -94,16 +116,65 @@ impl WatchArgs {
 }
 
 impl TrialArgs {
-    /// Returns the selected robots with the settings from the command line.
-    pub(crate) fn contenders(&self) -> Vec<Contender> {
-        let robots = each_once(&self.robot, BundledRobot::ALL);
-        robots.into_iter().map(|robot| self.contender(robot)).collect()
+    /// Returns the selected bundled robots and the user's robots, with the settings from the command
+    /// line.
+    ///
+    /// # Errors
+    /// Returns a usage error if an option does not match the robots or if a robot's file is missing.
+    pub(crate) fn contenders(&self) -> Result<Vec<Contender>, UsageError> {
+        let mut own = self.own_robots()?;
+        let mut robots = each_once(&self.robot, BundledRobot::ALL);
+        if robots.is_empty() && own.is_empty() {
+            robots.push(BundledRobot::Champion);
+        }
+        if self.as_published {
+            let error = || UsageError::new("trial", "--as-published requires --robot swing");
+            let swing = robots.iter_mut().find(|robot| **robot == BundledRobot::Swing);
+            *swing.ok_or_else(error)? = BundledRobot::SwingAsPublished;
+            robots = each_once(&robots.into_iter().map(Some).collect::<Vec<_>>(), &[]);
+        }
+        let mut contenders: Vec<_> =
+            robots.into_iter().map(|robot| self.contender(robot)).collect();
+        contenders.append(&mut own);
+        Ok(contenders)
     }
 
     /// Returns a robot with the settings from the command line.
     pub(crate) const fn contender(&self, robot: BundledRobot) -> Contender {
+        Contender { kind: RobotKind::Bundled(robot), settings: self.settings() }
+    }
+
+    pub(crate) const fn settings(&self) -> Settings {
         let Self { seed, noise, key_points, variant, .. } = *self;
-        Contender { robot, settings: Settings { seed, key_points, variant, noise } }
+        Settings { seed, key_points, variant, noise }
+    }
+
+    /// Returns the user's robots.
+    pub(crate) fn own_robots(&self) -> Result<Vec<Contender>, UsageError> {
+        let mut programs = Vec::new();
+        if !self.command.is_empty() {
+            programs.push(Program::new(&self.command));
+        }
+        for file in &self.published {
+            if !file.is_file() {
+                let message = format!("--published: {} is not a file", file.display());
+                return Err(UsageError::new("trial", message));
+            }
+            let python = if cfg!(windows) { "python" } else { "python3" };
+            let words = [python.into(), "-c".into(), PUBLISHED_ROBOT.into(), file.into()];
+            programs.push(Program::new(&words));
+        }
+        let mut own: Vec<Contender> = Vec::new();
+        for program in programs {
+            let same = own.iter().filter(|other| other.name().starts_with(&program.name)).count();
+            let name = match same {
+                0 => program.name.clone(),
+                _ => format!("{} ({})", program.name, same + 1),
+            };
+            let kind = RobotKind::Own(OwnRobot { name, program, answer_limit: self.answer_limit });
+            own.push(Contender { kind, settings: self.settings() });
+        }
+        Ok(own)
     }
 }
 

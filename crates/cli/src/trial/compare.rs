@@ -1,22 +1,26 @@
 //! `mmsim trial --compare`: print tables that compare robots and their settings.
 
+use std::error::Error;
 use std::io::{self, IsTerminal};
 use std::path::Path;
+use std::sync::Arc;
 
 use mmsim_report::{Bar, BarChart, BarGroup, Comparison, Measure, MousePath};
 use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 
 use super::args::TrialArgs;
-use super::outcome::{Contender, TrialResult, run_trials};
+use super::contender::{Contender, RobotKind, RunContext, run_trials};
+use super::outcome::TrialResult;
 use super::report::TrialReport;
+use super::stop_flag;
 use super::table::{Means, failure};
 use crate::grid::aligned;
 use crate::output::{
     counted, create_folder, note, print, print_pretty_json, replace, write_charts,
 };
 use crate::selection::Selected;
-use crate::usage::CommandResult;
+use crate::usage::{CommandResult, UsageError};
 
 /// The maximum number of mazes in a table with one column for each maze. Tables of more mazes show
 /// only means.
@@ -33,7 +37,7 @@ struct Table {
     rows: Vec<(String, Contender)>,
 }
 
-fn tables(args: &TrialArgs) -> Vec<Table> {
+fn tables(args: &TrialArgs) -> Result<Vec<Table>, UsageError> {
     let row = |robot| (BundledRobot::to_string(&robot), args.contender(robot));
     let random = (0..RANDOM_TRIALS).map(|more| {
         let mut contender = args.contender(BundledRobot::Random);
@@ -41,14 +45,23 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
         (format!("random, seed {}", contender.settings.seed), contender)
     });
     let benchmarks = random.chain([row(BundledRobot::CountExpansion)]).collect();
-    let Contender { robot, settings } = args.contender(BundledRobot::Swing);
-    let swing = |name: String, settings| (name, Contender { robot, settings });
+    let swings = |name: String, change: &dyn Fn(&mut Settings)| {
+        [(BundledRobot::Swing, ""), (BundledRobot::SwingAsPublished, ", as published")].map(
+            |(robot, suffix)| {
+                let mut contender = args.contender(robot);
+                change(&mut contender.settings);
+                (format!("{name}{suffix}"), contender)
+            },
+        )
+    };
     let variants = (Variant::ALL.iter())
-        .map(|&variant| swing(variant.to_string(), Settings { variant, ..settings }));
-    let key_points = (KeyPoints::ALL.iter())
-        .map(|&key_points| swing(key_points.to_string(), Settings { key_points, ..settings }));
-    let robots = BundledRobot::ALL.iter().copied().map(row).collect();
-    vec![
+        .flat_map(|&variant| swings(variant.to_string(), &|settings| settings.variant = variant));
+    let key_points = (KeyPoints::ALL.iter()).flat_map(|&key_points| {
+        swings(key_points.to_string(), &|settings| settings.key_points = key_points)
+    });
+    let own = args.own_robots()?.into_iter().map(|own| (own.name().to_string(), own));
+    let robots = BundledRobot::ALL.iter().copied().map(row).chain(own).collect();
+    Ok(vec![
         Table { title: "Benchmarks", file: "benchmarks", rows: benchmarks },
         Table { title: "Variants of swing", file: "variants", rows: variants.collect() },
         Table {
@@ -57,18 +70,18 @@ fn tables(args: &TrialArgs) -> Vec<Table> {
             rows: key_points.collect(),
         },
         Table { title: "Robots", file: "robots", rows: robots },
-    ]
+    ])
 }
 
 /// Runs all trials and prints the tables. Robots without a score still appear in the tables and
 /// do not count as errors.
 pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
-    let tables = tables(args);
-    let trials = Trials::run(&tables, mazes);
+    let tables = tables(args)?;
+    let trials = Trials::run(&tables, mazes)?;
     if args.json {
         print_pretty_json(&trials.reports(&tables))?;
     } else if !mazes.is_empty() {
-        let texts = tables.iter().map(|table| trials.text(table));
+        let texts = tables.iter().map(|table| trials.text(table)).chain(trials.conclusion(args));
         print(&texts.collect::<Vec<_>>().join("\n"))?;
     }
     if mazes.is_empty() {
@@ -121,7 +134,7 @@ struct ComparisonRow<'a> {
 }
 
 impl<'a> Trials<'a> {
-    fn run(tables: &'a [Table], mazes: &'a [Selected]) -> Self {
+    fn run(tables: &'a [Table], mazes: &'a [Selected]) -> Result<Self, Box<dyn Error>> {
         let mut contenders: Vec<&Contender> = Vec::new();
         for (_, contender) in tables.iter().flat_map(|table| &table.rows) {
             if !contenders.contains(&contender) {
@@ -134,11 +147,15 @@ impl<'a> Trials<'a> {
         if io::stderr().is_terminal() {
             note(format_args!("running {}", counted(jobs.len() as u64, "trial")));
         }
-        let mut all = run_trials(&jobs).into_iter();
+        let stop = stop_flag(contenders.iter().copied())?;
+        let is_interrupted = Arc::clone(stop.get());
+        let context = RunContext { is_interrupted, ..RunContext::default() };
+        let mut all = run_trials(&jobs, &context).into_iter();
+        stop.end();
         let outcomes = contenders
             .into_iter()
             .map(|contender| (contender, all.by_ref().take(mazes.len()).collect()));
-        Self { mazes, outcomes: outcomes.collect() }
+        Ok(Self { mazes, outcomes: outcomes.collect() })
     }
 
     fn outcomes_of(&self, contender: &Contender) -> &[TrialResult] {
@@ -166,6 +183,54 @@ impl<'a> Trials<'a> {
             [vec![name.clone()], cells].concat()
         });
         aligned(&[vec![head], rows.collect()].concat())
+    }
+
+    /// Compares the tours of the published report, run by both versions of swing. Returns a sentence
+    /// that explains the difference if swing is best with fewer key points than as published.
+    fn conclusion(&self, args: &TrialArgs) -> Option<String> {
+        let tours: Vec<Settings> = (Variant::ALL.iter())
+            .flat_map(|&variant| {
+                let settings = args.settings();
+                let with = move |&key_points| Settings { variant, key_points, ..settings };
+                let count = if variant == Variant::All { 3 } else { 1 };
+                KeyPoints::ALL.iter().rev().take(count).rev().map(with)
+            })
+            .collect();
+        let scores_of = |robot| -> Vec<Vec<Option<f64>>> {
+            let contender = |&settings| Contender { kind: RobotKind::Bundled(robot), settings };
+            let score = |outcome: &TrialResult| outcome.score().map(Score::value);
+            let scores = |tour| self.outcomes_of(&contender(tour)).iter().map(score).collect();
+            tours.iter().map(scores).collect()
+        };
+        let [swing, published] =
+            [BundledRobot::Swing, BundledRobot::SwingAsPublished].map(scores_of);
+        let scored_by_all: Vec<usize> = (0..self.mazes.len())
+            .filter(|&maze| swing.iter().chain(&published).all(|scores| scores[maze].is_some()))
+            .collect();
+        // The index of the best tour, and its mean score.
+        let best = |tours: &[Vec<Option<f64>>]| {
+            let sum = |scores: &Vec<Option<f64>>| -> f64 {
+                scored_by_all.iter().filter_map(|&maze| scores[maze]).sum()
+            };
+            let sums = tours.iter().map(sum).enumerate();
+            let (tour, sum) = sums.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some((tour, sum / scored_by_all.len() as f64))
+        };
+        let name = |tour: usize| match tours[tour] {
+            Settings { variant: Variant::All, key_points, .. } => {
+                format!("{key_points} key points")
+            }
+            Settings { variant, .. } => variant.to_string(),
+        };
+        let ((few, score), (many, published)) = (best(&swing)?, best(&published)?);
+        (few < many).then(|| {
+            let (few, many) = (name(few), name(many));
+            format!(
+                "As published, swing is best with {many} (mean score {published:.3}). With a \
+                 correct A*, it is best with {few} ({score:.3}), because further corners cost more \
+                 steps than they save.\n"
+            )
+        })
     }
 
     fn reports<'t>(&self, tables: &'t [Table]) -> Vec<ComparisonRow<'t>> {
@@ -202,7 +267,7 @@ impl<'a> Trials<'a> {
             })
             .with_failures(|robot, maze| {
                 let outcome = &outcomes[robot][maze];
-                (!outcome.succeeded()).then(|| failure(outcome).into())
+                (!outcome.succeeded()).then(|| failure(outcome).to_string())
             })
             .with_limiting_candidate()
     }
@@ -258,8 +323,9 @@ fn result(outcome: &TrialResult) -> String {
     let TrialResult { explore_steps, race_steps, .. } = outcome;
     match outcome.ending {
         TrialOutcome::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
-        TrialOutcome::OutOfTime => "out of time".into(),
-        TrialOutcome::GaveUp => "gave up".into(),
+        TrialOutcome::OutOfTime => format!("{explore_steps} + {race_steps}, out of time"),
+        TrialOutcome::GaveUp => format!("{explore_steps} + {race_steps}, gave up"),
+        TrialOutcome::Failed => format!("{explore_steps} + {race_steps}, failed"),
     }
 }
 

@@ -1,96 +1,23 @@
-//! A trial and its outcome.
+//! The outcome of a trial.
 
 use std::cmp::Ordering;
-use std::convert::Infallible;
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze};
-use mmsim_trial::{
-    BundledRobot, Score, SensorNoise, Settings, Survey, Trial, TrialOutcome, TrialPhase,
-    race_optimum,
-};
-
-use crate::parallel::map_each;
-use crate::selection::Selected;
-
-/// A maze and a robot to run in it.
-pub(crate) type Job<'a> = (&'a Selected, &'a Contender);
-
-/// Runs trials on all processors. Returns the outcomes in the order of the jobs.
-pub(crate) fn run_trials(jobs: &[Job<'_>]) -> Vec<TrialResult> {
-    map_each(jobs, |(selected, contender)| contender.run(&selected.maze))
-}
-
-/// A robot and its settings.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Contender {
-    pub(crate) robot: BundledRobot,
-    pub(crate) settings: Settings,
-}
+use mmsim_maze::{Cell, Heading, KnownMaze};
+use mmsim_trial::{Score, TrialOutcome};
 
 /// The outcome of a trial.
 pub(crate) struct TrialResult {
     pub(crate) ending: TrialOutcome,
+    /// The step in which the robot failed, and the reason.
+    pub(crate) failure: Option<String>,
     pub(crate) explore_steps: u32,
     pub(crate) race_steps: u32,
     /// The minimum number of steps of a race in this maze; `None` if the goal is unreachable.
     pub(crate) race_optimum: Option<u16>,
     /// The part of the maze that the robot had seen when the race started.
-    explored: KnownMaze,
+    pub(super) explored: KnownMaze,
     /// The cells of the race in order, each with a letter for the drawing.
-    race: Vec<(Cell, char)>,
-}
-
-impl Contender {
-    /// Runs the robot in a maze.
-    fn run(&self, maze: &Maze) -> TrialResult {
-        let Ok(outcome) = self.run_watched(maze, |_, _| Ok::<(), Infallible>(()));
-        outcome
-    }
-
-    /// Runs the robot. Calls `watch` before each step and at the end, with the trial and the part
-    /// of the maze that the robot has seen. An error from `watch` stops the trial.
-    ///
-    /// # Errors
-    /// Returns the error from `watch`.
-    pub(crate) fn run_watched<E>(
-        &self,
-        maze: &Maze,
-        mut watch: impl FnMut(&Trial<'_>, &KnownMaze) -> Result<(), E>,
-    ) -> Result<TrialResult, E> {
-        let before = KnownMaze::unexplored(maze);
-        let mut robot = self.robot.robot(before.clone(), &self.settings);
-        // The noise must not repeat the robot's random numbers.
-        let mut noise = SensorNoise::new(self.settings.noise, !self.settings.seed);
-        let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
-        let (mut explored, mut race) = (survey.map().clone(), Vec::new());
-        loop {
-            // The robot's own pose and map may be wrong.
-            survey.set_pose(trial.pose());
-            survey.observe(trial.readings());
-            watch(&trial, survey.map())?;
-            let (phase, from) = (trial.phase(), trial.pose().cell);
-            if phase == TrialPhase::Explore {
-                explored.clone_from(survey.map());
-            }
-            if let Some(ending) = trial.outcome() {
-                return Ok(TrialResult {
-                    ending,
-                    explore_steps: trial.explore_steps(),
-                    race_steps: trial.race_steps(),
-                    race_optimum: race_optimum(maze.walls(), maze.start().cell, maze.goals()),
-                    explored,
-                    race,
-                });
-            }
-            trial.act(robot.next_move(noise.apply(trial.readings())));
-            if phase == TrialPhase::Race {
-                race.extend(letters(from, trial.pose().cell));
-            }
-            if matches!(trial.outcome(), Some(TrialOutcome::Scored(_))) {
-                race.push((trial.pose().cell, 'X'));
-            }
-        }
-    }
+    pub(super) race: Vec<(Cell, char)>,
 }
 
 impl TrialResult {
@@ -98,7 +25,7 @@ impl TrialResult {
     pub(crate) const fn score(&self) -> Option<Score> {
         match self.ending {
             TrialOutcome::Scored(score) => Some(score),
-            TrialOutcome::OutOfTime | TrialOutcome::GaveUp => None,
+            _ => None,
         }
     }
 
@@ -143,7 +70,7 @@ impl TrialResult {
 
 /// Returns the cells that a step crosses, each with its letter in the drawing. The letter of the
 /// first cell is uppercase.
-fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
+pub(super) fn letters(from: Cell, to: Cell) -> impl Iterator<Item = (Cell, char)> {
     let (heading, letter) = match (to.x.cmp(&from.x), to.y.cmp(&from.y)) {
         (_, Ordering::Greater) => (Heading::North, 'U'),
         (_, Ordering::Less) => (Heading::South, 'D'),

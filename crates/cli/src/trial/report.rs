@@ -3,15 +3,19 @@
 use mmsim_trial::{Score, TrialOutcome};
 use serde::Serialize;
 
-use super::outcome::{Contender, TrialResult};
+use super::contender::Contender;
+use super::outcome::TrialResult;
 use crate::selection::Selected;
 
 /// The result of a trial. The field names are JSON keys.
 #[derive(Serialize)]
 pub(crate) struct TrialReport {
     maze: String,
-    robot: &'static str,
+    robot: String,
     ending: &'static str,
+    /// The step in which the robot failed, and the reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
     explore_steps: u32,
     race_steps: u32,
     /// The score, rounded to three decimals, or null if the robot did not score.
@@ -29,12 +33,14 @@ impl TrialReport {
         let TrialResult { ending, explore_steps, race_steps, race_optimum, .. } = *outcome;
         Self {
             maze: selected.path.display().to_string(),
-            robot: contender.robot.name(),
+            robot: contender.name().into(),
             ending: match ending {
                 TrialOutcome::Scored(_) => "scored",
                 TrialOutcome::OutOfTime => "out of time",
                 TrialOutcome::GaveUp => "gave up",
+                TrialOutcome::Failed => "failed",
             },
+            error: outcome.failure.clone(),
             explore_steps,
             race_steps,
             score: outcome.score().map(three_decimals),

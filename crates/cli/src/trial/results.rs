@@ -4,7 +4,8 @@ use std::io;
 use std::mem;
 
 use super::args::TrialArgs;
-use super::outcome::{Job, TrialResult};
+use super::contender::Job;
+use super::outcome::TrialResult;
 use super::report::TrialReport;
 use super::table::{ResultTable, summary};
 use crate::output::{print, print_pretty_json};
@@ -35,7 +36,7 @@ impl<'a> Results<'a> {
             if self.args.path && !self.args.json {
                 let (selected, contender) = job;
                 let drawing = wide_or_compact(outcome.drawings());
-                print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), contender.robot))?;
+                print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), contender.name()))?;
             }
         }
         self.outcomes.extend(outcomes);

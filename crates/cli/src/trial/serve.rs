@@ -13,7 +13,8 @@ use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
 use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason, Throttle};
 
 use super::args::TrialArgs;
-use super::outcome::{Contender, TrialResult};
+use super::contender::{Contender, RunContext};
+use super::outcome::TrialResult;
 use super::results::Results;
 use super::table::failure;
 use crate::local_server::{self, in_process};
@@ -24,7 +25,7 @@ use crate::usage::{CommandResult, UsageError};
 
 /// Runs one robot in one maze.
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
-    let (contenders, paths) = (args.contenders(), mazes.len());
+    let (contenders, paths) = (args.contenders()?, mazes.len());
     let [contender] = &contenders[..] else {
         return Err(not_one("robot", contenders.len()).into());
     };
@@ -33,7 +34,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
     };
     let watch = &args.watch;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let own = OwnMouse { name: contender.robot.name().into(), has_reset_button: false };
+    let own = OwnMouse { name: contender.name().into(), has_reset_button: false };
     let control = Arc::new(MouseControl::new(Pace::from_interval(pace(watch.pace)), Some(own)));
     let ready = local_server::prepare_trial(
         selected.clone(),
@@ -94,7 +95,8 @@ fn run_trial(
     let mut simulator = Exchange::new(in_process(monitor));
     simulator.reset()?;
     let mut reporter = Reporter::new(contender, &selected.maze);
-    let outcome = contender.run_watched(&selected.maze, |trial, seen| {
+    let context = RunContext { shows_stderr: true, ..RunContext::default() };
+    let outcome = contender.run_watched(&selected.maze, &context, |trial, seen| {
         reporter.report(&mut simulator, trial, seen).map_err(Some)?;
         let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
         let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
@@ -109,18 +111,18 @@ fn run_trial(
 }
 
 /// Sends annotations about a trial.
-struct Reporter {
-    robot: &'static str,
+struct Reporter<'a> {
+    robot: &'a str,
     /// The status that was reported last.
     status: Option<TrialStatus>,
     /// Contains a wall for each open side that was declared.
     declared: Walls,
 }
 
-impl Reporter {
-    const fn new(contender: &Contender, maze: &Maze) -> Self {
+impl<'a> Reporter<'a> {
+    fn new(contender: &'a Contender, maze: &Maze) -> Self {
         let declared = Walls::open(maze.size());
-        Self { robot: contender.robot.name(), status: None, declared }
+        Self { robot: contender.name(), status: None, declared }
     }
 
     /// Reports the changes since the previous state.

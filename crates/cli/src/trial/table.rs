@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use mmsim_trial::{BundledRobot, TrialOutcome};
+use mmsim_trial::TrialOutcome;
 
-use super::outcome::{Job, TrialResult};
+use super::contender::{Contender, Job};
+use super::outcome::TrialResult;
 
 /// A table with fixed column widths. Each line can be printed before the next line is known.
 pub(crate) struct ResultTable {
@@ -19,7 +20,7 @@ impl ResultTable {
         };
         Self {
             maze_width: widest("maze", &mut jobs.iter().map(|(selected, _)| selected.shown_path())),
-            robot_width: widest("robot", &mut jobs.iter().map(|(_, one)| one.robot.to_string())),
+            robot_width: widest("robot", &mut jobs.iter().map(|(_, one)| one.name().to_string())),
         }
     }
 
@@ -34,9 +35,9 @@ impl ResultTable {
             (Some(score), Some(optimum), Some((race, excess))) => {
                 format!("{score:>7}  {optimum:>7}  {race:>11}  {excess:>12.3}")
             }
-            _ => failure(outcome).into(),
+            _ => failure(outcome).to_string(),
         };
-        self.row(&selected.shown_path(), contender.robot.name(), &format!("{steps}  {rest}"))
+        self.row(&selected.shown_path(), contender.name(), &format!("{steps}  {rest}"))
     }
 
     fn row(&self, maze: &str, robot: &str, results: &str) -> String {
@@ -46,8 +47,9 @@ impl ResultTable {
 }
 
 /// Returns the reason why a trial has no score.
-pub(super) fn failure(outcome: &TrialResult) -> &'static str {
+pub(super) fn failure(outcome: &TrialResult) -> &str {
     match (outcome.ending, outcome.race_optimum) {
+        (TrialOutcome::Failed, _) => outcome.failure.as_deref().unwrap_or("failed"),
         (TrialOutcome::GaveUp, None) => "goal unreachable",
         (TrialOutcome::GaveUp, Some(_)) => "gave up, but the goal is reachable",
         (TrialOutcome::OutOfTime, None) => "out of time, goal unreachable",
@@ -57,21 +59,21 @@ pub(super) fn failure(outcome: &TrialResult) -> &'static str {
 
 /// Returns a summary line for each robot that ran in several mazes.
 pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialResult]) -> String {
-    let mut robots: Vec<BundledRobot> = jobs.iter().map(|(_, contender)| contender.robot).collect();
-    robots.sort_by_key(|robot| BundledRobot::ALL.iter().position(|other| other == robot));
-    robots.dedup();
-    let outcomes_of = |robot| {
-        let all = jobs.iter().zip(outcomes);
-        all.filter(move |((_, contender), _)| contender.robot == robot).map(|(_, outcome)| outcome)
-    };
-    let several = robots.into_iter().filter(|&robot| outcomes_of(robot).count() > 1);
-    several.map(|robot| sum_up(robot, outcomes_of(robot))).collect()
+    let mut contenders: Vec<&Contender> = Vec::new();
+    for &(_, contender) in jobs {
+        if !contenders.contains(&contender) {
+            contenders.push(contender);
+        }
+    }
+    let summaries = contenders.into_iter().filter_map(|contender| {
+        let all = jobs.iter().zip(outcomes).filter(|((_, other), _)| *other == contender);
+        let outcomes = all.map(|(_, outcome)| outcome);
+        (outcomes.clone().count() > 1).then(|| sum_up(contender.name(), outcomes))
+    });
+    summaries.collect()
 }
 
-fn sum_up<'a>(
-    robot: BundledRobot,
-    outcomes: impl Iterator<Item = &'a TrialResult> + Clone,
-) -> String {
+fn sum_up<'a>(robot: &str, outcomes: impl Iterator<Item = &'a TrialResult> + Clone) -> String {
     let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.clone());
     let mut text = format!("{robot}: {scored} of {} trials scored", outcomes.clone().count());
     let given_up = outcomes.filter(|outcome| outcome.is_correctly_given_up()).count();

@@ -205,7 +205,7 @@ impl Hypothesis {
                     (false, false) => vec![refused],
                 }
             }
-            Action::GiveUp => vec![self.clone()],
+            Action::GiveUp | Action::Fail => vec![self.clone()],
         };
         for hypothesis in &mut successors {
             let is_in_goal = hypothesis.survey.is_in_goal();

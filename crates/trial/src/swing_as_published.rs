@@ -1,0 +1,127 @@
+//! Swing exactly as it was published, with its heuristic and its faults.
+
+use std::collections::VecDeque;
+
+use mmsim_maze::{Cell, KnownMaze, Pose, Walls};
+
+use crate::action::Action;
+use crate::one_sided_walls::OneSidedWalls;
+use crate::race::moved;
+use crate::robot::Robot;
+use crate::swing::{KeyPoints, Variant};
+
+/// The published robot that visits key points, step by step as it was published.
+///
+/// [`SwingRobot`](crate::SwingRobot) is the same idea with a correct A* search. This robot differs
+/// as the published program does:
+///
+/// - Its heuristic is not the Manhattan distance in the west column and in the south row, so some
+///   paths are longer than necessary.
+/// - A wall closes a side only for a robot that comes from the side on which the wall was seen.
+/// - The robot plans each race step with unknown walls open, so it explores during the race.
+/// - It does not notice moves that a wall has cut short.
+/// - If there is no path to the next key point, the published program crashes. This robot then
+///   [fails](Action::Fail).
+#[derive(Clone, Debug)]
+pub struct SwingAsPublished {
+    walls: OneSidedWalls,
+    pose: Pose,
+    start: Pose,
+    centre: Cell,
+    /// The maze without inner walls. The robot does not notice that a wall cuts a move short.
+    open: Walls,
+    /// The key points that the robot has not reached in this run.
+    key_points: VecDeque<Cell>,
+    /// The key point to which there is no path.
+    unreachable: Option<Cell>,
+}
+
+impl SwingAsPublished {
+    /// Creates a robot that makes one of the tours of the published report. Some labels in the
+    /// report do not match the tours that its figures come from; these are the tours of the figures.
+    ///
+    /// | variant | key points | tour |
+    /// |---|---|---|
+    /// | [`JustArrive`](Variant::JustArrive) | | centre |
+    /// | [`ArriveAndBack`](Variant::ArriveAndBack) | | centre, start, bottom right |
+    /// | [`All`](Variant::All) | 0 | centre, start, centre (not in the report) |
+    /// | [`All`](Variant::All) | 1 | centre, top left, start, centre, top right, centre, bottom right, centre |
+    /// | [`All`](Variant::All) | 2 | centre, top left, bottom right, centre, start, centre, top right, centre |
+    /// | [`All`](Variant::All) | 3 | centre, top left, bottom right, centre, top right, centre, start, centre |
+    pub fn new(unexplored: &KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
+        let (size, start) = (unexplored.size(), unexplored.start());
+        let (c, s) = (centre(unexplored), start.cell);
+        let (east, north) = (size.width() - 1, size.height() - 1);
+        let (tl, tr, br) = (Cell::new(0, north), Cell::new(east, north), Cell::new(east, 0));
+        let tour: &[Cell] = match (variant, key_points.number()) {
+            (Variant::JustArrive, _) => &[c],
+            (Variant::ArriveAndBack, _) => &[c, s, br],
+            (Variant::All, 0) => &[c, s, c],
+            (Variant::All, 1) => &[c, tl, s, c, tr, c, br, c],
+            (Variant::All, 2) => &[c, tl, br, c, s, c, tr, c],
+            (Variant::All, _) => &[c, tl, br, c, tr, c, s, c],
+        };
+        Self::with_tour(unexplored, tour)
+    }
+
+    /// Creates a robot that visits these cells in this order before its race.
+    pub fn with_tour(unexplored: &KnownMaze, tour: &[Cell]) -> Self {
+        Self {
+            walls: OneSidedWalls::new(unexplored.size()),
+            pose: unexplored.start(),
+            start: unexplored.start(),
+            centre: centre(unexplored),
+            open: Walls::open(unexplored.size()),
+            key_points: tour.iter().copied().collect(),
+            unreachable: None,
+        }
+    }
+
+    /// Returns the published heuristic: the number of columns plus the number of rows between two
+    /// cells, but the width of the maze minus one for a cell in the west column, plus nothing for a
+    /// cell in the south row.
+    fn heuristic(&self, from: Cell, to: Cell) -> u16 {
+        let columns =
+            if from.x == 0 { self.open.size().width() - 1 } else { from.x.abs_diff(to.x) };
+        let rows = if from.y == 0 { 0 } else { from.y.abs_diff(to.y) };
+        u16::from(columns) + u16::from(rows)
+    }
+}
+
+/// Returns the cell north-west of the middle of the maze.
+fn centre(unexplored: &KnownMaze) -> Cell {
+    let size = unexplored.size();
+    Cell::new((size.width() / 2).saturating_sub(1), size.height() / 2)
+}
+
+impl Robot for SwingAsPublished {
+    fn next_move(&mut self, sensors: [u8; 3]) -> Action {
+        let Some(&target) = self.key_points.front() else {
+            self.pose = self.start;
+            self.key_points.push_back(self.centre);
+            return Action::Reset;
+        };
+        self.walls.observe(self.pose, sensors);
+        let straight =
+            self.walls.first_straight(self.pose.cell, target, |cell| self.heuristic(cell, target));
+        let action = straight.and_then(|(heading, cells)| {
+            Action::towards(self.pose.heading, heading, cells.min(Action::MAX_CELLS as usize))
+        });
+        let Some(action) = action else {
+            self.unreachable = Some(target);
+            return Action::Fail;
+        };
+        if let Action::Move { rotation, cells } = action {
+            self.pose = moved(&self.open, self.pose, rotation, cells);
+        }
+        if self.pose.cell == target {
+            self.key_points.pop_front();
+        }
+        action
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.unreachable
+            .map(|target| format!("no path to {target}, so the published robot crashes"))
+    }
+}
