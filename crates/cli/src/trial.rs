@@ -4,6 +4,7 @@ pub(crate) mod args;
 mod compare;
 mod contender;
 mod outcome;
+mod picture;
 mod report;
 mod results;
 mod robot_process;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &TrialArgs) -> CommandResult {
 
 fn run_all(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     let contenders = args.contenders()?;
+    picture::check(args, mazes, &contenders)?;
     let jobs: Vec<Job<'_>> = (mazes.iter())
         .flat_map(|maze| contenders.iter().map(move |contender| (maze, contender)))
         .collect();
@@ -62,6 +64,7 @@ fn run_all(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
         }
     }
     stop.end();
+    picture::write(args, &jobs, results.outcomes())?;
     results.finish()
 }
 

@@ -1,5 +1,6 @@
 //! Curves that a mouse drives through a maze in time.
 
+use crate::legend::seconds;
 use crate::speed;
 
 /// The greatest distance in cells between a curve and the line that is drawn for it: 0.2 mm in a
@@ -24,6 +25,8 @@ const TOLERANCE: f64 = 0.001;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrivenPath {
     name: String,
+    /// The text in the legend that replaces the time.
+    label: Option<String>,
     points: Vec<PathPoint>,
     stretches: Vec<Stretch>,
 }
@@ -63,11 +66,42 @@ impl DrivenPath {
         points.retain(PathPoint::is_finite);
         let name = name.chars().take(Self::MAX_NAME_CHARS).collect();
         let stretches = stretches(&points, speed::Scale::up_to(top_speed(&points)));
-        Self { name, points, stretches }
+        Self { name, label: None, points, stretches }
+    }
+
+    /// Creates a line of one colour from its corners: their distances to the east and to the north of
+    /// the maze's south-west corner, in cells. The legend shows `label` instead of a time.
+    ///
+    /// ```
+    /// use mmsim_drawing::{DrivenPath, Scene};
+    /// use mmsim_maze::Maze;
+    ///
+    /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+    /// let paths = [DrivenPath::line("race", "1 step", &[(0.5, 0.5), (1.5, 0.5)])];
+    /// assert!(Scene::from_maze(&maze).with_paths(&paths).svg().contains("driven-paths"));
+    /// # Ok::<(), mmsim_maze::ParseMazeError>(())
+    /// ```
+    pub fn line(name: &str, label: &str, corners: &[(f64, f64)]) -> Self {
+        let point = |&(x, y): &(f64, f64)| PathPoint { time: 0.0, x, y, heading: 0.0, speed: 0.0 };
+        let points: Vec<_> = corners.iter().map(point).filter(PathPoint::is_finite).collect();
+        let path = Self::new(name, Vec::new());
+        let stretches = vec![Stretch { level: 0, points: points.clone() }];
+        let label = label.chars().take(Self::MAX_NAME_CHARS).collect();
+        Self { label: Some(label), points, stretches, ..path }
     }
 
     pub(crate) fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns true if the colour shows the speed.
+    pub(crate) const fn is_coloured_by_speed(&self) -> bool {
+        self.label.is_none()
+    }
+
+    /// Returns the text in the legend: the label, or else the time.
+    pub(crate) fn label(&self) -> String {
+        self.label.clone().unwrap_or_else(|| seconds(self.duration()))
     }
 
     /// Returns the points that a line needs to stay near the curve: their distances to the east and to

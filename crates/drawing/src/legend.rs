@@ -60,11 +60,12 @@ impl Legend {
         let rows = u32::try_from(scene.paths.len()).ok().filter(|&rows| rows > 0)?;
         let longest = |texts: &mut dyn Iterator<Item = usize>| length(texts.max().unwrap_or(0));
         let name = longest(&mut scene.paths.iter().map(|path| path.name().chars().count()));
-        let time = longest(&mut scene.paths.iter().map(|path| seconds(path.duration()).len()));
+        let time = longest(&mut scene.paths.iter().map(|path| path.label().len()));
         let names = if rows > 1 { 2.0 * GAP + SAMPLE } else { GAP };
         let times = names + name + GAP + time;
         let least = times + 2.0 * GAP + length(CLOCK_CHARS) + GAP;
-        let speeds = (rows == 1).then_some(TOP + f64::from(rows) * ROW - 2.0);
+        let has_scale = matches!(scene.paths, [path] if path.is_coloured_by_speed());
+        let speeds = has_scale.then_some(TOP + f64::from(rows) * ROW - 2.0);
         let height = TOP + f64::from(rows) * ROW - 2.0 + speeds.map_or(0.0, |_| SCALE_HEIGHT);
         let width = least.max(f64::from(width) / factor);
         Some(Self { factor, width, height, names, times, speeds })

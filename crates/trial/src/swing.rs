@@ -103,15 +103,32 @@ impl SwingRobot {
         variant: Variant,
         key_points: KeyPoints,
     ) -> Self {
+        let route = Self::route(&unexplored, variant, key_points);
+        let survey = Survey::new(unexplored);
+        Self { survey, route, cost, plan: None, has_visited_goal: false, is_racing: false }
+    }
+
+    /// Returns the key points of a tour in an empty maze, in the order in which the robot visits them.
+    pub fn tour(unexplored: &KnownMaze, variant: Variant, key_points: KeyPoints) -> Vec<Cell> {
+        let walls = Walls::open(unexplored.size());
+        let mut route = Self::route(unexplored, variant, key_points);
+        let mut tour: Vec<Cell> = Vec::new();
+        let mut here = unexplored.start().cell;
+        while let Some(next) = route.target(&walls, here) {
+            tour.push(next);
+            here = next;
+        }
+        tour
+    }
+
+    fn route(unexplored: &KnownMaze, variant: Variant, key_points: KeyPoints) -> KeyPointRoute {
         let (size, start, goals) =
             (unexplored.size(), unexplored.start().cell, *unexplored.goals());
-        let route = match variant {
+        match variant {
             Variant::JustArrive => KeyPointRoute::just_arrive(goals),
             Variant::ArriveAndBack => KeyPointRoute::arrive_and_back(start, goals),
             Variant::All => KeyPointRoute::swing(size, start, goals, key_points.0.into()),
-        };
-        let survey = Survey::new(unexplored);
-        Self { survey, route, cost, plan: None, has_visited_goal: false, is_racing: false }
+        }
     }
 
     /// Returns the next step of the first run, or `None` if the goal is unreachable.

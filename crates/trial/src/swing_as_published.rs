@@ -49,6 +49,11 @@ impl SwingAsPublished {
     /// | [`All`](Variant::All) | 2 | centre, top left, bottom right, centre, start, centre, top right, centre |
     /// | [`All`](Variant::All) | 3 | centre, top left, bottom right, centre, top right, centre, start, centre |
     pub fn new(unexplored: &KnownMaze, variant: Variant, key_points: KeyPoints) -> Self {
+        Self::with_tour(unexplored, &Self::tour(unexplored, variant, key_points))
+    }
+
+    /// Returns the key points of a tour, in the order in which the robot visits them.
+    pub fn tour(unexplored: &KnownMaze, variant: Variant, key_points: KeyPoints) -> Vec<Cell> {
         let (size, start) = (unexplored.size(), unexplored.start());
         let (c, s) = (centre(unexplored), start.cell);
         let (east, north) = (size.width() - 1, size.height() - 1);
@@ -61,7 +66,7 @@ impl SwingAsPublished {
             (Variant::All, 2) => &[c, tl, br, c, s, c, tr, c],
             (Variant::All, _) => &[c, tl, br, c, tr, c, s, c],
         };
-        Self::with_tour(unexplored, tour)
+        tour.to_vec()
     }
 
     /// Creates a robot that visits these cells in this order before its race.

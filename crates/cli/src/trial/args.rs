@@ -6,12 +6,14 @@ use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_drawing::Theme;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
 use super::contender::{Contender, OwnRobot, RobotKind};
 use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of, parse_seconds};
 use crate::mouse_process::Program;
+use crate::render::args::{Picture, PictureFormat, parse_picture, themes};
 use crate::usage::UsageError;
 
 /// The program that runs a robot with the published interface.
@@ -22,6 +24,7 @@ Examples:
   mmsim trial harbour                             run a robot in a bundled maze
   mmsim trial mazes/ --robot all                  run each robot in each maze of a folder
   mmsim trial my-maze.txt --path                  draw the explored maze and the race
+  mmsim trial harbour -o race.svg                 draw the paths of both runs as a picture
   mmsim trial mazes/ --compare --charts out       compare robots in tables and bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
   mmsim trial mazes/ --published my_robot.py      run a robot with the published interface
@@ -69,12 +72,22 @@ pub(crate) struct TrialArgs {
     /// as the same letter in lowercase in any further cells. X marks the goal
     #[arg(long)]
     pub(crate) path: bool,
+    /// Draw the explored cells and the paths of both runs of one robot in one maze: .svg or .png. An
+    /// existing file is replaced
+    #[arg(short, long, value_name = "FILE", value_parser = parse_still)]
+    pub(crate) output: Option<Picture>,
+    /// Draw the key points of swing and the legs between them on one maze: .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = parse_still)]
+    pub(crate) tour: Option<Picture>,
+    /// Colour theme of the pictures
+    #[arg(long, default_value = "light", value_parser = themes())]
+    pub(crate) theme: Theme,
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
     /// Print four tables: benchmark robots, variants of swing, swing by number of key points, and
     /// all robots. With more than 6 mazes, the tables show only means
-    #[arg(long, conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "serve"])]
+    #[arg(long, conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "output", "tour", "serve"])]
     pub(crate) compare: bool,
     /// Draw each table as a bar chart in an SVG file in DIR, and charts of all robots in all mazes
     #[arg(long, value_name = "DIR", requires = "compare")]
@@ -187,6 +200,12 @@ fn robots() -> impl TypedValueParser<Value = Option<BundledRobot>> {
 
 fn variants() -> impl TypedValueParser<Value = Variant> {
     one_of(Variant::ALL.iter().copied(), |variant| variant.name().into())
+}
+
+/// Parses the path of a picture that is not animated.
+fn parse_still(text: &str) -> Result<Picture, String> {
+    let picture = parse_picture(text).ok().filter(|picture| picture.format != PictureFormat::Gif);
+    picture.ok_or_else(|| "expected a file ending in .svg or .png".into())
 }
 
 fn parse_probability(text: &str) -> Result<f64, String> {

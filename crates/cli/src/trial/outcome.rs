@@ -16,6 +16,8 @@ pub(crate) struct TrialResult {
     pub(crate) race_optimum: Option<u16>,
     /// The part of the maze that the robot had seen when the race started.
     pub(super) explored: KnownMaze,
+    /// The cells of the first run in order, including those that the robot crossed.
+    pub(super) explore: Vec<Cell>,
     /// The cells of the race in order, each with a letter for the drawing.
     pub(super) race: Vec<(Cell, char)>,
 }

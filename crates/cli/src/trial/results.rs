@@ -43,6 +43,11 @@ impl<'a> Results<'a> {
         if self.args.path || self.args.json { Ok(()) } else { print(&mem::take(&mut self.lines)) }
     }
 
+    /// Returns the outcomes so far, in the order of the jobs.
+    pub(crate) fn outcomes(&self) -> &[TrialResult] {
+        &self.outcomes
+    }
+
     /// Prints the remaining output. Returns true if all trials succeeded.
     pub(crate) fn finish(self) -> CommandResult {
         let Self { jobs, args, lines, outcomes, .. } = self;

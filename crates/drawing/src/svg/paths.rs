@@ -62,12 +62,12 @@ impl Svg<'_> {
 
     fn style(&self, index: usize) -> Style {
         let (theme, count) = (self.scene.theme, self.scene.paths.len());
-        if count == 1 {
+        if matches!(self.scene.paths, [path] if path.is_coloured_by_speed()) {
             return Style { colours: ramp(theme), width: WIDTH };
         }
         #[expect(clippy::cast_precision_loss, reason = "few paths")]
         let (depth, all) = (index as f64, (count - 1) as f64);
-        let step = f64::min(1.9, 5.0 / all);
+        let step = f64::min(1.9, 5.0 / f64::max(all, 1.0));
         Style { colours: vec![path_colours(theme)[index]], width: LEAST_WIDTH + step * depth }
     }
 
@@ -170,7 +170,7 @@ impl Svg<'_> {
                 );
                 self.put_part(place.row(y), true, sample);
             }
-            let time = seconds(path.duration());
+            let time = path.label();
             self.text(&place, path.name(), legend.names, y);
             self.text(&place, &time, legend.times - length(time.len()), y);
         }
