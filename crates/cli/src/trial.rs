@@ -1,7 +1,9 @@
 //! `mmsim trial`: run robots in the two-run trial.
 
 pub(crate) mod args;
+mod charts;
 mod compare;
+mod conclusion;
 mod contender;
 mod outcome;
 mod picture;

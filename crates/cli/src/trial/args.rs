@@ -50,7 +50,7 @@ pub(crate) struct TrialArgs {
     /// answers to stdout, see docs/robots.md
     #[arg(last = true, value_name = "COMMAND")]
     command: Vec<OsString>,
-    /// Run a robot.py with the published interface, the class Robot with next_move; may be repeated
+    /// Run a robot.py with the published interface, which has a class Robot; may be repeated
     #[arg(long, value_name = "FILE")]
     published: Vec<PathBuf>,
     /// Stop your own robot if an answer takes longer than S seconds

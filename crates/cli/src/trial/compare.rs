@@ -2,15 +2,16 @@
 
 use std::error::Error;
 use std::io::{self, IsTerminal};
-use std::path::Path;
 use std::sync::Arc;
 
-use mmsim_report::{Bar, BarChart, BarGroup, Comparison, Measure, MousePath};
+use mmsim_report::{Comparison, Measure, MousePath};
 use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
 use serde::Serialize;
 
 use super::args::TrialArgs;
-use super::contender::{Contender, RobotKind, RunContext, run_trials};
+use super::charts;
+use super::conclusion::conclusion;
+use super::contender::{Contender, RunContext, run_trials};
 use super::outcome::TrialResult;
 use super::report::TrialReport;
 use super::stop_flag;
@@ -30,11 +31,11 @@ const MAX_COLUMNS: usize = 6;
 const RANDOM_TRIALS: u64 = 6;
 
 /// A table that compares several robots, or several settings of one robot.
-struct Table {
-    title: &'static str,
+pub(super) struct Table {
+    pub(super) title: &'static str,
     /// The name of the chart file.
-    file: &'static str,
-    rows: Vec<(String, Contender)>,
+    pub(super) file: &'static str,
+    pub(super) rows: Vec<(String, Contender)>,
 }
 
 fn tables(args: &TrialArgs) -> Result<Vec<Table>, UsageError> {
@@ -81,7 +82,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     if args.json {
         print_pretty_json(&trials.reports(&tables))?;
     } else if !mazes.is_empty() {
-        let texts = tables.iter().map(|table| trials.text(table)).chain(trials.conclusion(args));
+        let texts = tables.iter().map(|table| trials.text(table)).chain(conclusion(&trials, args));
         print(&texts.collect::<Vec<_>>().join("\n"))?;
     }
     if mazes.is_empty() {
@@ -90,7 +91,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     // The last table contains all robots.
     let robots = tables.last().map(|table| trials.comparison(table));
     if let Some(folder) = &args.charts {
-        draw(folder, &tables, &trials)?;
+        create_folder(folder)?;
+        tables.iter().try_for_each(|table| charts::write(folder, table, &trials))?;
         robots.iter().try_for_each(|robots| write_charts(folder, robots))?;
     }
     if let (Some(file), Some(table), Some(robots)) = (&args.html, tables.last(), &robots) {
@@ -105,19 +107,9 @@ pub(crate) fn run(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
     Ok(true)
 }
 
-/// Draws each table as a bar chart.
-fn draw(folder: &Path, tables: &[Table], trials: &Trials<'_>) -> Result<(), String> {
-    create_folder(folder)?;
-    for table in tables {
-        let file = folder.join(table.file).with_extension("svg");
-        replace(&file, trials.chart(table).svg().as_bytes())?;
-    }
-    Ok(())
-}
-
 /// The outcomes of all trials in the comparisons.
-struct Trials<'a> {
-    mazes: &'a [Selected],
+pub(super) struct Trials<'a> {
+    pub(super) mazes: &'a [Selected],
     /// The outcomes of each contender in all mazes. A contender that is in two tables runs only
     /// once.
     outcomes: Vec<(&'a Contender, Vec<TrialResult>)>,
@@ -158,12 +150,12 @@ impl<'a> Trials<'a> {
         Ok(Self { mazes, outcomes: outcomes.collect() })
     }
 
-    fn outcomes_of(&self, contender: &Contender) -> &[TrialResult] {
+    pub(super) fn outcomes_of(&self, contender: &Contender) -> &[TrialResult] {
         let mut all = self.outcomes.iter();
         all.find(|(other, _)| *other == contender).map_or(&[], |(_, outcomes)| outcomes)
     }
 
-    fn has_columns(&self) -> bool {
+    pub(super) fn has_columns(&self) -> bool {
         self.mazes.len() <= MAX_COLUMNS
     }
 
@@ -183,54 +175,6 @@ impl<'a> Trials<'a> {
             [vec![name.clone()], cells].concat()
         });
         aligned(&[vec![head], rows.collect()].concat())
-    }
-
-    /// Compares the tours of the published report, run by both versions of swing. Returns a sentence
-    /// that explains the difference if swing is best with fewer key points than as published.
-    fn conclusion(&self, args: &TrialArgs) -> Option<String> {
-        let tours: Vec<Settings> = (Variant::ALL.iter())
-            .flat_map(|&variant| {
-                let settings = args.settings();
-                let with = move |&key_points| Settings { variant, key_points, ..settings };
-                let count = if variant == Variant::All { 3 } else { 1 };
-                KeyPoints::ALL.iter().rev().take(count).rev().map(with)
-            })
-            .collect();
-        let scores_of = |robot| -> Vec<Vec<Option<f64>>> {
-            let contender = |&settings| Contender { kind: RobotKind::Bundled(robot), settings };
-            let score = |outcome: &TrialResult| outcome.score().map(Score::value);
-            let scores = |tour| self.outcomes_of(&contender(tour)).iter().map(score).collect();
-            tours.iter().map(scores).collect()
-        };
-        let [swing, published] =
-            [BundledRobot::Swing, BundledRobot::SwingAsPublished].map(scores_of);
-        let scored_by_all: Vec<usize> = (0..self.mazes.len())
-            .filter(|&maze| swing.iter().chain(&published).all(|scores| scores[maze].is_some()))
-            .collect();
-        // The index of the best tour, and its mean score.
-        let best = |tours: &[Vec<Option<f64>>]| {
-            let sum = |scores: &Vec<Option<f64>>| -> f64 {
-                scored_by_all.iter().filter_map(|&maze| scores[maze]).sum()
-            };
-            let sums = tours.iter().map(sum).enumerate();
-            let (tour, sum) = sums.min_by(|a, b| a.1.total_cmp(&b.1))?;
-            Some((tour, sum / scored_by_all.len() as f64))
-        };
-        let name = |tour: usize| match tours[tour] {
-            Settings { variant: Variant::All, key_points, .. } => {
-                format!("{key_points} key points")
-            }
-            Settings { variant, .. } => variant.to_string(),
-        };
-        let ((few, score), (many, published)) = (best(&swing)?, best(&published)?);
-        (few < many).then(|| {
-            let (few, many) = (name(few), name(many));
-            format!(
-                "As published, swing is best with {many} (mean score {published:.3}). With a \
-                 correct A*, it is best with {few} ({score:.3}), because further corners cost more \
-                 steps than they save.\n"
-            )
-        })
     }
 
     fn reports<'t>(&self, tables: &'t [Table]) -> Vec<ComparisonRow<'t>> {
@@ -271,29 +215,6 @@ impl<'a> Trials<'a> {
             })
             .with_limiting_candidate()
     }
-
-    /// Draws a table as a bar chart, with a group of bars for each maze or a single group of means.
-    fn chart(&self, table: &Table) -> BarChart {
-        let rows = || table.rows.iter().map(|(name, one)| (name.clone(), self.outcomes_of(one)));
-        let group = |(index, maze): (usize, &Selected)| BarGroup {
-            name: maze.name.clone(),
-            bars: rows().map(|(name, outcomes)| bar(name, &outcomes[index])).collect(),
-            limit: rows().find_map(|(_, outcomes)| Some(outcomes[index].bound()?.value())),
-        };
-        let groups = if self.has_columns() {
-            self.mazes.iter().enumerate().map(group).collect()
-        } else {
-            let name = format!("Means over {} mazes", self.mazes.len());
-            let bars = rows().map(|(name, outcomes)| mean_bar(name, outcomes)).collect();
-            vec![BarGroup { name, bars, limit: None }]
-        };
-        BarChart {
-            title: format!("{}: score, lower is better", table.title),
-            parts: ["race steps".into(), "explore steps / 30".into()],
-            limit: "a robot that knows the maze".into(),
-            groups,
-        }
-    }
 }
 
 /// Returns a robot's result in each maze, and the sum of the scores if the robot scored in every
@@ -319,7 +240,8 @@ fn means(outcomes: &[TrialResult]) -> Vec<String> {
     cells
 }
 
-fn result(outcome: &TrialResult) -> String {
+/// Returns the steps of both runs, and the score or the reason why there is none.
+pub(super) fn result(outcome: &TrialResult) -> String {
     let TrialResult { explore_steps, race_steps, .. } = outcome;
     match outcome.ending {
         TrialOutcome::Scored(score) => format!("{explore_steps} + {race_steps} = {score}"),
@@ -327,20 +249,4 @@ fn result(outcome: &TrialResult) -> String {
         TrialOutcome::GaveUp => format!("{explore_steps} + {race_steps}, gave up"),
         TrialOutcome::Failed => format!("{explore_steps} + {race_steps}, failed"),
     }
-}
-
-fn bar(name: String, outcome: &TrialResult) -> Bar {
-    let parts =
-        |score: Score| [f64::from(score.race_steps), score.value() - f64::from(score.race_steps)];
-    Bar { name, parts: outcome.score().map(parts), value: result(outcome) }
-}
-
-fn mean_bar(name: String, outcomes: &[TrialResult]) -> Bar {
-    let Means { scored, explore_steps, race_steps, score, .. } = Means::new(outcomes.iter());
-    if scored == 0 {
-        return Bar { name, parts: None, value: "no score".into() };
-    }
-    let steps = format!("{explore_steps:.1} + {race_steps:.1} = {score:.3}");
-    let parts = Some([race_steps, score - race_steps]);
-    Bar { name, parts, value: format!("{steps} in {}", counted(scored as u64, "maze")) }
 }

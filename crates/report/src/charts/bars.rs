@@ -13,17 +13,21 @@ const LINE: f64 = 28.0;
 /// The space between a bar and the text beside it.
 const GAP: f64 = 8.0;
 
-/// A horizontal bar chart with groups of bars. Each bar has two stacked parts.
+/// The classes of the parts.
+const PARTS: [&str; 2] = ["one", "second"];
+
+/// A horizontal bar chart with groups of bars. Each bar has one part, or two stacked
+/// parts.
 ///
 /// All bars share one scale that begins at 0. Each bar's value is written beside it.
 ///
 /// ```
 /// use mmsim_report::{Bar, BarChart, BarGroup};
-/// let bar = Bar { name: "a".into(), parts: Some([3.0, 0.5]), value: "3.5".into() };
+/// let bar = Bar { name: "a".into(), parts: Some(vec![3.0, 0.5]), value: "3.5".into() };
 /// let group = BarGroup { name: "All".into(), bars: vec![bar], limit: Some(2.0) };
 /// let chart = BarChart {
 ///     title: "Costs".into(),
-///     parts: ["material".into(), "work".into()],
+///     parts: vec!["material".into(), "work".into()],
 ///     limit: "the least".into(),
 ///     groups: vec![group],
 /// };
@@ -33,8 +37,8 @@ const GAP: f64 = 8.0;
 pub struct BarChart {
     /// The title of the chart.
     pub title: String,
-    /// The names of the two parts of a bar, for the legend.
-    pub parts: [String; 2],
+    /// The names of the parts of a bar, for the legend.
+    pub parts: Vec<String>,
     /// The name of the limit lines, shown in the legend if a group has a limit.
     pub limit: String,
     /// The groups, from top to bottom.
@@ -52,13 +56,13 @@ pub struct BarGroup {
     pub limit: Option<f64>,
 }
 
-/// A bar with two stacked parts.
+/// A bar with one part, or with two stacked parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// The label of the bar.
     pub name: String,
-    /// The lengths of the two parts, or `None` to show only the text.
-    pub parts: Option<[f64; 2]>,
+    /// The lengths of the parts, or `None` to show only the text.
+    pub parts: Option<Vec<f64>>,
     /// The bar's value as text, or the reason why it has none.
     pub value: String,
 }
@@ -85,9 +89,8 @@ impl BarChart {
 
     fn legend(&self, y: f64) -> Markup {
         let limit = self.groups.iter().any(|group| group.limit.is_some()).then_some(&self.limit);
-        let entries = self.parts.iter().map(Some).chain([limit]);
-        let entries = ["one", "second", "limit"].into_iter().zip(entries);
-        let entries = entries.filter_map(|(class, name)| Some((class, name?)));
+        let entries = PARTS.into_iter().zip(&self.parts);
+        let entries = entries.chain(limit.map(|limit| ("limit", limit)));
         let entries = entries.scan(MARGIN, |right, (class, name)| {
             let left = *right;
             *right += 12.0 + 3.0 * GAP + LETTER * count(name.chars().count());
@@ -121,7 +124,7 @@ impl Scale {
         let left = MARGIN + widest + GAP;
         let room = (WIDTH - MARGIN - left).max(LINE);
         let beside = |bar: &Bar| {
-            let length: f64 = bar.parts?.iter().sum();
+            let length: f64 = bar.parts.as_ref()?.iter().sum();
             Some(((room - GAP - LETTER * count(bar.value.chars().count())).max(LINE), length))
         };
         let limits = chart.groups.iter().filter_map(|group| Some((room, group.limit?)));
@@ -137,14 +140,14 @@ impl Scale {
         html! {
             text class="heading" x=(MARGIN) y=(decimals(top + BAR)) { (clean(&group.name)) }
             @for (Bar { name, parts, value }, y) in group.bars.iter().zip(rows) {
-                @let [first, second] = parts.unwrap_or_default().map(|length| length * unit);
+                @let lengths: Vec<f64> = parts.iter().flatten().map(|length| length * unit).collect();
+                @let start = |part: usize| left + lengths[..part].iter().sum::<f64>();
                 @let base = decimals(y + BAR - 5.0);
                 text class="end" x=(decimals(left - GAP)) y=(base) { (clean(name)) }
-                @if parts.is_some() {
-                    (rect("one", left, y, first, BAR))
-                    (rect("second", left + first, y, second, BAR))
+                @for (part, (class, &length)) in PARTS.into_iter().zip(&lengths).enumerate() {
+                    (rect(class, start(part), y, length, BAR))
                 }
-                text x=(decimals(left + first + second + GAP)) y=(base) { (clean(value)) }
+                text x=(decimals(start(lengths.len()) + GAP)) y=(base) { (clean(value)) }
             }
             @if let Some(limit) = group.limit {
                 (line(left + limit * unit, top + LINE - 3.0, bottom + 3.0))
@@ -167,8 +170,11 @@ mod tests {
     use super::*;
 
     fn chart() -> BarChart {
-        let bar =
-            |name: &str, parts, value: &str| Bar { name: name.into(), parts, value: value.into() };
+        let bar = |name: &str, parts: Option<[f64; 2]>, value: &str| Bar {
+            name: name.into(),
+            parts: parts.map(Vec::from),
+            value: value.into(),
+        };
         let bars = vec![
             bar("one", Some([30.0, 10.0]), "30 + 10"),
             bar("t<o", None, "none & void"),
@@ -176,7 +182,7 @@ mod tests {
         ];
         BarChart {
             title: "A \"chart\"".into(),
-            parts: ["first".into(), "second".into()],
+            parts: vec!["first".into(), "second".into()],
             limit: "the least".into(),
             groups: vec![BarGroup { name: "group".into(), bars, limit: Some(5.0) }],
         }
