@@ -24,8 +24,17 @@ const MAZES: &[(&str, &str)] = mazes![
     "half-size-old-quarter.txt",
     "oblong-long-meadow.txt",
     "training-first-steps.txt",
+    "trial-12-orchard.txt",
+    "trial-12-wrong-turn.txt",
+    "trial-14-terraces.txt",
+    "trial-16-citadel.txt",
     "unreachable-closed-garden.txt",
 ];
+
+/// Returns the names and contents of the files of the bundled mazes.
+pub(crate) const fn files() -> &'static [(&'static str, &'static str)] {
+    MAZES
+}
 
 /// Returns the bundled mazes.
 pub(crate) fn catalogue() -> Catalogue {

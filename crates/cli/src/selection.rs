@@ -91,6 +91,11 @@ impl Collection {
         Self { catalogue: embedded::catalogue(), path: PathBuf::new(), is_default: false }
     }
 
+    /// Returns true for the bundled mazes.
+    pub(crate) fn is_bundled(&self) -> bool {
+        self.path.as_os_str().is_empty()
+    }
+
     /// Returns the name of the collection for use in messages.
     fn location(&self) -> String {
         match self.path.to_str() {

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::args::ServerArgs;
 use crate::local_server::{self, ReadyServer};
-use crate::output::print_json;
+use crate::output::{note, own_command, print_json};
 use crate::selection::{Collection, SelectionError};
 use crate::suggest::suggest;
 use crate::usage::CommandResult;
@@ -22,9 +22,14 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
         .map_err(|error| with_suggestion(error, args, commands))?;
     let ServerArgs { words, port, retention, viewer } = &args.server;
     let selected = collection.select(&words.join(" "))?;
+    let is_bundled = collection.is_bundled();
     let (mazes, address) = (collection.catalogue, (&args.host[..], *port));
     let ReadyServer { server, mut simulation, interrupt, page } =
         local_server::prepare(selected, mazes, address, retention, Some(viewer), None)?;
+    if is_bundled {
+        let fetch = own_command("mazes fetch");
+        note(format_args!("for real contest mazes, run {fetch}"));
+    }
     if args.json {
         let report = ServerReport { address: server.address(), page, maze: simulation.info() };
         print_json(&report)?;

@@ -90,7 +90,8 @@ pub(crate) struct ConvertArgs {
 }
 
 const FETCH: &str = "\
-Download a public collection of real contest mazes: the maze files of micromouseonline.
+Download a public collection of real contest mazes, the maze files of micromouseonline, and write \
+the bundled mazes next to them: text files, and mazes of the two-run trial in its own format.
 
 The collection has no licence: the mazes belong to their authors, and you download them for your \
 own use.
@@ -105,17 +106,14 @@ pub(crate) struct FetchArgs {
     /// Folder for the mazes [default: ~/.mmsim, where mmsim looks for mazes first]
     #[arg(value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
-    /// Archive to fetch (.tar.gz, .zip or .tar): an https, http or file URL, or a local file
-    #[arg(long, value_name = "URL|FILE", default_value = COLLECTION)]
-    pub(crate) from: String,
+    /// Archive to fetch instead (.tar.gz, .zip or .tar): an https, http or file URL, or a local
+    /// file; `bundled` writes only the bundled mazes, without a download
+    #[arg(long, value_name = "URL|FILE|bundled")]
+    pub(crate) from: Option<String>,
     /// Print a JSON object
     #[arg(long)]
     pub(crate) json: bool,
 }
-
-/// The URL of the latest version of the maze collection.
-const COLLECTION: &str =
-    "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
 
 #[derive(Debug, Args)]
 pub(crate) struct GenerateArgs {

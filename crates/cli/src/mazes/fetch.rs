@@ -14,9 +14,17 @@ use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::args::FetchArgs;
+use crate::embedded;
 use crate::output::{counted, note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
+
+/// The URL of the latest version of the maze collection.
+const COLLECTION: &str =
+    "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
+
+/// The value of `--from` for the bundled mazes alone.
+const BUNDLED: &str = "bundled";
 
 /// The output of `mazes fetch --json`. The field names are JSON keys.
 #[derive(Serialize)]
@@ -35,12 +43,23 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         let fetch = own_command("mazes fetch DIR");
         return Err(format!("cannot find the home folder (name a folder with {fetch})").into());
     };
-    let from = &args.from;
+    let from = args.from.as_deref().unwrap_or(COLLECTION);
     let cannot_fetch = |why: String| format!("cannot fetch {from}: {why}; nothing was changed");
-    let Contents { files, invalid_names, .. } =
-        archive::unpack(&source::read(from)?).map_err(cannot_fetch)?;
-    let all = files.len() + invalid_names.len();
-    let (files, mazes) = select(files);
+    let Contents { files, invalid_names, .. } = if from == BUNDLED {
+        Contents::default()
+    } else {
+        archive::unpack(&source::read(from)?).map_err(cannot_fetch)?
+    };
+    let mut all = files.len() + invalid_names.len();
+    let (mut files, mut mazes) = select(files);
+    if from == BUNDLED || (args.from.is_none() && !mazes.is_empty()) {
+        for &(name, content) in embedded::files() {
+            let path = format!("mmsim/{name}");
+            mazes.push(path.clone());
+            files.insert(path, content.into());
+            all += 1;
+        }
+    }
     let Some(example) = mazes.first() else {
         let all = counted(all as u64, "file");
         return Err(cannot_fetch(format!("no mazes found in {all}")).into());

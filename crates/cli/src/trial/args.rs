@@ -72,8 +72,8 @@ pub(crate) struct TrialArgs {
     /// as the same letter in lowercase in any further cells. X marks the goal
     #[arg(long)]
     pub(crate) path: bool,
-    /// Draw the explored cells and the paths of both runs of one robot in one maze: .svg or .png. An
-    /// existing file is replaced
+    /// Draw the explored cells and the paths of both runs in one maze, or the races of several robots:
+    /// .svg or .png. An existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_still)]
     pub(crate) output: Option<Picture>,
     /// Draw the key points of swing and the legs between them on one maze: .svg or .png

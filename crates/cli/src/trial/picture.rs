@@ -1,8 +1,9 @@
 //! Pictures of trials.
 
+use std::collections::HashMap;
 use std::error::Error;
 
-use mmsim_drawing::{DrivenPath, PictureError, Scene};
+use mmsim_drawing::{DrivenPath, MAX_PATHS, PictureError, Scene};
 use mmsim_maze::{Cell, KnownMaze};
 use mmsim_trial::{BundledRobot, Settings, SwingAsPublished, SwingRobot};
 
@@ -20,7 +21,7 @@ use crate::usage::UsageError;
 /// cells.
 const LEG_OFFSET: f64 = 0.15;
 
-/// Returns a usage error unless the pictures show one robot in one maze.
+/// Returns a usage error unless the robots fit into the pictures of one maze.
 pub(super) fn check(
     args: &TrialArgs,
     mazes: &[Selected],
@@ -31,61 +32,71 @@ pub(super) fn check(
         if picture.is_some() && mazes.len() > 1 {
             return error(format!("{option} takes one maze, found {}", mazes.len()));
         }
-        if picture.is_some() && contenders.len() != 1 {
-            return error(format!("{option} takes one robot, found {}", contenders.len()));
-        }
     }
-    if args.tour.is_some() && tour(&contenders[0], None).is_none() {
-        return error("--tour requires --robot swing or --robot swing-timed".into());
+    let robots = contenders.len();
+    if args.output.is_some() && robots > MAX_PATHS {
+        return error(format!("--output takes at most {MAX_PATHS} robots, found {robots}"));
+    }
+    if args.tour.is_some() && (robots != 1 || tour(&contenders[0], None).is_none()) {
+        return error("--tour requires one robot: swing or swing-timed".into());
     }
     Ok(())
 }
 
-/// Writes the pictures of the trial, if any are wanted.
+/// Writes the pictures of the trials in one maze, if any are wanted.
 pub(super) fn write(
     args: &TrialArgs,
     jobs: &[Job<'_>],
     outcomes: &[TrialResult],
 ) -> Result<(), Box<dyn Error>> {
-    let ([(selected, contender)], [outcome]) = (jobs, outcomes) else { return Ok(()) };
+    let Some(&(selected, contender)) = jobs.first() else { return Ok(()) };
     if let Some(picture) = &args.output {
-        let [explore, race] = [&outcome.explore, &outcome.race_cells()]
-            .map(|cells| cells.iter().map(|cell| centre(*cell)).collect::<Vec<_>>());
-        let score = match outcome.score() {
-            Some(score) => format!("score {score}"),
-            None => failure(outcome).into(),
+        let (scene, paths) = match outcomes {
+            [outcome] => {
+                let scene = Scene::from_map(&outcome.explored).with_truth(Some(&selected.maze));
+                (scene, both_runs(outcome))
+            }
+            _ => {
+                let races = jobs.iter().zip(outcomes);
+                let races = races.map(|((_, one), outcome)| race(one.name(), outcome));
+                (Scene::from_maze(&selected.maze), races.collect())
+            }
         };
-        let steps = |count| counted(u64::from(count), "step");
-        let race_label = format!("{}, {score}", steps(outcome.race_steps));
-        let mut paths = vec![DrivenPath::line("run 1", &steps(outcome.explore_steps), &explore)];
-        if !race.is_empty() {
-            paths.insert(0, DrivenPath::line("run 2", &race_label, &race));
-        }
-        let scene = Scene::from_map(&outcome.explored).with_truth(Some(&selected.maze));
         save(picture, &scene.with_paths(&paths).with_theme(args.theme))?;
     }
     if let Some(picture) = &args.tour {
         let unexplored = KnownMaze::unexplored(&selected.maze);
         let tour = tour(contender, Some(&unexplored)).unwrap_or_default();
-        let start = unexplored.start().cell;
-        let paths = [DrivenPath::line(
-            contender.name(),
-            &counted(tour.len() as u64, "leg"),
-            &legs(start, &tour),
-        )];
+        let label = counted(tour.len() as u64, "leg");
+        let legs = legs(unexplored.start().cell, &tour);
+        let paths = [DrivenPath::line(contender.name(), &label, &legs)];
         let visits = |cell| {
             let visits = (1..).zip(&tour).filter(|(_, other)| **other == cell);
             visits.map(|(number, _): (usize, _)| number.to_string()).collect::<Vec<_>>().join(" ")
         };
-        let texts: Vec<(Cell, String)> = tour.iter().map(|&cell| (cell, visits(cell))).collect();
-        let text = |cell| {
-            let text = texts.iter().find(|(other, _)| *other == cell);
-            text.map_or("", |(_, text)| text)
-        };
-        let scene = Scene::from_maze(&selected.maze).with_texts(text).with_paths(&paths);
+        let texts: HashMap<Cell, String> = tour.iter().map(|&cell| (cell, visits(cell))).collect();
+        let scene = Scene::from_maze(&selected.maze)
+            .with_texts(|cell| texts.get(&cell).map_or("", String::as_str))
+            .with_paths(&paths);
         save(picture, &scene.with_theme(args.theme))?;
     }
     Ok(())
+}
+
+/// Returns the path of the race, which is on top, and the path of the first run.
+fn both_runs(outcome: &TrialResult) -> Vec<DrivenPath> {
+    let label = counted(u64::from(outcome.explore_steps), "step");
+    vec![race("run 2", outcome), DrivenPath::line("run 1", &label, &centres(&outcome.explore))]
+}
+
+/// Returns the path of a race, with its steps and the score.
+fn race(name: &str, outcome: &TrialResult) -> DrivenPath {
+    let score = match outcome.score() {
+        Some(score) => format!("score {score}"),
+        None => failure(outcome).into(),
+    };
+    let label = format!("{}, {score}", counted(u64::from(outcome.race_steps), "step"));
+    DrivenPath::line(name, &label, &centres(&outcome.race_cells()))
 }
 
 fn save(picture: &Picture, scene: &Scene<'_>) -> Result<(), Box<dyn Error>> {
@@ -107,6 +118,10 @@ fn tour(contender: &Contender, unexplored: Option<&KnownMaze>) -> Option<Vec<Cel
         _ => return None,
     };
     Some(unexplored.map(|map| tour(map, variant, key_points)).unwrap_or_default())
+}
+
+fn centres(cells: &[Cell]) -> Vec<(f64, f64)> {
+    cells.iter().copied().map(centre).collect()
 }
 
 fn centre(cell: Cell) -> (f64, f64) {
