@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mmsim_formats::Catalogue;
+use mmsim_formats::{Catalogue, Format};
 use mmsim_solvers::MazeFacts;
 use mmsim_tests::bundled_mazes;
 
@@ -15,7 +15,7 @@ fn the_readme_lists_size_goal_and_shortest_path_of_each_maze() {
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
     let mut rows = rows.iter();
-    let (mut classic, mut unreachable, mut not_square, mut half_size) = (0, 0, 0, 0);
+    let (mut classic, mut unreachable, mut not_square, mut half_size, mut trial) = (0, 0, 0, 0, 0);
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
         let (size, shortest) = (maze.size(), MazeFacts::new(&maze).shortest_path);
@@ -30,7 +30,10 @@ fn the_readme_lists_size_goal_and_shortest_path_of_each_maze() {
             rows.next().unwrap()[..4].iter().map(|text| text.replace('`', "")).collect();
         assert_eq!(row, expected);
         let text = fs::read_to_string(entry.path()).unwrap();
-        assert_eq!(maze.to_string(), text, "{} is in canonical form", entry.name());
+        let format = Format::detect(text.as_bytes());
+        let canonical = format.write(&maze).unwrap();
+        assert_eq!(canonical, text.as_bytes(), "{} is in canonical form", entry.name());
+        trial += usize::from(format == Format::Trial);
         classic += usize::from(size.to_string() == "16x16" && shortest.is_some());
         half_size += usize::from(size.to_string() == "32x32");
         not_square += usize::from(size.width() != size.height());
@@ -38,4 +41,5 @@ fn the_readme_lists_size_goal_and_shortest_path_of_each_maze() {
     }
     assert!(rows.next().is_none());
     assert!(classic >= 10 && half_size >= 1 && not_square >= 1 && unreachable >= 1);
+    assert_eq!(trial, 4);
 }

@@ -5,7 +5,7 @@ use std::fs;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose};
-use mmsim_tests::{json_lines, shared};
+use mmsim_tests::{bundled_mazes, json_lines, shared};
 use mmsim_trial::{
     Action, BundledRobot, CountExpansion, KeyPoints, Robot, Score, Settings, SwingAsPublished,
     Trial, TrialOutcome, TrialPhase, Variant, race_optimum, run_trial,
@@ -230,6 +230,25 @@ fn published_swing_gives_the_figures_of_the_report() {
             found.push(format!("{}+{}={score}", score.explore_steps, score.race_steps));
         }
         assert_eq!(found.join(" "), expected, "{variant}, {key_points} corners");
+    }
+}
+
+/// The figures of docs/trial.md for the maze in which the shorter path first leads away from the goal.
+#[test]
+fn robots_that_stop_at_the_goal_take_the_wrong_turn() {
+    let maze = bundled_mazes().join("trial-12-wrong-turn.txt");
+    let maze = mmsim_formats::read_maze(&maze).unwrap();
+    for (robot, variant, expected) in [
+        (BundledRobot::CountExpansion, Variant::All, "45 + 79 = 80.500"),
+        (BundledRobot::SwingAsPublished, Variant::JustArrive, "46 + 84 = 85.533"),
+        (BundledRobot::SwingAsPublished, Variant::All, "288 + 19 = 28.600"),
+        (BundledRobot::Swing, Variant::All, "237 + 19 = 26.900"),
+    ] {
+        let settings = Settings { variant, ..Settings::default() };
+        let mut ready = robot.robot(KnownMaze::unexplored(&maze), &settings);
+        let TrialOutcome::Scored(score) = run_trial(&maze, &mut ready) else { panic!("{robot}") };
+        let found = format!("{} + {} = {score}", score.explore_steps, score.race_steps);
+        assert_eq!(found, expected, "{robot}, {variant}");
     }
 }
 

@@ -81,6 +81,18 @@ pub(crate) fn with_header(
     Some(Command::new(built(home)))
 }
 
+/// Builds a program in C without libraries. Returns `None` if there is no compiler.
+pub(crate) fn c_program(source: &str, home: &Home) -> Option<PathBuf> {
+    let probe = home.write("probe.c", "int main(void) { return 0; }\n");
+    if !succeeds(&mut compiler("cc", &probe, home)) {
+        missing("no C compiler cc");
+        return None;
+    }
+    let mut compiler = compiler("cc", &file(source), home);
+    assert!(output(compiler.args(FLAGS).arg("-std=c99")).status.success());
+    Some(built(home))
+}
+
 fn compiler(name: &str, source: &Path, home: &Home) -> Command {
     let mut command = Command::new(name);
     command.arg(source).arg("-o").arg(built(home));

@@ -10,5 +10,6 @@ mod harness;
 mod client;
 mod codec;
 mod fast_run;
+mod robots;
 mod searches;
 mod simulator;
