@@ -9,8 +9,17 @@ use mmsim_tests::output;
 use serde_json::json;
 
 /// The commands and subcommands to test.
-const COMMANDS: [&str; 8] =
-    ["solve", "demo", "replay", "render", "compare", "trial", "mazes check", "completions"];
+const COMMANDS: [&str; 9] = [
+    "solve",
+    "demo",
+    "replay",
+    "render",
+    "compare",
+    "trial",
+    "mazes check",
+    "check-server",
+    "completions",
+];
 
 #[test]
 fn generates_completions() {
