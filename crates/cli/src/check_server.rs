@@ -37,12 +37,11 @@ pub(crate) fn run(args: &CheckServerArgs) -> CommandResult {
     if args.json {
         print_json(&checks)?;
     } else {
-        let [checks, faults] = [(checks.len(), "check"), (faults, "fault")]
-            .map(|(count, thing)| counted(count as u64, thing));
-        print(&format!("{checks}, {faults}\n"))?;
+        let number = counted(checks.len() as u64, "check");
+        print(&format!("{number}, {}\n", counted(faults as u64, "fault")))?;
     }
-    if stopped && checks.len() == 1 {
-        warn(format_args!("no server at {endpoint} (start a simulator with {})", own_command("")));
+    if stopped && checks.iter().all(|check| check.reply.is_none()) {
+        warn(format_args!("no reply from {endpoint} (start a simulator with {})", own_command("")));
     } else if stopped {
         warn(format_args!("stopped, because {endpoint} no longer replies (restart the server)"));
     }
@@ -62,9 +61,10 @@ struct Check {
 const ORDERS: [[Order; 2]; 4] =
     [[Order::C, Order::C], [Order::C, Order::F], [Order::F, Order::C], [Order::F, Order::F]];
 
-/// The verdict on a reply: an error if the reply is wrong.
+/// The verdict on a reply. An error says what is wrong.
 type Verdict = Result<(), String>;
 
+/// A connection to a server, and the results of the checks.
 struct Checker {
     transport: Zmq<'static>,
     size: MazeSize,
@@ -92,10 +92,7 @@ impl Checker {
                 let request = encoded(&Request::Walls(pose));
                 self.check(&format!("W at {pose}"), &[&request], |reply| {
                     let Ok(Reply::Walls(around)) = Reply::decode(reply) else {
-                        return Err(format!(
-                            "expected 3 bytes, each 0 or 1, found {}",
-                            shown(reply)
-                        ));
+                        return wrong("3 bytes, each 0 or 1", &shown(reply));
                     };
                     readings.add(pose, around).inspect_err(|_| contradicts = true)
                 })?;
@@ -141,15 +138,14 @@ impl Checker {
             Ok(Reply::Error(_)) => Ok(()),
             Ok(Reply::Info(json)) => match serde_json::from_str::<Info>(json) {
                 Ok(info) if info.size() == Some(size) => Ok(()),
-                Ok(info) => Err(format!(
-                    "expected a maze of {size} cells, found {}x{}",
-                    info.width, info.height
-                )),
+                Ok(Info { width, height, .. }) => {
+                    wrong(&format!("a maze of {size} cells"), &format!("{width}x{height}"))
+                }
                 Err(error) => {
-                    Err(format!("expected a description of the maze in JSON, found {error}"))
+                    wrong("a description of the maze", &format!("{} ({error})", shown(reply)))
                 }
             },
-            _ => Err(format!("expected JSON or an error, found {}", shown(reply))),
+            _ => wrong("a JSON object or an error", &shown(reply)),
         })
     }
 
@@ -162,10 +158,7 @@ impl Checker {
             let frames: Vec<&[u8]> = frames.iter().map(Vec::as_slice).collect();
             self.check(&name, &frames, |reply| match Reply::decode(reply) {
                 Ok(Reply::Error(reason)) if !reason.contains('\n') => Ok(()),
-                _ => Err(format!(
-                    "expected \"error: \" and a reason on one line, found {}",
-                    shown(reply)
-                )),
+                _ => wrong("\"error: \" and a reason on one line", &shown(reply)),
             })?;
             self.check_serving()?;
         }
@@ -201,6 +194,7 @@ impl Checker {
         if check.ok { Ok(()) } else { self.report(check) }
     }
 
+    /// Sends a request and checks the reply.
     fn ask(
         &mut self,
         request: &str,
@@ -211,8 +205,8 @@ impl Checker {
         let (reply, verdict) = match self.transport.exchange_frames(frames, &mut reply) {
             Ok(()) => (Some(shown(&reply)), verdict(&reply)),
             Err(TransportError::Frames { found, .. }) => {
-                let fault = format!("expected a reply of one frame, found {found}");
-                (Some(counted(found as u64, "frame")), Err(fault))
+                let found = counted(found as u64, "frame");
+                (Some(found.clone()), wrong("a reply of one frame", &found))
             }
             Err(TransportError::NoReply { after, .. }) => {
                 (None, Err(format!("no reply to {request} within {} s", after.as_secs_f64())))
@@ -222,14 +216,15 @@ impl Checker {
         Check { request: request.into(), reply, ok: verdict.is_ok(), fault: verdict.err() }
     }
 
+    /// Stores the result of a check and prints it, unless JSON is printed at the end.
     fn report(&mut self, check: Check) -> io::Result<()> {
         let Check { request, reply, fault, .. } = &check;
         let line = match fault {
-            None => format!("ok     {request}: {}\n", reply.as_deref().unwrap_or_default()),
-            Some(fault) => format!("wrong  {request}: {fault}\n"),
+            None => format!("ok     {request}: {}", reply.as_deref().unwrap_or_default()),
+            Some(fault) => format!("wrong  {request}: {fault}"),
         };
         self.checks.push(check);
-        if self.json { Ok(()) } else { print(&line) }
+        if self.json { Ok(()) } else { print(&format!("{}\n", Escaped(line))) }
     }
 }
 
@@ -269,6 +264,7 @@ fn state(
     state.map_or_else(Vec::new, |state| encoded(&Request::State(state)))
 }
 
+/// Returns the bytes of a request.
 fn encoded(request: &Request<'_>) -> Vec<u8> {
     let mut bytes = vec![0; MAX_STATE_BYTES];
     let length = request.encode(&mut bytes).unwrap_or_default();
@@ -283,23 +279,23 @@ fn expect(expected: Reply<'_>, reply: &[u8]) -> Verdict {
     }
     let mut bytes = vec![0; expected.len()];
     let _ = expected.encode(&mut bytes);
-    Err(format!("expected {}, found {}", shown(&bytes), shown(reply)))
+    wrong(&shown(&bytes), &shown(reply))
 }
 
-/// Formats a reply: text in quotes, other bytes in hex.
+fn wrong(expected: &str, found: &str) -> Verdict {
+    Err(format!("expected {expected}, found {found}"))
+}
+
+/// Formats a reply: text in quotes, other bytes in hex. Long replies are truncated.
 fn shown(reply: &[u8]) -> String {
-    /// The maximum number of bytes or characters that are shown.
-    const MAX_SHOWN: usize = 200;
+    const MAX_CHARS: usize = 200;
     let text = str::from_utf8(reply).ok().filter(|text| !text.starts_with(char::is_control));
-    let (start, is_whole) = if let Some(text) = text {
-        let start: String = text.chars().take(MAX_SHOWN).collect();
-        (format!("\"{}\"", Escaped(&start)), start.len() == text.len())
-    } else {
-        let bytes: Vec<_> =
-            reply.iter().take(MAX_SHOWN).map(|byte| format!("{byte:02x}")).collect();
-        (bytes.join(" "), reply.len() <= MAX_SHOWN)
-    };
-    if is_whole { start } else { format!("{start}… of {} bytes", reply.len()) }
+    let hex = || reply.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ");
+    let shown = text.map_or_else(hex, |text| format!("\"{}\"", Escaped(text)));
+    match shown.char_indices().nth(MAX_CHARS) {
+        Some((end, _)) => format!("{}… of {} bytes", &shown[..end], reply.len()),
+        None => shown,
+    }
 }
 
 #[cfg(test)]
@@ -329,7 +325,6 @@ mod tests {
         ] {
             assert_eq!(shown(reply), expected);
         }
-        assert_eq!(shown(&[b'x'; 201]), format!("\"{}\"… of 201 bytes", "x".repeat(200)));
-        assert_eq!(shown(&[1; 201]), format!("{}… of 201 bytes", ["01"; 200].join(" ")));
+        assert_eq!(shown(&[b'x'; 201]), format!("\"{}… of 201 bytes", "x".repeat(199)));
     }
 }

@@ -39,7 +39,7 @@ pub(crate) struct CheckServerArgs {
     /// Width and height of the server's maze in cells
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "16x16")]
     pub(crate) size: MazeSize,
-    /// Also send info and malformed requests. The reference server never replies to these requests
+    /// Also send info and malformed requests; not for the reference server, which stops replying
     #[arg(long)]
     pub(crate) malformed: bool,
     /// Report a fault if a reply takes longer than S seconds

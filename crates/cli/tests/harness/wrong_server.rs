@@ -20,7 +20,8 @@ pub struct WrongServer {
 }
 
 impl WrongServer {
-    pub fn start(change: Change) -> Self {
+    /// Starts a server on a free port of the loopback interface.
+    pub fn start(mut change: impl FnMut(&[u8], Vec<u8>) -> Vec<Vec<u8>> + Send + 'static) -> Self {
         let maze = std::fs::read_to_string(bundled_mazes().join("01-harbour.txt")).unwrap();
         let mut simulation = Simulation::new("harbour", maze.parse::<Maze>().unwrap());
         // Unlike a REP socket, a ROUTER socket can skip a reply.
