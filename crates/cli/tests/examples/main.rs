@@ -12,3 +12,4 @@ mod codec;
 mod fast_run;
 mod searches;
 mod simulator;
+mod tester;
