@@ -9,6 +9,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use mmsim_maze::Escaped;
 
 use crate::args::VerbosityArgs;
+use crate::check_server::args::CheckServerArgs;
 use crate::compare::args::CompareArgs;
 use crate::contest::args::ContestArgs;
 use crate::demo::args::DemoArgs;
@@ -53,6 +54,7 @@ Examples:
   mmsim trial mazes/                   let a robot explore each maze and race in it
   mmsim run --open -- ./my-mouse       run and watch your own mouse
   mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
+  mmsim check-server                   check that a server follows the protocol
   mmsim mazes fetch                    download real contest mazes
   mmsim mazes check my-maze.txt        check a maze file for errors
   mmsim completions bash               generate shell completions
@@ -86,6 +88,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Run a mouse written for the mms simulator
     Mms(MmsArgs),
+    /// Check that a server follows the protocol
+    CheckServer(CheckServerArgs),
     /// Generate shell completions
     Completions(CompletionsArgs),
     /// Print or write manual pages

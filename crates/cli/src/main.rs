@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod check_server;
 mod cli;
 mod compare;
 mod connection;
@@ -78,6 +79,7 @@ fn main() -> ExitCode {
         Some(Command::Mazes(args)) => mazes::run(&args),
         Some(Command::Run(args)) => run::run(&args).map(|code| exit(code)),
         Some(Command::Mms(args)) => mms::run(&args).map(|code| exit(code)),
+        Some(Command::CheckServer(args)) => check_server::run(&args),
         Some(Command::Completions(args)) => manual::complete(&args, &mut Cli::command()),
         Some(Command::Man(args)) => manual::run(&args, Cli::command()),
     };

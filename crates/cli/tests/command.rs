@@ -9,8 +9,17 @@ use mmsim_tests::output;
 use serde_json::json;
 
 /// The commands and subcommands to test.
-const COMMANDS: [&str; 8] =
-    ["solve", "demo", "replay", "render", "compare", "trial", "mazes check", "completions"];
+const COMMANDS: [&str; 9] = [
+    "solve",
+    "demo",
+    "replay",
+    "render",
+    "compare",
+    "trial",
+    "mazes check",
+    "check-server",
+    "completions",
+];
 
 #[test]
 fn generates_completions() {
@@ -65,7 +74,7 @@ fn verbose_prints_more() {
     let messages =
         |verbose: &[&str]| home.run(&[&["mazes", "show", "harbour"], verbose].concat()).stderr;
     assert_eq!(messages(&[]), "");
-    assert!(messages(&["-v"]).contains("15 files in the bundled mazes"), "{}", messages(&["-v"]));
+    assert!(messages(&["-v"]).contains("19 files in the bundled mazes"), "{}", messages(&["-v"]));
 }
 
 #[test]

@@ -125,6 +125,8 @@ fn no_command_prints_control_characters() {
         &["mms", folder, "--port", "0", "--no-viewer", "--", "echo", EVIL],
         &[&solve[..], &["tcp://127.0.0.1:1"], &["--record", &run]].concat(),
         &[&solve[..], &[EVIL]].concat(),
+        &["check-server", "tcp://127.0.0.1:1", "--timeout", "0.1"],
+        &["check-server", EVIL],
         &["man", EVIL],
         &["man", "-o", &a],
         &["completions", EVIL],
@@ -197,6 +199,10 @@ fn text_from_another_simulator_is_escaped() {
                 let arguments = [command, &["--connect", &endpoint], goal, mouse].concat();
                 check_ended(&arguments, &home.run(&arguments));
             }
+        }
+        for options in [&[][..], &["--json"]] {
+            let arguments = [&["check-server", &endpoint][..], options].concat();
+            check_ended(&arguments, &home.run(&arguments));
         }
         let end = zmq::Context::new().socket(zmq::REQ).unwrap();
         end.connect(&endpoint).unwrap();

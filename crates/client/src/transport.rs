@@ -29,6 +29,14 @@ pub enum TransportError {
         /// The timeout.
         after: Duration,
     },
+    /// The reply has several frames.
+    #[error("expected a reply of one frame from {endpoint}, found {found}")]
+    Frames {
+        /// The endpoint of the simulator.
+        endpoint: String,
+        /// The number of frames.
+        found: usize,
+    },
     /// The endpoint is invalid, or the socket failed.
     #[error("cannot reach {endpoint}: {reason}")]
     Failed {

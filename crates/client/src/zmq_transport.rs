@@ -83,6 +83,21 @@ impl<'a> Zmq<'a> {
         Ok(Self { socket, endpoint: endpoint.into(), timeout, answered: false, on_wait })
     }
 
+    /// Like [`exchange`](Transport::exchange), but sends a request of several frames. Valid requests
+    /// have one frame, so this method only serves to test servers.
+    ///
+    /// # Errors
+    /// Returns an error if there is no reply.
+    pub fn exchange_frames(
+        &mut self,
+        request: &[&[u8]],
+        reply: &mut Vec<u8>,
+    ) -> Result<(), TransportError> {
+        reply.clear();
+        self.socket.send_multipart(request, 0).map_err(|error| failed(&self.endpoint, &error))?;
+        self.receive(reply)
+    }
+
     fn receive(&mut self, reply: &mut Vec<u8>) -> Result<(), TransportError> {
         let timeout = self.timeout.limit(self.answered);
         let (start, mut notices) = (Instant::now(), 0);
@@ -112,8 +127,10 @@ impl<'a> Zmq<'a> {
         let frames =
             self.socket.recv_multipart(0).map_err(|error| failed(&self.endpoint, &error))?;
         let [frame] = frames.as_slice() else {
-            let found = format!("expected a reply of one frame, found {} frames", frames.len());
-            return Err(failed(&self.endpoint, &found));
+            return Err(TransportError::Frames {
+                endpoint: self.endpoint.clone(),
+                found: frames.len(),
+            });
         };
         reply.extend_from_slice(frame);
         self.answered = true;

@@ -13,3 +13,4 @@ mod fast_run;
 mod robots;
 mod searches;
 mod simulator;
+mod tester;

@@ -3,6 +3,7 @@
 
 pub mod mice;
 pub mod noise;
+pub mod wrong_server;
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpListener;
