@@ -15,7 +15,7 @@ fn list_prints_size_goal_and_shortest_path() {
     let home = Home::new();
     insta::assert_snapshot!("list", home.run(&["mazes", "list"]).stdout);
     let list = home.run(&["mazes", "list", "--json"]).json();
-    assert_eq!(list.as_array().unwrap().len(), 15);
+    assert_eq!(list.as_array().unwrap().len(), 19);
     assert_eq!(list[0]["shortest_path"], 52);
 }
 

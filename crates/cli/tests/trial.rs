@@ -89,6 +89,76 @@ fn path_draws_the_race_in_the_explored_maze() {
 }
 
 #[test]
+fn swing_as_published_may_crash() {
+    let home = Home::new();
+    let trial = ["trial", "wrong turn", "--robot", "swing", "--as-published", "--json"];
+    let report = home.run(&trial).json();
+    assert_eq!(
+        (&report[0]["robot"], &report[0]["score"]),
+        (&json!("swing-as-published"), &json!(28.6))
+    );
+    home.write("closed.txt", CLOSED);
+    let trial = ["trial", "closed.txt", "--robot", "swing", "--as-published"];
+    let ended = home.run(&trial);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""));
+    insta::assert_snapshot!(ended.stdout, @"
+    maze        robot               explore  race    score  optimum  race excess  score excess
+    closed.txt  swing-as-published        1     0  step 1: no path to (0, 0), so the published robot crashes
+    ");
+}
+
+#[test]
+fn a_comparison_explains_why_the_report_recommends_more_corners() {
+    let home = Home::new();
+    let ended = home.run(&["trial", "wrong turn", "--compare"]);
+    let last = ended.stdout.lines().last().unwrap();
+    insta::assert_snapshot!(last, @"As published, swing is best with 1 key point (mean score 28.233). With a correct A*, it is best with just-arrive (21.733), because further corners cost more steps than they save.");
+}
+
+/// Returns the picture that a trial in the maze `wrong turn` draws.
+fn picture(home: &Home, arguments: &[&str]) -> String {
+    let ended = home.run(&[&["trial", "wrong turn"], arguments].concat());
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    std::fs::read_to_string(home.path().join("out.svg")).unwrap()
+}
+
+#[test]
+fn pictures_show_the_paths_of_both_runs_and_the_tour() {
+    let home = Home::new();
+    let lines = |svg: &str| {
+        let paths = svg.split("class=\"driven-paths\"").nth(1).unwrap();
+        let paths = paths.split("<path stroke=").skip(1).take_while(|path| path.contains(" d=\"M"));
+        let paths = paths.map(|path| path.split('"').nth(3).unwrap().to_string());
+        paths.filter(|path| path.contains('L')).collect::<Vec<_>>()
+    };
+    let swing = ["--robot", "swing", "--as-published"];
+    let svg = picture(&home, &[&swing[..], &["-o", "out.svg"]].concat());
+    let [explore, race] = &lines(&svg)[..] else { panic!("{svg}") };
+    // Both runs begin at the start, and no line leads back to it: all lines are one cell long.
+    for path in [explore, race] {
+        let points: Vec<(f64, f64)> = path[1..]
+            .split('L')
+            .map(|point| point.split_once(' ').unwrap())
+            .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
+            .collect();
+        assert_eq!(points[0], (10.0, 230.0), "{path}");
+        for pair in points.windows(2) {
+            let (east, north) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
+            assert!((east.abs() + north.abs() - 20.0).abs() < 1e-9, "{pair:?}");
+        }
+    }
+    assert!(explore.len() > 5 * race.len());
+    let several = ["--robot", "count-expansion", "--robot", "champion", "-o", "out.svg"];
+    assert_eq!(lines(&picture(&home, &several)).len(), 2);
+    let tour = picture(&home, &[&swing[..], &["--tour", "out.svg", "--theme", "dark"]].concat());
+    assert_eq!(lines(&tour).len(), 1);
+    let failing = ["trial", "closed garden", "--robot", "swing", "-o", "out.png"];
+    assert_eq!(home.run(&failing).code, Some(0));
+    let png = std::fs::read(home.path().join("out.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
 fn words_select_a_maze() {
     let home = Home::new();
     let maze = |arguments: &[&str]| {
@@ -139,16 +209,25 @@ fn a_comparison_prints_tables_and_json_and_draws_charts() {
     assert_eq!(head, ["Benchmarks", "a", "b", "&c", "sum"]);
     let random: Vec<_> = ended.stdout.lines().nth(1).unwrap().split("  ").map(str::trim).collect();
     let random: Vec<_> = random.into_iter().filter(|column| !column.is_empty()).collect();
-    assert_eq!(random, ["random, seed 0", "9 + 6 = 6.300", "9 + 6 = 6.300", "12.600"]);
+    assert_eq!(random, ["random, seed 0", "4 + 3 = 3.133", "4 + 3 = 3.133", "6.267"]);
     let charts = home.path().join("new/charts");
-    for chart in ["benchmarks.svg", "variants.svg", "key-points.svg", "robots.svg"] {
-        let svg = std::fs::read_to_string(charts.join(chart)).unwrap();
-        assert!(svg.contains(">b &amp;c</text>"), "{chart}");
+    for table in ["benchmarks", "variants", "key-points", "robots"] {
+        for (suffix, title) in [
+            ("", ": score, lower is better"),
+            ("-score", ": score, lower is better"),
+            ("-explore-steps", ": explore steps, lower is better"),
+            ("-race-steps", ": race steps, lower is better"),
+        ] {
+            let chart = format!("{table}{suffix}.svg");
+            let svg = std::fs::read_to_string(charts.join(&chart)).unwrap();
+            assert!(svg.contains(">b &amp;c</text>") && svg.contains(title), "{chart}");
+        }
     }
     let tables: Vec<_> = ended.stdout.split("\n\n").collect();
     assert_eq!(tables.len(), 4, "{}", ended.stdout);
     assert!(tables[1].starts_with("Variants of swing ") && tables[1].contains("\njust-arrive "));
-    assert_eq!(tables[2].lines().count(), 5, "{}", tables[2]);
+    assert!(tables[1].contains("\njust-arrive, as published "), "{}", tables[1]);
+    assert_eq!(tables[2].lines().count(), 9, "{}", tables[2]);
     let rows = home.run(&["trial", "mazes", "--compare", "--json"]).json();
     assert_eq!(
         (&rows[0]["table"], &rows[0]["row"]),
@@ -160,7 +239,10 @@ fn a_comparison_prints_tables_and_json_and_draws_charts() {
     let ended = home.run(&["trial", "closed.txt", "--compare"]);
     assert_eq!(ended.code, Some(0));
     let random = ended.stdout.lines().nth(1).unwrap().split_whitespace();
-    assert!(random.eq(["random,", "seed", "0", "out", "of", "time", "-"]), "{ended:?}");
+    assert!(
+        random.eq(["random,", "seed", "0", "1000", "+", "0,", "out", "of", "time", "-"]),
+        "{ended:?}"
+    );
     let ended = home.run(&["trial", "closed.txt", "no such", "--compare"]);
     assert_eq!(ended.code, Some(1));
     home.write("file", "");
@@ -197,9 +279,9 @@ fn many_mazes_are_compared_by_means() {
     let head =
         ["Benchmarks", "scored", "unreachable", "failed", "explore", "race", "score", "excess"];
     assert_eq!(lines[0], head);
-    assert_eq!(lines[1][3..], ["7", "0", "1", "9.0", "6.0", "6.300", "4.200"]);
+    assert_eq!(lines[1][3..], ["7", "0", "1", "4.0", "3.0", "3.133", "1.033"]);
     let svg = std::fs::read_to_string(home.path().join("charts/benchmarks.svg")).unwrap();
-    assert!(svg.contains(">9.0 + 6.0 = 6.300 in 7 mazes</text>"), "{svg}");
+    assert!(svg.contains(">4.0 + 3.0 = 3.133 in 7 mazes</text>"), "{svg}");
 }
 
 #[test]
@@ -252,12 +334,12 @@ fn a_trial_is_served_until_interrupted() {
     assert!(server.messages.contains("watch at http://127.0.0.1:"), "{}", server.messages);
     let reply = ask(&connect_to(&server.address, zmq::REQ), b"info");
     let info: Value = serde_json::from_slice(&reply).unwrap();
-    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(16)));
+    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(8)));
     #[cfg(unix)]
     {
         server.signal("INT");
         assert_eq!(server.wait().0.code(), Some(0));
-        assert!(server.stdout().contains("6.300"));
+        assert!(server.stdout().contains("3.133"));
         let slow = ["trial", "a.txt", "--serve", "--port", "0", "--pace", "60000"];
         let mut server = home.serve_until(&slow, "keeping up to");
         server.signal("TERM");
@@ -282,6 +364,12 @@ fn usage_errors_set_exit_code_2() {
         (&["a.txt", "--once"], "--serve"),
         (&["a.txt", "--open"], "recording, history and viewer options require --serve"),
         (&["a.txt", "--serve", "a.txt"], "--serve takes one maze, found 2"),
+        (&["a.txt", "--as-published"], "--as-published requires --robot swing"),
+        (&["a.txt", "a.txt", "-o", "a.svg"], "--output takes one maze, found 2"),
+        (&["a.txt", "--robot", "all", "-o", "a.svg"], "--output takes at most 6 robots, found 7"),
+        (&["a.txt", "-o", "a.gif"], "expected a file ending in .svg or .png"),
+        (&["a.txt", "--tour", "a.svg"], "--tour requires one robot: swing or swing-timed"),
+        (&["a.txt", "--answer-limit", "0"], "expected a number of seconds greater than 0"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());
         assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");

@@ -6,6 +6,7 @@ use super::args::TrialArgs;
 use super::compare::Trials;
 use super::contender::{Contender, RobotKind};
 use super::outcome::TrialResult;
+use crate::output::counted;
 
 /// Compares the tours of the published report, run by both versions of swing. Returns a sentence
 /// that explains the difference if swing is best with fewer key points than as published.
@@ -40,7 +41,7 @@ pub(super) fn conclusion(trials: &Trials<'_>, args: &TrialArgs) -> Option<String
     };
     let name = |tour: usize| match tours[tour] {
         Settings { variant: Variant::All, key_points, .. } => {
-            format!("{key_points} key points")
+            counted(key_points.number(), "key point")
         }
         Settings { variant, .. } => variant.to_string(),
     };

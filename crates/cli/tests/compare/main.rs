@@ -138,10 +138,10 @@ fn check_statistics(reports: &[Value], key: &str) {
         let search = &report["mazes"][maze];
         search[key].as_f64().filter(|_| search["goal_reached"] == true)
     };
-    let solved = |report: &Value| (0..15).filter(|&maze| value(report, maze).is_some()).count();
+    let solved = |report: &Value| (0..19).filter(|&maze| value(report, maze).is_some()).count();
     let solvers: Vec<_> = reports.iter().filter(|report| solved(report) > 0).collect();
     let common: Vec<usize> =
-        (0..15).filter(|&maze| solvers.iter().all(|one| value(one, maze).is_some())).collect();
+        (0..19).filter(|&maze| solvers.iter().all(|one| value(one, maze).is_some())).collect();
     for report in reports {
         let statistics = &report["statistics"][key];
         assert_eq!(statistics["mazes"], solved(report), "{key}");
@@ -152,7 +152,7 @@ fn check_statistics(reports: &[Value], key: &str) {
         let rest: f64 = numbers.iter().map(|number| number - mean).sum();
         assert!(rest.abs() < 1e-6, "{key}: {report}");
         let differences = |maze| Some(value(report, maze)? - value(solvers[0], maze)?);
-        let differences: Vec<f64> = (0..15).filter_map(differences).collect();
+        let differences: Vec<f64> = (0..19).filter_map(differences).collect();
         if report != solvers[0] && !differences.is_empty() {
             let difference = &statistics["difference"];
             assert_eq!(difference["mazes"], differences.len(), "{key}");

@@ -266,3 +266,18 @@ fn concurrent_fetches_leave_a_complete_collection() {
     assert!((0..50).all(|number| read(number).unwrap() == MAZE));
     assert_eq!(fs::read_dir(home.path().join("mazes/fetched")).unwrap().count(), 51);
 }
+
+#[test]
+fn the_bundled_mazes_are_written_without_a_download() {
+    let home = Home::new();
+    let ended = home.run(&["mazes", "fetch", "--from", "bundled", "--json"]);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+    assert_eq!((&ended.json()["mazes"], &ended.json()["new"]), (&19.into(), &19.into()));
+    let folder = home.path().join(".mmsim/fetched/mmsim");
+    let trial = std::fs::read_to_string(folder.join("trial-12-orchard.txt")).unwrap();
+    assert!(trial.starts_with("12\n1,"), "{trial}");
+    let text = std::fs::read_to_string(folder.join("01-harbour.txt")).unwrap();
+    assert!(text.starts_with("o---o"), "{text}");
+    let listed = home.run(&["mazes", "list", "--json"]).json();
+    assert_eq!(listed.as_array().unwrap().len(), 19);
+}
