@@ -32,10 +32,10 @@ fn prints_a_line_per_trial_and_a_summary_per_robot() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "too long in the closed one");
     insta::assert_snapshot!(ended.stdout.replace('\\', "/"), @"
     maze                robot   explore  race    score  optimum  race excess  score excess
-    mazes/a.txt         random        9     6    6.300        2            4         4.200
+    mazes/a.txt         random        4     3    3.133        2            1         1.033
     mazes/b/closed.txt  random     1000     0  out of time, goal unreachable
-    mazes/c.txt         random        9     6    6.300        2            4         4.200
-    random: 2 of 3 trials scored; means: 9.0 explore steps, 6.0 race steps, score 6.300, score excess 4.200
+    mazes/c.txt         random        4     3    3.133        2            1         1.033
+    random: 2 of 3 trials scored; means: 4.0 explore steps, 3.0 race steps, score 3.133, score excess 1.033
     ");
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
@@ -78,13 +78,13 @@ fn path_draws_the_race_in_the_explored_maze() {
     insta::assert_snapshot!(random(&home, &["a.txt", "--path"]).stdout, @"
     a.txt, random
     o---o---o---o---o
-    | R   r   X |   |
-    o   o . o---o . o
+    | R   R   X |   |
+    o   o---o---o . o
     | U |   .   .   |
     o---o---o---o---o
 
     maze   robot   explore  race    score  optimum  race excess  score excess
-    a.txt  random        9     6    6.300        2            4         4.200
+    a.txt  random        4     3    3.133        2            1         1.033
     ");
 }
 

@@ -85,7 +85,7 @@ pub(super) fn write(
 
 /// Returns the path of the race, which is on top, and the path of the first run.
 fn both_runs(outcome: &TrialResult) -> Vec<DrivenPath> {
-    let label = counted(u64::from(outcome.explore_steps), "step");
+    let label = counted(outcome.explore_steps, "step");
     vec![race("run 2", outcome), DrivenPath::line("run 1", &label, &centres(&outcome.explore))]
 }
 
@@ -95,7 +95,7 @@ fn race(name: &str, outcome: &TrialResult) -> DrivenPath {
         Some(score) => format!("score {score}"),
         None => failure(outcome).into(),
     };
-    let label = format!("{}, {score}", counted(u64::from(outcome.race_steps), "step"));
+    let label = format!("{}, {score}", counted(outcome.race_steps, "step"));
     DrivenPath::line(name, &label, &centres(&outcome.race_cells()))
 }
 
