@@ -60,10 +60,11 @@ fn run_all(args: &TrialArgs, mazes: &[Selected]) -> CommandResult {
         shows_stderr: jobs.len() == 1 && !args.json,
     };
     for batch in jobs.chunks(BATCH) {
-        results.add(run_trials(batch, &context))?;
+        let outcomes = run_trials(batch, &context);
         if stop.is_set() {
             break;
         }
+        results.add(outcomes)?;
     }
     stop.end();
     picture::write(args, &jobs, results.outcomes())?;

@@ -1,8 +1,14 @@
 //! Robots of the user in the two-run trial: `mmsim trial MAZE -- COMMAND` and `--published`.
 
 use std::ffi::OsStr;
+#[cfg(unix)]
+use std::fs;
+#[cfg(unix)]
+use std::process::{Command, Stdio};
 
 use mmsim_tests::shared;
+#[cfg(unix)]
+use mmsim_tests::{wait_for, wait_for_exit};
 use serde_json::Value;
 
 use crate::client;
@@ -193,4 +199,21 @@ fn robots_with_the_published_interface_fail_as_in_the_published_tester() {
     let ended = home.run(&["trial", "oblong.txt", "--published", "absent.py"]);
     assert_eq!(ended.code, Some(2), "{ended:?}");
     assert!(ended.stderr.contains("--published: absent.py is not a file"), "{ended:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_kills_the_robots() {
+    let home = Home::new();
+    let robot = "echo $$ > new && mv new pid; while :; do :; done";
+    let trial = ["trial", "training-first-steps", "--answer-limit", "600", "--", "sh", "-c", robot];
+    let mut child = home.command(&trial).stdout(Stdio::null()).spawn().unwrap();
+    let pid = wait_for("the robot", || fs::read_to_string(home.path().join("pid")).ok());
+    let kill = |signal: &str, id: &str| {
+        let mut kill = Command::new("kill");
+        kill.args([signal, id.trim()]).stderr(Stdio::null()).status().unwrap().success()
+    };
+    assert!(kill("-INT", &child.id().to_string()));
+    assert_eq!(wait_for_exit(&mut child).code(), Some(130));
+    wait_for("the end of the robot", || (!kill("-0", &pid)).then_some(()));
 }
