@@ -140,7 +140,8 @@ pub(crate) const fn header(channel_id: u16, sequence: u32, time: u64) -> Message
     MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
-/// Writes a compressed recording, which takes about 20 bytes per state.
+/// Writes a compressed recording without JSON messages, which takes about 20 bytes per state. See also
+/// [`Recording::save`](crate::Recording::save).
 ///
 /// `info` describes the simulation, and `maze` is its true maze, if known. Each item consists of the
 /// time of a state in nanoseconds since 1970 (UTC), its update (see
