@@ -109,3 +109,29 @@ const fn degrees(heading: Heading) -> u16 {
         Heading::West => 270,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_phase_has_its_number_and_name() {
+        let names = ["run 1", "run 2", "scored", "out of time", "gave up"];
+        let statuses = names
+            .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
+        for status in statuses {
+            let number = MousePhase::Trial(status).number();
+            assert_eq!(PHASES[usize::from(number)], status.to_string());
+        }
+        let runs = [
+            RunPhase::Search,
+            RunPhase::AtGoal,
+            RunPhase::Return,
+            RunPhase::AtStart,
+            RunPhase::Fast,
+        ];
+        let phases = runs.map(MousePhase::Search).into_iter();
+        let phases = phases.chain(statuses.map(MousePhase::Trial));
+        assert!(phases.map(MousePhase::number).eq(0..10));
+    }
+}

@@ -173,3 +173,32 @@ fn runs(length: u8, is_wall: impl Fn(u8) -> bool) -> Vec<[u8; 2]> {
 fn point(x: f64, y: f64) -> Value {
     json!({"x": x, "y": y, "z": 0})
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn walls_in_a_row_are_one_line() {
+        let maze: Maze =
+            "o---o---o---o\n|     G |   |\no---o   o   o\n| S         |\no---o---o---o\n"
+                .parse()
+                .unwrap();
+        let expected = [
+            [[-0.5, -0.5], [2.5, -0.5]],
+            [[-0.5, 0.5], [0.5, 0.5]],
+            [[-0.5, 1.5], [2.5, 1.5]],
+            [[-0.5, -0.5], [-0.5, 1.5]],
+            [[1.5, 0.5], [1.5, 1.5]],
+            [[2.5, -0.5], [2.5, 1.5]],
+        ];
+        assert_eq!(wall_lines(maze.walls()), expected);
+    }
+
+    #[test]
+    fn gaps_separate_runs() {
+        let walls = [true, false, false, true, true];
+        assert_eq!(runs(5, |at| walls[usize::from(at)]), [[0, 1], [3, 5]]);
+        assert!(runs(5, |_| false).is_empty());
+    }
+}

@@ -95,7 +95,7 @@ impl RecordingWriter {
     }
 
     /// Closes the recording with a summary and compresses it. Compression takes about 4 µs for each
-    /// state, and 27 µs with JSON messages. If compression fails, the file stays uncompressed.
+    /// state, and 18 µs with JSON messages. If compression fails, the file stays uncompressed.
     ///
     /// # Errors
     /// The summary at the end of the file cannot be written. All states remain readable.
