@@ -1,6 +1,7 @@
 //! Checks the size of recordings of complete searches.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufWriter;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -28,13 +29,13 @@ const MIN_STATES: usize = 170;
 #[test]
 fn a_recorded_search_takes_few_bytes_per_state() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut searches, mut all_states, mut all_bytes) = (0, 0, 0);
+    let (mut searches, mut all_states, mut all_bytes, mut all_json) = (0, 0, 0, 0);
     for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
         let maze = entry.maze().unwrap();
         for &strategy in BundledStrategy::ALL {
             let path = folder.path().join(format!("{}-{}.mcap", entry.name(), strategy.name()));
             let states = record(&path, &maze, strategy);
-            let bytes = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
+            let bytes = length(&path);
             let max = max_state_bytes(strategy);
             if maze.size() == MazeSize::CLASSIC && states >= MIN_STATES {
                 searches += 1;
@@ -43,12 +44,21 @@ fn a_recorded_search_takes_few_bytes_per_state() {
             // Searches that never end are excluded, because their states compress unusually well.
             if states < MAX_STATES {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
+                let json_path = path.with_extension("json.mcap");
+                let file = BufWriter::new(File::create(&json_path).unwrap());
+                Recording::open(&path).unwrap().save(file, true).unwrap();
+                all_json += length(&json_path) - bytes;
             }
         }
     }
     assert!(searches >= 30, "only {searches} searches were checked");
     assert!(all_bytes <= 40 * all_states, "{all_states} states in {all_bytes} bytes");
-    println!("{all_states} states of all sizes in {all_bytes} bytes");
+    assert!(all_json <= 60 * all_states, "{all_states} states in {all_json} bytes of JSON");
+    println!("{all_states} states of all sizes in {all_bytes} bytes, {all_json} bytes of JSON");
+}
+
+fn length(path: &Path) -> usize {
+    fs::metadata(path).unwrap().len().try_into().unwrap()
 }
 
 /// A search stops after this number of states.

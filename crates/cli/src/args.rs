@@ -57,6 +57,9 @@ pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
+    /// Record only the states, without the JSON channels for Foxglove and other tools
+    #[arg(long, requires = "record")]
+    pub(crate) states_only: bool,
     /// Limit the history to MIB mebibytes; further states are refused until reset. One mebibyte
     /// holds about 100,000 states. Recordings opened in the viewer have a separate limit of MIB
     /// mebibytes [default: half of the free memory for the history, a quarter for recordings]

@@ -72,7 +72,7 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Draw a maze or a recording as SVG, PNG or animated GIF
     Render(RenderArgs),
-    /// Write a recording as an HTML file that shows it in any browser
+    /// Write a recording as an HTML file that shows it in any browser, or pack it again
     Export(ExportArgs),
     /// Compare bundled strategies and your own mice in many mazes
     Compare(CompareArgs),

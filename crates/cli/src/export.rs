@@ -1,7 +1,8 @@
-//! `mmsim export`: write a recording as an HTML file.
+//! `mmsim export`: write a recording as an HTML file or as a packed recording.
 
 pub(crate) mod args;
 
+use std::io::Cursor;
 use std::path::Path;
 
 use args::ExportArgs;
@@ -19,8 +20,15 @@ use crate::vehicle::warn_about;
 const STANDARD: &str = "-";
 
 pub(crate) fn run(args: &ExportArgs) -> CommandResult {
+    let is_recording = args.is_recording()?;
     let recording = Recording::open_within(&args.file, &recording_budget(&args.reading))?;
     let is_intact = is_undamaged(&args.file, &recording);
+    if is_recording {
+        let mut file = Cursor::new(Vec::new());
+        recording.save(&mut file, !args.states_only)?;
+        replace(&args.output, file.get_ref())?;
+        return Ok(is_intact);
+    }
     let title = args.file.file_name().unwrap_or_default().to_string_lossy();
     let states = recording.history().len() as u64;
     let bar = progress(ProgressBar::new(states), "{wide_bar} {pos} of {len} states");

@@ -108,6 +108,7 @@ fn prepare_with(
     stderr::write_in_background();
     let limits = MemoryLimits::new(retention);
     let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
+    let recorder = recorder.map(|recorder| recorder.with_json(!retention.states_only));
     let server = bind(host, port, mouse.is_some())?;
     // The page of a mouse is also its control panel.
     let bind_page =

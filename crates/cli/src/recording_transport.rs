@@ -22,9 +22,15 @@ struct ClientRecording {
 }
 
 impl<T> RecordingTransport<T> {
-    /// Creates the recording if `file` is given.
-    pub(crate) fn new(transport: T, file: Option<&Path>, info: &Info) -> Result<Self, RecordError> {
-        let recording = file.map(|file| ClientRecording::create(file, info)).transpose()?;
+    /// Creates the recording if `file` is given. `has_json` adds the channels for other tools.
+    pub(crate) fn new(
+        transport: T,
+        file: Option<&Path>,
+        has_json: bool,
+        info: &Info,
+    ) -> Result<Self, RecordError> {
+        let recording =
+            file.map(|file| ClientRecording::create(file, has_json, info)).transpose()?;
         Ok(Self { transport, recording: Ok(recording) })
     }
 
@@ -47,14 +53,14 @@ impl<T: Transport> Transport for RecordingTransport<T> {
 }
 
 impl ClientRecording {
-    fn create(file: &Path, info: &Info) -> Result<Self, RecordError> {
+    fn create(file: &Path, has_json: bool, info: &Info) -> Result<Self, RecordError> {
         let invalid = || RecordError {
             path: file.into(),
             source: io::Error::other("the size of the maze is invalid"),
         };
         let size = info.size().ok_or_else(invalid)?;
         // The client does not know the true maze.
-        let writer = RecordingWriter::create(file, info, None)?;
+        let writer = RecordingWriter::create(file, info, None)?.with_json(has_json);
         let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
         Ok(Self { writer, size, updates, encoder })
     }
@@ -99,7 +105,7 @@ mod tests {
         let mut simulation = Simulation::new("small", maze.clone());
         let info = simulation.info();
         let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-        let recording = RecordingTransport::new(transport, Some(&path), &info).unwrap();
+        let recording = RecordingTransport::new(transport, Some(&path), true, &info).unwrap();
         let mut transport = Named::new(recording, "Theseus", "flood-fill").unwrap();
         let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
         let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());

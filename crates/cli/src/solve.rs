@@ -37,7 +37,8 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         if !has_annotations {
             info.extensions.clear();
         }
-        let recording = RecordingTransport::new(transport, args.record.as_deref(), &info);
+        let (file, has_json) = (args.record.as_deref(), !args.states_only);
+        let recording = RecordingTransport::new(transport, file, has_json, &info);
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),

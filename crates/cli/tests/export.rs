@@ -1,4 +1,4 @@
-//! `mmsim export`: writing recordings as HTML files.
+//! `mmsim export`: writing recordings as HTML files and as packed recordings.
 
 mod harness;
 
@@ -64,12 +64,20 @@ fn errors_keep_the_old_file() {
         (["rubbish.mcap", "-o", "old.html"], 1, "mmsim: rubbish.mcap: "),
         (["small.txt", "-o", "old.html"], 1, "mmsim: small.txt: "),
         (["run.mcap", "-o", "no/a.html"], 1, "mmsim: cannot write no/a.html: "),
-        (["run.mcap", "-o", "run.mcap"], 2, "expected a file ending in .html, found .mcap"),
+        (["run.mcap", "-o", "run.gif"], 2, "expected a file ending in .html or .mcap, found .gif"),
         (["run.mcap", "--history-limit", "0"], 2, "0 is not in 1.."),
     ] {
         let ended = home.run(&[&["export"], &arguments[..]].concat());
         assert_eq!(ended.code, Some(code), "{arguments:?}");
         assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
+    }
+    for (arguments, error) in [
+        (["-o", "old.html", "--states-only"], "a page has no --states-only; only .mcap does"),
+        (["-o", "a.mcap", "--vehicle=expert"], "a recording has no --vehicle; only .html does"),
+    ] {
+        let ended = home.run(&[&["export", "run.mcap"], &arguments[..]].concat());
+        assert_eq!(ended.code, Some(2));
+        assert!(ended.stderr.contains(error), "{}", ended.stderr);
     }
     assert_eq!(home.run(&["export", "run.mcap"]).code, Some(2));
     assert_eq!(read(&home, "old.html"), "old");

@@ -9,7 +9,7 @@ use std::time::Duration;
 use std::{fs, thread};
 
 use harness::noise::{send_until_refused, state};
-use harness::{Home, Serving, limited, recorded};
+use harness::{Home, Serving, check_mouse_message, limited, mouse_messages, recorded};
 use mmsim_recording::{Integrity, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
 use serde_json::json;
@@ -165,7 +165,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     assert_eq!(*weight_increment.integrity(), Integrity::Closed);
 
     let bytes = fs::metadata(&own).unwrap().len();
-    assert!(bytes <= 192 * 40, "packed: {bytes} bytes");
+    assert!(bytes <= 192 * 100, "packed: {bytes} bytes");
     let client = Recording::open(&own).unwrap();
     assert!(client.history().iter().eq(flood_fill.history().iter()));
     assert_eq!((client.maze(), client.integrity()), (None, &Integrity::Closed));
@@ -210,6 +210,63 @@ fn each_search_is_a_recording_that_can_be_replayed() {
         home.run(&["solve", "flood-fill", "--record", "own.mcap", "--connect", "127.0.0.1:1"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.starts_with("mmsim: cannot record in own.mcap: "), "{ended:?}");
+}
+
+/// The JSON channel contains the figures of `mmsim replay`.
+#[test]
+fn other_tools_read_the_figures_of_the_mouse() {
+    let home = Home::new();
+    let server = home.serve(&["-p", "0", "--maze", MAZE]);
+    let solve = |strategy, more: &[&str]| {
+        let arguments = [&["solve", strategy, "--connect", &server.address], more].concat();
+        assert_eq!(home.run(&arguments).code, Some(0));
+    };
+    solve("swing", &["--record", "swing.mcap"]);
+    let path = home.path().join("swing.mcap");
+    let messages = mouse_messages(&path);
+    assert_eq!(messages.len(), Recording::open(&path).unwrap().history().len());
+    for (index, message) in messages.iter().enumerate().step_by(23) {
+        let at = index.to_string();
+        let report = home.run(&["replay", "swing.mcap", "--json", "--at", &at]).json();
+        let total = &report["state"]["phases"]["total"];
+        assert_eq!((&message["steps"], &message["turns"]), (&total["steps"], &total["turns"]));
+        check_mouse_message(message, &report["state"]);
+    }
+    solve("flood-fill", &["--record", "states.mcap", "--states-only"]);
+    let path = home.path().join("states.mcap");
+    assert!(mouse_messages(&path).is_empty());
+    let bytes = fs::metadata(&path).unwrap().len();
+    assert!(bytes <= 192 * 40, "packed: {bytes} bytes");
+    let refused = home.run(&["solve", "flood-fill", "--states-only"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+}
+
+/// The recording of a killed server contains only states until it is exported.
+#[test]
+fn exporting_adds_the_figures_of_the_mouse() {
+    let home = Home::new();
+    let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
+    server.kill();
+    server.wait();
+    let (path, killed) = recordings(&home.path().join("r")).swap_remove(0);
+    assert!(matches!(killed.integrity(), Integrity::Truncated { .. }));
+    assert!(mouse_messages(&path).is_empty());
+    let export = |more: &[&str]| {
+        let file = path.to_str().unwrap();
+        let ended = home.run(&[&["export", file, "-o", "packed.mcap"], more].concat());
+        assert_eq!((ended.code, &ended.stdout[..], &ended.stderr[..]), (Some(0), "", ""));
+        let path = home.path().join("packed.mcap");
+        (mouse_messages(&path), Recording::open(&path).unwrap())
+    };
+    for (more, count) in [(&[][..], 192), (&["--states-only"], 0)] {
+        let (messages, packed) = export(more);
+        assert_eq!((messages.len(), packed.integrity()), (count, &Integrity::Closed));
+        assert_eq!((packed.info(), packed.maze()), (killed.info(), killed.maze()));
+        assert!(packed.history().iter().eq(killed.history().iter()));
+        assert!(packed.times().iter().eq(killed.times().iter()));
+        assert_eq!(packed.history().newest_context(), killed.history().newest_context());
+    }
 }
 
 /// A mouse that marks a cell as visited before it reads the walls neither knows these walls nor

@@ -2,6 +2,7 @@
 
 mod harness;
 
+use std::path::Path;
 use std::process::Stdio;
 
 use harness::{Home, Output};
@@ -322,6 +323,26 @@ fn a_trial_is_sent_as_states() {
     let before = &state(&["--at", &(explore - 1).to_string()])["state"]["trial"];
     assert_eq!((&before["status"], &before["run_2"]), (&json!("run 1"), &Value::Null));
     assert_eq!(before["run_1"]["steps"], explore - 1);
+    // Other tools read the same figures.
+    let messages = harness::mouse_messages(Path::new(&file));
+    assert_eq!(messages.len() as u64, steps + 1);
+    for (index, message) in messages.iter().enumerate() {
+        let state = &state(&["--at", &index.to_string()])["state"];
+        let sum = |key: &str| {
+            let run = |run: &str| state["trial"][run][key].as_u64().unwrap_or(0);
+            run("run_1") + run("run_2")
+        };
+        assert_eq!(message["phase"], state["trial"]["status"], "state {index}");
+        assert_eq!(
+            message["phase_number"],
+            if index as u64 == steps { 7 } else { 5 + u8::from(index as u64 >= explore) }
+        );
+        assert_eq!(
+            (&message["steps"], &message["turns"]),
+            (&sum("steps").into(), &sum("turns").into())
+        );
+        harness::check_mouse_message(message, state);
+    }
 }
 
 #[test]

@@ -91,13 +91,19 @@ impl Context {
         truth: Option<&Maze>,
     ) -> KnownMaze {
         let mut map = self.claimed_maze(state, unexplored);
+        self.forget_unknown(&mut map, truth);
+        map
+    }
+
+    /// Turns the map that the client claims to know into the map of the walls that it knows. See
+    /// [`known_maze`](Self::known_maze).
+    pub(crate) fn forget_unknown(&self, claimed: &mut KnownMaze, truth: Option<&Maze>) {
         if let Some(truth) = truth {
-            map.forget_errors(truth.walls());
+            claimed.forget_errors(truth.walls());
         }
         if let Some(walls_read) = &self.walls_read {
-            map.forget_unobserved(walls_read);
+            claimed.forget_unobserved(walls_read);
         }
-        map
     }
 
     /// Applies an update before a state with the pose `pose`. Returns true if the context has

@@ -86,12 +86,14 @@ pub(crate) struct Unpacked {
     pub(crate) identity: Identity,
     /// The number of states that were written successfully.
     pub(crate) states: u32,
+    /// True if the compressed recording contains channels of JSON messages.
+    pub(crate) has_json: bool,
 }
 
 impl Unpacked {
     /// Compresses the recording. The file stays unchanged if compression fails or is cancelled.
     pub(crate) fn pack(&self, packing: &Packing) -> io::Result<()> {
-        let Self { path, identity: expected, states } = self;
+        let Self { path, identity: expected, states, has_json } = self;
         if *states < MIN_STATES {
             return Ok(());
         }
@@ -109,7 +111,9 @@ impl Unpacked {
             if writer.is_none() {
                 let Description { info, maze, .. } = description;
                 let to = BufWriter::new(target.as_file());
-                writer = Some(RecordWriter::new(compressed(), to, info, maze.as_ref(), time)?);
+                let (maze, options) = (maze.as_ref(), compressed());
+                let states = RecordWriter::new(options, to, info, maze, time)?;
+                writer = Some(if *has_json { states.with_json(info, maze, time)? } else { states });
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });
@@ -326,10 +330,11 @@ mod tests {
     #[test]
     fn a_recording_stays_unchanged_if_compression_fails() {
         let folder = tempfile::tempdir().unwrap();
-        let Unpacked { path, identity: (device, file), states } = unpacked(folder.path(), 100);
+        let Unpacked { path, identity: (device, file), states, has_json } =
+            unpacked(folder.path(), 100);
         let bytes = fs::read(&path).unwrap();
         let pack = |states, identity, cancelled: bool| {
-            let unpacked = Unpacked { path: path.clone(), identity, states };
+            let unpacked = Unpacked { path: path.clone(), identity, states, has_json };
             let packing = Packing { is_cancelled: cancelled.into(), ..Packing::default() };
             let packed = unpacked.pack(&packing);
             assert!(fs::read(&path).unwrap() == bytes);

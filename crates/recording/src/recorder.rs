@@ -28,6 +28,7 @@ pub struct Recorder {
     /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
+    has_json: bool,
     /// A temporary file that reserves a file descriptor for the next recording. Without this file,
     /// connections could use up all file descriptors.
     spare: Option<File>,
@@ -51,10 +52,19 @@ impl Recorder {
             folder: folder.into(),
             number: 0,
             current: None,
+            has_json: false,
             spare: Some(spare),
             // The thread starts before states take memory.
             packer: Packer::start().ok(),
         })
+    }
+
+    /// Sets whether recordings get channels of JSON messages for other tools when they are
+    /// compressed. By default, they contain only the states.
+    #[must_use]
+    pub fn with_json(mut self, has_json: bool) -> Self {
+        self.has_json = has_json;
+        self
     }
 
     /// Appends an update and the state that follows to the current file. If no file is open, calls
@@ -121,7 +131,7 @@ impl Recorder {
                 Err(RecordError { source, .. })
                     if source.kind() == std::io::ErrorKind::AlreadyExists
                         && !self.number.is_multiple_of(MAX_TRIES) => {}
-                result => return result,
+                result => return result.map(|writer| writer.with_json(self.has_json)),
             }
         }
     }

@@ -1,18 +1,20 @@
 //! Reads a recording into memory.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
+use crate::block::Block;
 use crate::description::Description;
 use crate::error::{OpenError, ReadError};
 use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Integrity, RecordedState, read_states};
+use crate::save::{RecordWriter, compressed};
 use crate::times::Times;
 use crate::transition::Course;
 
@@ -101,6 +103,31 @@ impl Recording {
         let Description { mut info, size, maze } = description;
         info.states = history.len();
         Ok(Self { info, size, maze, history, times, integrity, _share: share })
+    }
+
+    /// Writes a compressed recording of the same states, with or without channels of JSON messages
+    /// for other tools.
+    ///
+    /// # Errors
+    /// The recording cannot be written to `to`, or memory runs out.
+    pub fn save(&self, to: impl Write + Seek, has_json: bool) -> io::Result<()> {
+        let (info, maze, start) = (&self.info, self.maze(), self.times.get(0).unwrap_or(0));
+        let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
+        if has_json {
+            writer = writer.with_json(info, maze, start)?;
+        }
+        let mut times = self.times.iter();
+        for block in 0..self.history.len().div_ceil(Block::STATES) {
+            let states = self.history.block(block).and_then(Block::unpack);
+            let states = states.ok_or(io::ErrorKind::OutOfMemory)?;
+            let first = block * Block::STATES;
+            for (index, time) in (first..first + states.len()).zip(&mut times) {
+                let message = states.update(index).zip(states.get(index));
+                let (update, state) = message.ok_or(io::ErrorKind::InvalidData)?;
+                writer.write(time, update, state)?;
+            }
+        }
+        writer.finish()
     }
 
     /// Returns the simulation's reply to `info`. Its `states` field is the number of recorded

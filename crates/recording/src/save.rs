@@ -8,6 +8,7 @@ use mcap::{Compression, McapError, WriteOptions};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 
+use crate::json_channels::JsonChannels;
 use crate::layout::{INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES};
 use crate::notes::Notes;
 use crate::update::StoredUpdate;
@@ -27,6 +28,8 @@ pub(crate) struct RecordWriter<W: Write + Seek> {
     updates_channel: Option<u16>,
     pub(crate) states: u32,
     size: Option<MazeSize>,
+    /// The channels for other tools, if they are enabled.
+    json: Option<JsonChannels>,
 }
 
 impl<W: Write + Seek> RecordWriter<W> {
@@ -53,9 +56,22 @@ impl<W: Write + Seek> RecordWriter<W> {
                 let header = header(add_channel(&mut mcap, MAZES)?, 0, start);
                 mcap.write_to_known_channel(&header, maze.to_string().as_bytes())?;
             }
-            Ok(Self { mcap, states_channel, updates_channel: None, states: 0, size: info.size() })
+            let (size, updates_channel) = (info.size(), None);
+            Ok(Self { mcap, states_channel, updates_channel, states: 0, size, json: None })
         };
         create().map_err(io_error)
+    }
+
+    /// Adds the channels for other tools. Call this method before the first state, with the
+    /// arguments of [`new`](Self::new).
+    pub(crate) fn with_json(
+        mut self,
+        info: &Info,
+        maze: Option<&Maze>,
+        start: u64,
+    ) -> io::Result<Self> {
+        self.json = JsonChannels::add(&mut self.mcap, info, maze, start)?;
+        Ok(self)
     }
 
     /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC), and the update
@@ -70,6 +86,9 @@ impl<W: Write + Seek> RecordWriter<W> {
         }
         let header = header(self.states_channel, self.states, time);
         self.mcap.write_to_known_channel(&header, state).map_err(io_error)?;
+        if let Some(json) = &mut self.json {
+            json.write(&mut self.mcap, (self.states, time), update, state)?;
+        }
         self.states = self.states.wrapping_add(1);
         Ok(())
     }
@@ -117,11 +136,12 @@ fn add_channel<W: Write + Seek>(
     mcap.add_channel(0, topic, encoding, &BTreeMap::new())
 }
 
-const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
+pub(crate) const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
-/// Writes a compressed recording, which takes about 20 bytes per state.
+/// Writes a compressed recording without JSON messages, which takes about 20 bytes per state. See also
+/// [`Recording::save`](crate::Recording::save).
 ///
 /// `info` describes the simulation, and `maze` is its true maze, if known. Each item consists of the
 /// time of a state in nanoseconds since 1970 (UTC), its update (see
@@ -160,7 +180,7 @@ pub(crate) fn compressed() -> WriteOptions {
 }
 
 /// Converts an MCAP error to an I/O error.
-fn io_error(error: McapError) -> io::Error {
+pub(crate) fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
         error => io::Error::other(error),

@@ -32,6 +32,7 @@ pub struct RecordingWriter {
     /// True if a state could not be written. In this case, the file gets no summary, because the
     /// counts in the summary would be wrong.
     has_failed: bool,
+    has_json: bool,
 }
 
 impl RecordingWriter {
@@ -57,7 +58,16 @@ impl RecordingWriter {
             let _ = fs::remove_file(path);
             failed(error)
         })?;
-        Ok(Self { path: path.into(), identity, clock, records: Some(records), has_failed: false })
+        let (path, records) = (path.into(), Some(records));
+        Ok(Self { path, identity, clock, records, has_failed: false, has_json: false })
+    }
+
+    /// Sets whether the recording gets channels of JSON messages for other tools when it is
+    /// compressed. By default, it contains only the states.
+    #[must_use]
+    pub fn with_json(mut self, has_json: bool) -> Self {
+        self.has_json = has_json;
+        self
     }
 
     /// Appends the bytes of a state with an empty update.
@@ -84,8 +94,8 @@ impl RecordingWriter {
         })
     }
 
-    /// Closes the recording with a summary and compresses it. Compression takes about one second
-    /// for a million states. If compression fails, the file stays uncompressed.
+    /// Closes the recording with a summary and compresses it. Compression takes about 4 µs for each
+    /// state, and 18 µs with JSON messages. If compression fails, the file stays uncompressed.
     ///
     /// # Errors
     /// The summary at the end of the file cannot be written. All states remain readable.
@@ -101,7 +111,8 @@ impl RecordingWriter {
     pub(crate) fn close_unpacked(mut self) -> (Unpacked, Result<(), RecordError>) {
         let states = self.records.as_ref().map_or(0, |records| records.states);
         let closed = self.finish().map_err(|error| RecordError::new(&self.path, error));
-        (Unpacked { path: self.path.clone(), identity: self.identity, states }, closed)
+        let (path, identity, has_json) = (self.path.clone(), self.identity, self.has_json);
+        (Unpacked { path, identity, states, has_json }, closed)
     }
 
     fn finish(&mut self) -> io::Result<()> {

@@ -49,6 +49,9 @@ pub(crate) struct SolveArgs {
     /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    /// Record only the states, without the JSON channels for Foxglove and other tools
+    #[arg(long, requires = "record")]
+    pub(crate) states_only: bool,
     /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10
     /// for each later reply; no limit if started by `mmsim run`]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]

@@ -32,10 +32,16 @@ pub(crate) fn rust_example(name: &str) -> Command {
 
 /// Returns a Python interpreter with pyzmq, or `None` if there is none.
 pub(crate) fn python() -> Option<Command> {
-    let has_zmq = |name: &&str| succeeds(Command::new(name).args(["-c", "import zmq"]));
-    let name = ["python3", "python"].into_iter().find(has_zmq);
+    python_with("zmq")
+}
+
+/// Returns a Python interpreter with these comma-separated modules, or `None` if there is none.
+pub(crate) fn python_with(modules: &str) -> Option<Command> {
+    let import = format!("import {modules}");
+    let has_modules = |name: &&str| succeeds(Command::new(name).args(["-c", &import]));
+    let name = ["python3", "python"].into_iter().find(has_modules);
     let Some(name) = name else {
-        missing("no python3 with pyzmq");
+        missing(&format!("no python3 with {modules}"));
         return None;
     };
     let mut command = Command::new(name);

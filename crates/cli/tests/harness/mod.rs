@@ -15,6 +15,7 @@ use std::{fs, thread};
 
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_tests::{TIMEOUT, output, wait_for, wait_for_exit, within};
+use serde_json::Value;
 
 /// A temporary home folder for a test.
 pub struct Home(tempfile::TempDir);
@@ -140,6 +141,26 @@ pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let is_recording = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "mcap");
     files.filter(is_recording).max().expect("a recording")
+}
+
+/// Returns the JSON messages about the mouse in a recording, as the official MCAP library reads
+/// them. The file may be truncated.
+#[track_caller]
+pub fn mouse_messages(path: &Path) -> Vec<Value> {
+    let bytes = fs::read(path).unwrap();
+    let options = mcap::read::Options::IgnoreEndMagic.into();
+    let messages = mcap::MessageStream::new_with_options(&bytes, options).unwrap();
+    let messages = messages.map_while(Result::ok).filter(|it| it.channel.topic == "/mouse");
+    messages.map(|message| serde_json::from_slice(&message.data).unwrap()).collect()
+}
+
+/// Checks a JSON message about the mouse against a state printed by `mmsim replay --json`.
+#[track_caller]
+pub fn check_mouse_message(message: &Value, state: &Value) {
+    assert_eq!((&message["x"], &message["y"]), (&state["cell"][0], &state["cell"][1]), "{state}");
+    for key in ["heading", "visited_cells", "optimistic_distance", "pessimistic_distance"] {
+        assert_eq!(message[key], state[key], "{key} in {message}, expected {state}");
+    }
 }
 
 /// Reads stderr until `text` is printed. Returns the reader and the text read so far.
