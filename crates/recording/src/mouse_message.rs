@@ -13,7 +13,7 @@ use crate::phases::RunPhase;
 pub(crate) const SCHEMA: &str = include_str!("../schemas/mouse.json");
 
 /// The names of the phases of a search, and of the statuses of a two-run trial, by number.
-const PHASES: [&str; 10] = [
+const PHASES: [&str; 11] = [
     "search run",
     "at goal",
     "return run",
@@ -24,6 +24,7 @@ const PHASES: [&str; 10] = [
     "scored",
     "out of time",
     "gave up",
+    "failed",
 ];
 
 /// The phase of a search or the status of a two-run trial.
@@ -76,6 +77,7 @@ impl MousePhase {
             Self::Trial(TrialStatus::Scored) => 7,
             Self::Trial(TrialStatus::OutOfTime) => 8,
             Self::Trial(TrialStatus::GaveUp) => 9,
+            Self::Trial(TrialStatus::Failed) => 10,
         }
     }
 }
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn each_phase_has_its_number_and_name() {
-        let names = ["run 1", "run 2", "scored", "out of time", "gave up"];
+        let names = ["run 1", "run 2", "scored", "out of time", "gave up", "failed"];
         let statuses = names
             .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
         for status in statuses {
