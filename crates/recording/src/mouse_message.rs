@@ -134,6 +134,6 @@ mod tests {
         ];
         let phases = runs.map(MousePhase::Search).into_iter();
         let phases = phases.chain(statuses.map(MousePhase::Trial));
-        assert!(phases.map(MousePhase::number).eq(0..10));
+        assert!(phases.map(MousePhase::number).eq(0..11));
     }
 }
