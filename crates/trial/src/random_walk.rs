@@ -74,4 +74,29 @@ mod tests {
         assert_eq!(outcome(1), outcome(1));
         assert!((2..9).any(|seed| outcome(seed) != outcome(1)));
     }
+
+    #[test]
+    fn moves_only_in_open_directions() {
+        let mut robot = RandomWalk::new(
+            KnownMaze::new(
+                mmsim_maze::MazeSize::CLASSIC,
+                mmsim_maze::Cell::new(0, 0),
+                mmsim_maze::CellSet::EMPTY,
+            ),
+            1,
+        );
+        for _ in 0..100 {
+            let right = Action::Move { rotation: Rotation::Right, cells: 1 };
+            assert_eq!(robot.next_move([0, 0, 1]), right);
+            let Action::Move { rotation, cells } = robot.next_move([u8::MAX, 2, 0]) else {
+                panic!("a reset")
+            };
+            let max = if rotation == Rotation::Left { 3 } else { 2 };
+            assert!(rotation != Rotation::Right && (1..=max).contains(&cells));
+            let Action::Move { rotation, cells } = robot.next_move([0; 3]) else {
+                panic!("a reset")
+            };
+            assert!(rotation == Rotation::None && (-3..=-1).contains(&cells), "a dead end");
+        }
+    }
 }

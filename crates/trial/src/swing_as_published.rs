@@ -130,3 +130,74 @@ impl Robot for SwingAsPublished {
             .map(|target| format!("no path to {target}, so the published robot crashes"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::Maze;
+
+    use super::*;
+    use crate::robot::run_trial;
+    use crate::robot::tests::{actions, check_noisy_trials};
+    use crate::trial::TrialOutcome;
+
+    fn maze(text: &str) -> Maze {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn joins_cells_and_moves_back_without_a_turn() {
+        let maze =
+            maze("o---o\n| G |\no   o\n|   |\no   o\n|   |\no   o\n|   |\no   o\n| S |\no---o\n");
+        let tour = [4, 0, 4].map(|y| Cell::new(0, y));
+        let mut robot = SwingAsPublished::with_tour(&KnownMaze::unexplored(&maze), &tour);
+        let actions = actions(&maze, &mut robot);
+        let expected = ["(0, 3)", "(0, 1)", "(0, -3)", "(0, -1)", "(0, 3)", "(0, 1)"];
+        assert_eq!(actions[..6], expected);
+        assert_eq!(actions[6], "(Reset, Reset)");
+    }
+
+    #[test]
+    fn a_key_point_without_a_path_crashes_the_program() {
+        let maze = maze("o---o---o\n|   | G |\no---o   o\n| S     |\no---o---o\n");
+        let tour = [Cell::new(1, 1), Cell::new(0, 1)];
+        let mut robot = SwingAsPublished::with_tour(&KnownMaze::unexplored(&maze), &tour);
+        assert_eq!(robot.failure(), None);
+        assert_eq!(run_trial(&maze, &mut robot), TrialOutcome::Failed);
+        let expected = "no path to (0, 1), so the published robot crashes";
+        assert_eq!(robot.failure().as_deref(), Some(expected));
+    }
+
+    #[test]
+    fn tours_have_the_key_points_of_the_report() {
+        let unexplored = KnownMaze::new(
+            mmsim_maze::MazeSize::new(12, 12).unwrap(),
+            Cell::new(0, 0),
+            mmsim_maze::CellSet::EMPTY,
+        );
+        let names = |variant, corners: usize| {
+            let tour = SwingAsPublished::tour(&unexplored, variant, KeyPoints::ALL[corners]);
+            let name = |cell: &Cell| match (cell.x, cell.y) {
+                (5, 6) => "C",
+                (0, 0) => "S",
+                (0, 11) => "TL",
+                (11, 11) => "TR",
+                (11, 0) => "BR",
+                _ => "?",
+            };
+            tour.iter().map(name).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(names(Variant::JustArrive, 3), "C");
+        assert_eq!(names(Variant::ArriveAndBack, 3), "C S BR");
+        let all = [0, 1, 2, 3].map(|corners| names(Variant::All, corners));
+        let expected = ["C S C", "C TL S C TR C BR C", "C TL BR C S C TR C", "C TL BR C TR C S C"];
+        assert_eq!(all, expected);
+    }
+
+    #[test]
+    fn noisy_sensors_are_harmless() {
+        check_noisy_trials(|maze| {
+            let unexplored = KnownMaze::unexplored(maze);
+            SwingAsPublished::new(&unexplored, Variant::All, KeyPoints::default())
+        });
+    }
+}

@@ -145,3 +145,25 @@ fn legs(start: Cell, tour: &[Cell]) -> Vec<(f64, f64)> {
     }
     corners
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_legs_are_drawn_side_by_side() {
+        let (start, end) = (Cell::new(0, 0), Cell::new(4, 0));
+        let corners = legs(start, &[end, start, end]);
+        let rounded: Vec<String> = corners.iter().map(|(x, y)| format!("{x:.2} {y:.2}")).collect();
+        let expected = [
+            "0.50 0.50", // the start
+            "0.50 0.35",
+            "4.50 0.35", // to the east
+            "4.50 0.65",
+            "0.50 0.65", // back
+            "0.50 0.20",
+            "4.50 0.20", // to the east again
+        ];
+        assert_eq!(rounded, expected);
+    }
+}
