@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 const BLOCK: usize = 8;
 const SEEDS: u64 = 4;
-const MIN_GAINS: [f64; 5] = [0.8, 1.0, 1.2, 1.5, 2.0];
+const MIN_GAINS: [f64; 2] = [1.0, 1.2];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut mazes: Vec<Maze> = Vec::new();

@@ -34,9 +34,9 @@ pub use wall_prior::WallPrior;
 /// race steps the path saves and how many steps it takes to explore the stretch. A [`StoppingRule`]
 /// sets the minimum gain per exploration step. Among the stretches whose gain exceeds this minimum,
 /// the champion heads for the one with the largest total gain. The total gain of a stretch is its
-/// own gain plus the gains of the other stretches, which count less the farther away they are. The
-/// champion stops exploring if no stretch has a gain above the minimum or if no faster race is
-/// possible.
+/// own gain plus twice the gains of the other stretches. The steps from the stretch to another
+/// stretch count four times, so distant stretches hardly matter. The champion stops exploring if no
+/// stretch has a gain above the minimum or if no faster race is possible.
 ///
 /// The champion assumes that the maze is similar to a contest maze, in which the goal cells form a
 /// room with one entrance. In mazes of other kinds, the champion may explore too little or too
@@ -70,7 +70,7 @@ pub enum StoppingRule {
 
 impl Default for StoppingRule {
     fn default() -> Self {
-        Self::MinGain(1.2)
+        Self::MinGain(1.)
     }
 }
 

@@ -24,6 +24,16 @@ pub(super) struct ExplorationValue {
 /// The maximum number of samples to draw while the known walls stay the same.
 const MAX_SAMPLES: usize = 1024;
 
+/// The number of times that the samples are resampled without being used after the known walls have
+/// changed. Otherwise, the samples would still depend on the walls that they had before the change.
+const BURN_IN: usize = 4;
+
+/// The weight of the gains of other stretches in the total gain of a stretch.
+const OTHERS_WEIGHT: f64 = 2.;
+
+/// The factor by which the steps from one stretch to another count more than other steps.
+const ONWARD_FACTOR: u16 = 4;
+
 /// A group of unknown stretches that the robot would enter from the same cell.
 struct Candidate {
     /// The cell from which the robot would enter the stretches.
@@ -37,7 +47,7 @@ struct Candidate {
 impl ExplorationValue {
     pub(super) fn new(map: &KnownMaze, prior: &WallPrior, seed: u64) -> Self {
         // Sampling larger mazes takes longer, so draw fewer samples.
-        let (len, sweeps) = if map.size().area() > 256 { (32, 4) } else { (128, 8) };
+        let (len, sweeps) = if map.size().area() > 256 { (32, 4) } else { (512, 8) };
         let samples = MazeSamples::new(map, prior, len, sweeps, seed);
         Self { samples, known: known(map), count: 0, stretches: Vec::new() }
     }
@@ -49,6 +59,9 @@ impl ExplorationValue {
         if self.known != known {
             (self.known, self.count) = (known, 0);
             self.stretches.clear();
+            for _ in 0..BURN_IN {
+                self.samples.resample(map, prior);
+            }
         }
         if self.count < MAX_SAMPLES {
             self.samples.resample(map, prior);
@@ -80,7 +93,9 @@ impl ExplorationValue {
             let onwards = RaceSteps::flood_from(map.walls(Unknown::Closed), candidate.end);
             let steps = steps_to(candidate)?;
             let gain = |other: &Candidate| {
-                Some(self.gain(other, steps.saturating_add(onwards.at(other.end)?)))
+                let onward = onwards.at(other.end)?.saturating_mul(ONWARD_FACTOR);
+                let weight = if other.end == candidate.end { 1. } else { OTHERS_WEIGHT };
+                Some(weight * self.gain(other, steps.saturating_add(onward)))
             };
             Some((candidates.iter().filter_map(gain).sum::<f64>(), candidate.end))
         };
