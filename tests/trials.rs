@@ -366,8 +366,9 @@ fn robots_score_in_solvable_mazes_and_give_up_in_others() {
 #[test]
 fn champion_beats_the_best_public_robots_on_average() {
     let Some(mazes) = shared("mazes/trial") else { return };
-    // The scores depend on the seed. All 256 seeds take minutes in an unoptimised build.
-    let seeds = if cfg!(debug_assertions) { 32 } else { 256 };
+    // The scores depend on the seed. All 256 seeds take minutes in an unoptimised build. In the first
+    // maze, the mean over the first 16 seeds is higher than over all of them.
+    let (seeds, first_limit) = if cfg!(debug_assertions) { (16, 19.2) } else { (256, 19.033) };
     let mean = |name: &str| {
         let maze = mmsim_formats::read_maze(&mazes.join(name).with_extension("txt")).unwrap();
         let score = |seed| {
@@ -382,8 +383,8 @@ fn champion_beats_the_best_public_robots_on_average() {
         (0..seeds).map(score).sum::<f64>() / f64::from(u32::try_from(seeds).unwrap())
     };
     let means = ["test_maze_01", "test_maze_02", "test_maze_03"].map(mean);
-    // In the first maze, the best public robot scores 19.033.
-    assert!(means[0] < 19.25 && means[1] < 27.667 && means[2] < 28.667, "{means:?}");
+    // The scores of three different robots, the best public ones.
+    assert!(means[0] < first_limit && means[1] < 27.667 && means[2] < 28.667, "{means:?}");
     assert!(means.iter().sum::<f64>() <= 73.2, "{means:?}");
 }
 

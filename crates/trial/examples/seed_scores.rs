@@ -46,7 +46,7 @@ fn score(maze: &Maze, seed: u64) -> Option<Score> {
     let mut champion = BundledRobot::Champion.robot(KnownMaze::unexplored(maze), &settings);
     match run_trial(maze, &mut champion) {
         TrialOutcome::Scored(score) => Some(score),
-        TrialOutcome::OutOfTime | TrialOutcome::GaveUp => None,
+        _ => None,
     }
 }
 

@@ -51,16 +51,13 @@ pub(super) fn write(
 ) -> Result<(), Box<dyn Error>> {
     let Some(&(selected, contender)) = jobs.first() else { return Ok(()) };
     if let Some(picture) = &args.output {
-        let (scene, paths) = match outcomes {
-            [outcome] => {
-                let scene = Scene::from_map(&outcome.explored).with_truth(Some(&selected.maze));
-                (scene, both_runs(outcome))
-            }
-            _ => {
-                let races = jobs.iter().zip(outcomes);
-                let races = races.map(|((_, one), outcome)| race(one.name(), outcome));
-                (Scene::from_maze(&selected.maze), races.collect())
-            }
+        let (scene, paths) = if let [outcome] = outcomes {
+            let scene = Scene::from_map(&outcome.explored).with_truth(Some(&selected.maze));
+            (scene, both_runs(outcome))
+        } else {
+            let races = jobs.iter().zip(outcomes);
+            let races = races.map(|((_, one), outcome)| race(one.name(), outcome));
+            (Scene::from_maze(&selected.maze), races.collect())
         };
         save(picture, &scene.with_paths(&paths).with_theme(args.theme))?;
     }
