@@ -62,7 +62,8 @@ pub struct Champion {
 #[non_exhaustive]
 pub enum StoppingRule {
     /// Stop when the gain is at most this value. The gain is 30 times the expected number of race
-    /// steps saved per exploration step. At a gain of 1, exploration costs as much as it saves.
+    /// steps saved, to the power of 3/4, per exploration step. At a gain of 1, exploration costs
+    /// about as much as it saves.
     MinGain(f64),
     /// Stop only when no faster race is possible, whatever the cost of exploration.
     Proven,

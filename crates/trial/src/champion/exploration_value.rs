@@ -123,7 +123,7 @@ impl ExplorationValue {
     }
 
     /// Returns the gain from exploring a candidate that is `steps` steps away: 30 times the
-    /// expected number of race steps saved per exploration step. The steps to the candidate count
+    /// expected [savings](damped) per exploration step. The steps to the candidate count
     /// in every sample. The robot is assumed to see from the nearer end whether a stretch is open,
     /// so the length of the stretch counts only in samples in which it is open.
     fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
