@@ -1,4 +1,4 @@
-//! Checks that the pictures in docs/trial.md are up to date.
+//! Checks that the pictures in docs/trial.md and the programs in docs/robots.md are up to date.
 
 mod harness;
 
@@ -38,5 +38,15 @@ fn the_pictures_are_those_of_the_commands() {
         let is_same = fs::read(&shown).is_ok_and(|shown| shown == drawn);
         assert!(is_same, "{} differs from the picture of today", shown.display());
         assert!(page.contains(&format!("(trial/{name})")), "{name} is not in docs/trial.md");
+    }
+}
+
+#[test]
+fn the_robots_are_those_of_the_examples() {
+    let page = fs::read_to_string(at_root("docs/robots.md")).unwrap();
+    for (language, file) in [("python", "python/trial_robot.py"), ("c", "c/trial_robot.c")] {
+        let program = fs::read_to_string(at_root("examples").join(file)).unwrap();
+        assert!(page.contains(&format!("```{language}\n{program}```\n")), "{file}");
+        assert!(program.lines().count() <= 35, "{file} is short");
     }
 }
