@@ -93,7 +93,7 @@ impl BundledRobot {
     /// Returns a short description of the robot.
     pub const fn about(self) -> &'static str {
         match self {
-            Self::Random => "random turns and moves",
+            Self::Random => "random moves in open directions",
             Self::CountExpansion => "flood to find the goal, reset, then race",
             Self::SwingAsPublished => "like swing, step by step like the published program",
             Self::Swing => "A* to the centre and the corners, then the shortest known path",

@@ -62,10 +62,10 @@ pub(crate) struct TrialArgs {
     /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners to visit, 0 to 3 (swing and swing-timed only)
+    /// Number of corners to visit, 0 to 3 (robots named swing only)
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// Places to visit while exploring (swing and swing-timed only)
+    /// Places to visit while exploring (robots named swing only)
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
     /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
@@ -74,10 +74,10 @@ pub(crate) struct TrialArgs {
     pub(crate) path: bool,
     /// Draw the explored cells and the paths of both runs in one maze, or the races of several robots:
     /// .svg or .png. An existing file is replaced
-    #[arg(short, long, value_name = "FILE", value_parser = parse_still)]
+    #[arg(short, long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
     pub(crate) output: Option<Picture>,
     /// Draw the key points of swing and the legs between them on one maze: .svg or .png
-    #[arg(long, value_name = "FILE", value_parser = parse_still)]
+    #[arg(long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
     pub(crate) tour: Option<Picture>,
     /// Colour theme of the pictures
     #[arg(long, default_value = "light", value_parser = themes())]
@@ -89,7 +89,8 @@ pub(crate) struct TrialArgs {
     /// all robots. With more than 6 mazes, the tables show only means
     #[arg(long, conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "output", "tour", "serve"])]
     pub(crate) compare: bool,
-    /// Draw each table as a bar chart in an SVG file in DIR, and charts of all robots in all mazes
+    /// Draw each table as four bar charts in DIR (the score in two parts, the score, the explore steps
+    /// and the race steps), and charts of all robots in all mazes
     #[arg(long, value_name = "DIR", requires = "compare")]
     pub(crate) charts: Option<PathBuf>,
     /// Write a report on all robots to FILE: one HTML page with tables, charts and pictures
