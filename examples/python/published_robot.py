@@ -2,36 +2,52 @@
 
 `mmsim trial MAZE --published robot.py` starts this adapter with the path of the robot. It uses the
 published interface: `Robot(maze_dim)`, and `next_move(sensors)`, which returns a rotation in degrees
-and a movement in cells, or 'Reset', 'Reset'.
+and a movement in cells, or 'Reset', 'Reset'. It runs in Python 2.7 and 3.
 """
-
-import runpy
+import os
 import sys
-from pathlib import Path
-from typing import Any
 
 
-def answer(rotation: Any, movement: Any) -> str:
+def load(path):
+    """Loads the file as the module robot."""
+    # The robot may import files in its folder.
+    sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
+    try:
+        from importlib.machinery import SourceFileLoader
+        from importlib.util import module_from_spec, spec_from_loader
+    except ImportError:  # Python 2
+        import imp
+
+        return imp.load_source("robot", path)
+    spec = spec_from_loader("robot", SourceFileLoader("robot", path))
+    module = sys.modules["robot"] = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def answer(rotation, movement):
     """Returns a move as the published tester would execute it."""
     if (rotation, movement) == ("Reset", "Reset"):
         return "reset"
     degrees = int(rotation) if rotation in (-90, 0, 90) else 0
-    return f"{degrees} {int(movement)}"
+    cells = 3 if abs(movement) > 3 else abs(int(movement))
+    return "%d %d" % (degrees, cells if movement > 0 else -cells)
 
 
-def main() -> None:
-    file = Path(sys.argv[1]).resolve()
-    # Whatever the robot prints must not be taken for an answer.
-    answers, sys.stdout = sys.stdout, sys.stderr
-    _, width, height, *_ = sys.stdin.readline().split()
+def main():
+    # Whatever the robot prints goes to stderr, and whatever it reads is empty.
+    lines, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    width, height = lines.readline().split()[1:3]
     if width != height:
-        sys.exit(f"the published interface has only square mazes, found {width}x{height}")
-    # The robot may import files in its folder.
-    sys.path.insert(0, str(file.parent))
-    robot = runpy.run_path(str(file))["Robot"](int(width))
-    for line in sys.stdin:
+        sys.exit("the published interface has only square mazes, found %sx%s" % (width, height))
+    robot = load(sys.argv[1]).Robot(int(width))
+    for line in iter(lines.readline, ""):
         rotation, movement = robot.next_move([int(word) for word in line.split()])
-        print(answer(rotation, movement), file=answers, flush=True)
+        answers.write(answer(rotation, movement) + "\n")
+        answers.flush()
 
 
 if __name__ == "__main__":

@@ -121,6 +121,15 @@ impl MouseProcess {
         self.0.try_wait()
     }
 
+    /// On Unix, kills the process and its child processes, which may keep its pipes open after it has
+    /// exited.
+    pub(crate) fn kill_group(&self) {
+        #[cfg(unix)]
+        if let Some(group) = rustix::process::Pid::from_raw(self.0.id().cast_signed()) {
+            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+        }
+    }
+
     /// Waits until the mouse exits. Returns an error as soon as the mouse must stop.
     pub(crate) fn wait(&mut self, control: &MouseControl) -> Result<ExitStatus, WaitError> {
         let mut interval = Duration::from_millis(1);
@@ -151,10 +160,7 @@ pub(crate) enum WaitError {
 
 impl Drop for MouseProcess {
     fn drop(&mut self) {
-        #[cfg(unix)]
-        if let Some(group) = rustix::process::Pid::from_raw(self.0.id().cast_signed()) {
-            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
-        }
+        self.kill_group();
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

@@ -95,7 +95,7 @@ impl BundledRobot {
         match self {
             Self::Random => "random moves in open directions",
             Self::CountExpansion => "flood to find the goal, reset, then race",
-            Self::SwingAsPublished => "like swing, step by step like the published program",
+            Self::SwingAsPublished => "the published swing program, reproduced step by step",
             Self::Swing => "A* to the centre and the corners, then the shortest known path",
             Self::SwingTimed => "like swing, but plan in time steps of up to 3 cells",
             Self::Proven => "explore until no faster race is possible",

@@ -62,10 +62,10 @@ pub(crate) struct TrialArgs {
     /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners to visit, 0 to 3 (robots named swing only)
+    /// Number of corners to visit, 0 to 3 (swing, swing-as-published and swing-timed only)
     #[arg(long, value_name = "N", default_value_t)]
     key_points: KeyPoints,
-    /// Places to visit while exploring (robots named swing only)
+    /// Places to visit while exploring (swing, swing-as-published and swing-timed only)
     #[arg(long, default_value_t, value_parser = variants())]
     variant: Variant,
     /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
@@ -180,7 +180,8 @@ impl TrialArgs {
         }
         let mut own: Vec<Contender> = Vec::new();
         for program in programs {
-            let same = own.iter().filter(|other| other.name().starts_with(&program.name)).count();
+            let has_same_name = |other: &&Contender| matches!(&other.kind, RobotKind::Own(robot) if robot.program.name == program.name);
+            let same = own.iter().filter(has_same_name).count();
             let name = match same {
                 0 => program.name.clone(),
                 _ => format!("{} ({})", program.name, same + 1),

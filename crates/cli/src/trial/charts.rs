@@ -41,6 +41,14 @@ impl Bars {
         }
     }
 
+    /// Returns what follows the name in the title. Few explore steps alone are not better.
+    const fn note(self) -> &'static str {
+        match self {
+            Self::Parts | Self::Score | Self::RaceSteps => ", lower is better",
+            Self::ExploreSteps => "",
+        }
+    }
+
     /// Returns the lengths of the parts of a bar for a number of steps in each run.
     fn lengths(self, explore_steps: f64, race_steps: f64) -> Vec<f64> {
         match self {
@@ -93,7 +101,7 @@ fn chart(table: &Table, trials: &Trials<'_>, bars: Bars) -> BarChart {
         _ => vec![bars.name().into()],
     };
     BarChart {
-        title: format!("{}: {}, lower is better", table.title, bars.name()),
+        title: format!("{}: {}{}", table.title, bars.name(), bars.note()),
         parts,
         limit: "a robot that knows the maze".into(),
         groups,

@@ -49,8 +49,8 @@ pub(super) fn conclusion(trials: &Trials<'_>, args: &TrialArgs) -> Option<String
     (few < many).then(|| {
         let (few, many) = (name(few), name(many));
         format!(
-            "As published, swing is best with {many} (mean score {published:.3}). With a \
-             correct A*, it is best with {few} ({score:.3}), because further corners cost more \
+            "Of the tours in the report, {many} is best as published (mean score {published:.3}). \
+             With a correct A*, {few} is best ({score:.3}), because further corners cost more \
              steps than they save.\n"
         )
     })

@@ -38,7 +38,7 @@ pub(super) fn check(
         return error(format!("--output takes at most {MAX_PATHS} robots, found {robots}"));
     }
     if args.tour.is_some() && (robots != 1 || tour(&contenders[0], None).is_none()) {
-        return error("--tour requires one robot: swing or swing-timed".into());
+        return error("--tour requires one robot: swing, swing-as-published or swing-timed".into());
     }
     Ok(())
 }

@@ -69,6 +69,10 @@ impl RobotProcess {
                 Err(RecvTimeoutError::Disconnected) => return Err(running.end()),
                 Err(RecvTimeoutError::Timeout) => {}
             }
+            // A child process of a robot that has exited may keep the output open.
+            if asked.elapsed() >= EXIT_TIMEOUT && matches!(running.process.status(), Ok(Some(_))) {
+                return Err(running.end());
+            }
             if self.is_interrupted.load(Ordering::Relaxed) {
                 return Err("interrupted".into());
             }
@@ -130,6 +134,7 @@ impl Running {
         loop {
             match self.process.status() {
                 Ok(Some(status)) => {
+                    self.process.kill_group();
                     let line = self.last_line.recv_timeout(LAST_LINE_TIMEOUT).unwrap_or_default();
                     let line = if line.is_empty() { line } else { format!(": {line}") };
                     return format!("{}{line}", exit_text(status));

@@ -3,6 +3,8 @@
 
 use std::error::Error;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
@@ -10,7 +12,7 @@ use mmsim_maze::{Heading, KnownMaze, Maze, Unknown, WallState, Walls};
 use mmsim_protocol::Annotation;
 use mmsim_server::Monitor;
 use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
-use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason, Throttle};
+use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason};
 
 use super::args::TrialArgs;
 use super::contender::{Contender, RunContext};
@@ -22,6 +24,9 @@ use crate::own_mouse::{RunEnd, Runs};
 use crate::screen::pace;
 use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
+
+/// The interval between checks whether a trial is over.
+const STOP_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Runs one robot in one maze.
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
@@ -56,7 +61,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
         has_page: false,
     };
     runs.run(ready.interrupt, || {
-        let outcome = run_trial(&monitor, contender, &selected, control.throttle())?;
+        let outcome = run_trial(&monitor, contender, &selected, &control)?;
         let ending = if let Some(outcome) = outcome {
             let ending = ending(&outcome);
             let mut results = Results::new(&jobs, args);
@@ -85,29 +90,52 @@ fn ending(outcome: &TrialResult) -> Ending {
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
 /// the robot has seen, and for each cell a lower bound on the race steps to the goal. The robot, the
 /// status of the trial and open sides between unvisited cells are sent as annotations. Passes the
-/// throttle after each state, and returns `None` if the throttle stops the robot.
+/// throttle after each state, and returns `None` if the robot is stopped.
 fn run_trial(
     monitor: &Monitor,
     contender: &Contender,
     selected: &Selected,
-    throttle: &Throttle,
+    control: &MouseControl,
 ) -> Result<Option<TrialResult>, Box<dyn Error>> {
     let mut simulator = Exchange::new(in_process(monitor));
     simulator.reset()?;
     let mut reporter = Reporter::new(contender, &selected.maze);
     let context = RunContext { shows_stderr: true, ..RunContext::default() };
-    let outcome = contender.run_watched(&selected.maze, &context, |trial, seen| {
-        reporter.report(&mut simulator, trial, seen).map_err(Some)?;
-        let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
-        let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
-        simulator.state(trial.pose(), seen, number).map_err(Some)?;
-        if throttle.wait() { Err(None::<RunError>) } else { Ok(()) }
-    });
+    let mut run = || {
+        contender.run_watched(&selected.maze, &context, |trial, seen| {
+            reporter.report(&mut simulator, trial, seen).map_err(Some)?;
+            let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
+            let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
+            simulator.state(trial.pose(), seen, number).map_err(Some)?;
+            if control.throttle().wait() { Err(None::<RunError>) } else { Ok(()) }
+        })
+    };
+    let outcome = if contender.is_own() { stopped_with(control, &context, run) } else { run() };
+    let is_stopped = context.is_interrupted.load(Ordering::SeqCst);
     match outcome {
+        Ok(outcome) if outcome.ending == TrialOutcome::Failed && is_stopped => Ok(None),
         Ok(outcome) => Ok(Some(outcome)),
         Err(None) => Ok(None),
         Err(Some(error)) => Err(error.into()),
     }
+}
+
+/// Runs a robot of the user, which is interrupted as soon as it must stop.
+fn stopped_with<T>(control: &MouseControl, context: &RunContext, run: impl FnOnce() -> T) -> T {
+    let is_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_over.load(Ordering::SeqCst) {
+                if control.wait_for_stop(STOP_INTERVAL).is_some() {
+                    context.is_interrupted.store(true, Ordering::SeqCst);
+                    return;
+                }
+            }
+        });
+        let result = run();
+        is_over.store(true, Ordering::SeqCst);
+        result
+    })
 }
 
 /// Sends annotations about a trial.

@@ -179,7 +179,7 @@ fn robots_with_the_published_interface_fail_as_in_the_published_tester() {
     };
     for (body, expected) in [
         ("return None", "TypeError: cannot unpack non-iterable NoneType object"),
-        ("return 0, 'far'", "ValueError: invalid literal for int() with base 10: 'far'"),
+        ("return 0, 'far'", "TypeError: bad operand type for abs(): 'str'"),
         ("return 1 // 0, 0", "ZeroDivisionError: "),
     ] {
         let error = run("training-first-steps", &class(body)).unwrap();
@@ -188,12 +188,24 @@ fn robots_with_the_published_interface_fail_as_in_the_published_tester() {
             "{error}"
         );
     }
+    // Output of every kind goes to stderr, and the module has its name.
+    let noisy = "\
+from __future__ import annotations
+import os, pickle
+class Node: pass
+class Robot:
+  def __init__(self, maze_dim): pickle.dumps(Node())
+  def next_move(self, sensors):
+    print('a'); os.system('echo b'); os.write(1, b'c\\n')
+    return 90, 10 ** 25
+";
+    assert_eq!(run("training-first-steps", noisy), None);
     // An invalid rotation counts as none, and a reset needs both words.
     assert_eq!(run("training-first-steps", &class("return 'Reset', 0")), None);
     let error = run("training-first-steps", "print 'Python 2'\n").unwrap();
     assert!(error.contains("SyntaxError"), "{error}");
     let error = run("training-first-steps", "robot = 1\n").unwrap();
-    assert!(error.contains("KeyError: 'Robot'"), "{error}");
+    assert!(error.contains("AttributeError: module 'robot' has no attribute 'Robot'"), "{error}");
     let error = run("oblong.txt", &class("return 0, 0")).unwrap();
     assert!(error.ends_with("the published interface has only square mazes, found 2x1"), "{error}");
     let ended = home.run(&["trial", "oblong.txt", "--published", "absent.py"]);
@@ -204,16 +216,34 @@ fn robots_with_the_published_interface_fail_as_in_the_published_tester() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_kills_the_robots() {
-    let home = Home::new();
     let robot = "echo $$ > new && mv new pid; while :; do :; done";
-    let trial = ["trial", "training-first-steps", "--answer-limit", "600", "--", "sh", "-c", robot];
-    let mut child = home.command(&trial).stdout(Stdio::null()).spawn().unwrap();
-    let pid = wait_for("the robot", || fs::read_to_string(home.path().join("pid")).ok());
-    let kill = |signal: &str, id: &str| {
-        let mut kill = Command::new("kill");
-        kill.args([signal, id.trim()]).stderr(Stdio::null()).status().unwrap().success()
-    };
-    assert!(kill("-INT", &child.id().to_string()));
-    assert_eq!(wait_for_exit(&mut child).code(), Some(130));
-    wait_for("the end of the robot", || (!kill("-0", &pid)).then_some(()));
+    let serve = ["--serve", "--port", "0", "--viewer-port", "0"];
+    for (options, code) in [(&[][..], 130), (&serve, 0), (&["--serve", "--port", "0", "--once"], 0)]
+    {
+        let home = Home::new();
+        let trial = ["trial", "training-first-steps", "--answer-limit", "600"];
+        let command = ["--", "sh", "-c", robot];
+        let arguments = [&trial[..], options, &command].concat();
+        let pipes = |command: &mut Command| {
+            command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+        };
+        let mut child = pipes(&mut home.command(&arguments));
+        let pid = wait_for("the robot", || fs::read_to_string(home.path().join("pid")).ok());
+        let kill = |signal: &str, id: &str| {
+            let mut kill = Command::new("kill");
+            kill.args([signal, id.trim()]).stderr(Stdio::null()).status().unwrap().success()
+        };
+        assert!(kill("-INT", &child.id().to_string()));
+        assert_eq!(wait_for_exit(&mut child).code(), Some(code), "{options:?}");
+        wait_for("the end of the robot", || (!kill("-0", &pid)).then_some(()));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_child_process_of_a_dead_robot_does_not_delay_its_report() {
+    let home = Home::new();
+    let robot = ["sh", "-c", "sleep 60 & echo no idea >&2; exit 7"];
+    let found = error(&home, &["--answer-limit", "50"], &robot);
+    assert_eq!(found, "step 1: exited with code 7: no idea");
 }
