@@ -154,7 +154,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(40))]
-        /// The history computes the figures of each state from its walls alone.
+        /// The history computes the figures of each state without those of the previous state.
         #[test]
         fn figures_equal_those_of_the_history(
             states in prop::collection::vec((0u8..4, 0u8..3, 0usize..4, 0u8..32, 0usize..20), 1..300),
