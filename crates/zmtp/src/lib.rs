@@ -84,6 +84,7 @@
 #![forbid(unsafe_code)]
 
 mod bind;
+mod buffered;
 pub mod codec;
 pub mod connection;
 mod connections;
