@@ -126,7 +126,7 @@ impl<S: Read + Write> Connection<S> {
                 Event::Ignored | Event::Ready => {}
                 Event::Send(bytes) => self.buffered.output.extend_from_slice(bytes),
                 Event::Ping { context } => push_pong(&mut self.buffered.output, context),
-                Event::Request { last, frames } => {
+                Event::Message { last, frames } => {
                     turn.has_activity |= service.answer(self.client, &last, frames, &mut reply);
                     self.push_reply(&reply);
                     requests_left = requests_left.saturating_sub(1);
