@@ -85,11 +85,14 @@
 
 mod bind;
 mod buffered;
+mod client;
 pub mod codec;
 pub mod connection;
 mod connections;
+mod endpoint;
 mod eviction;
 pub mod limits;
+mod req_connection;
 mod server;
 mod service;
 #[cfg(test)]
@@ -97,6 +100,8 @@ mod testing;
 mod timers;
 
 pub use bind::{BindError, listen};
+pub use client::ReqClient;
+pub use endpoint::{Endpoint, EndpointError};
 pub use server::{RepServer, Waker};
 pub use service::{ClientId, Service};
 

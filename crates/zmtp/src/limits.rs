@@ -61,3 +61,6 @@ pub const MAX_REPLY_BYTES: usize = 1024 * 1024;
 
 /// The time between two attempts of the client to connect to a server that is not running.
 pub const RETRY_INTERVAL: Duration = Duration::from_millis(100);
+
+/// The operating system sends TCP keepalive probes on connections that have been idle this long.
+pub const KEEPALIVE: Duration = Duration::from_secs(60);
