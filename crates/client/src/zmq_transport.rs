@@ -130,6 +130,10 @@ impl Transport for Zmq<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpListener;
+    use std::thread;
+
     use super::*;
 
     #[test]
@@ -166,7 +170,7 @@ mod tests {
         let mut reply = Vec::new();
         let error = transport.exchange(b"slow", &mut reply).unwrap_err();
         assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
-        let answering = std::thread::spawn(move || {
+        let answering = thread::spawn(move || {
             for expected in [&b"slow"[..], b"ping"] {
                 assert_eq!(simulator.recv_bytes(0).unwrap(), expected);
                 simulator.send(expected, 0).unwrap();
@@ -188,5 +192,24 @@ mod tests {
             let error = Zmq::connect(&endpoint, Timeout::Default, |_| {}).err().unwrap();
             assert!(error.to_string().contains("expected a port from 1 to 65535"), "{error}");
         }
+        let error = Zmq::connect("ipc:///tmp/maze", Timeout::Default, |_| {}).err().unwrap();
+        assert!(error.to_string().contains("expected tcp://"), "{error}");
+    }
+
+    #[test]
+    fn another_protocol_is_an_error() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tcp://{}", listener.local_addr().unwrap());
+        let server = thread::spawn(move || {
+            let mut stream = listener.accept().unwrap().0;
+            stream.write_all(b"HTTP/1.1 400 Bad Request\r\n").unwrap();
+            // Waits until the client closes the connection.
+            let _ = stream.read_to_end(&mut Vec::new());
+        });
+        let mut transport = Zmq::connect(&endpoint, Timeout::Never, |_| {}).unwrap();
+        let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err().to_string();
+        let reason = "expected a ZMTP greeting, found other bytes";
+        assert_eq!(error, format!("no reply from {endpoint}: {reason}"));
+        server.join().unwrap();
     }
 }

@@ -20,7 +20,8 @@ use crate::req_connection::ReqConnection;
 ///
 /// Call [`send`](Self::send), and then [`receive`](Self::receive) until it returns the reply. The
 /// server may be started later, and may restart between two requests: while no connection exists,
-/// `receive` tries to connect every [`RETRY_INTERVAL`]. A request is never sent twice.
+/// `receive` tries to connect every [`RETRY_INTERVAL`]. A request is never sent twice, because the
+/// server may have received it before the connection ended.
 ///
 /// ```
 /// use std::time::Duration;
@@ -94,12 +95,12 @@ impl ReqClient {
         })
     }
 
-    /// Starts a request with a body of one or more frames. [`receive`](Self::receive) sends what
-    /// cannot be sent immediately.
+    /// Sets the next request, which has a body of one or more frames. [`receive`](Self::receive)
+    /// sends it.
     ///
-    /// If an earlier request has been sent and its reply has not arrived, the connection is closed,
-    /// so its reply can never be taken for the reply to this request. An earlier request that has
-    /// not been sent is dropped.
+    /// If the reply to an earlier request has not arrived, `send` closes the connection, so the
+    /// late reply can never be taken for the reply to this request. An earlier request that has not
+    /// been sent is dropped.
     pub fn send(&mut self, frames: &[&[u8]]) {
         self.request.clear();
         push_request(&mut self.request, frames);
@@ -212,9 +213,7 @@ impl ReqClient {
                     }
                     let is_sent = self.state == RequestState::Sent;
                     match connection.turn(reply) {
-                        // Nobody has asked for this reply.
-                        Ok(Some(_)) if !is_sent => {}
-                        Ok(frames) => {
+                        Ok(frames) if is_sent || frames.is_none() => {
                             let is_ready = connection.is_ready();
                             if is_ready || now < give_up_at {
                                 self.link = Link::Up { connection, give_up_at };
@@ -225,9 +224,13 @@ impl ReqClient {
                             // The next connection resolves the host again.
                             self.addresses = Vec::new().into_iter();
                         }
-                        Err(DisconnectReason::Closed | DisconnectReason::Stream(_)) if !is_sent => {
+                        Err(reason)
+                            if is_sent || matches!(reason, DisconnectReason::Protocol(_)) =>
+                        {
+                            return Err(reason);
                         }
-                        Err(reason) => return Err(reason),
+                        // The connection has ended, or has a reply to no request.
+                        Ok(_) | Err(_) => {}
                     }
                 }
             }
