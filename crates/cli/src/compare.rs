@@ -41,6 +41,7 @@ use workers::map_waiting;
 use crate::exploration::Exploration;
 use crate::inputs::Inputs;
 use crate::interrupt::StopFlag;
+use crate::local_server::raise_file_limit;
 use crate::output::{
     check_folder, create_folder, print, print_csv, print_pretty_json, progress, replace,
     write_charts,
@@ -198,7 +199,7 @@ fn search_own(
         return Ok(Vec::new());
     }
     // Each search needs about twelve open files. If the request fails, the limit may still suffice.
-    let _ = rlimit::increase_nofile_limit(MAX_FILES);
+    raise_file_limit(MAX_FILES);
     let slots = match jobs {
         Some(jobs) => jobs.into(),
         None => thread::available_parallelism().map_or(1, NonZero::get),
