@@ -29,6 +29,7 @@ mod page;
 mod parallel;
 mod phase_table;
 mod playback;
+mod progress;
 mod recording_transport;
 mod render;
 mod replay;

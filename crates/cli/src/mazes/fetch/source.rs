@@ -5,13 +5,13 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use indicatif::ProgressBar;
 use percent_encoding::percent_decode_str;
 use ureq::tls::{RootCerts, TlsConfig};
 use ureq::{Agent, Timeout};
 
 use super::archive::MAX_ARCHIVE_BYTES;
-use crate::output::{own_command, progress};
+use crate::output::own_command;
+use crate::progress::Progress;
 
 /// The timeout for connecting, for waiting for the response, and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);
@@ -90,13 +90,11 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, Str
         .into();
     let content = agent.get(address).call().and_then(|mut response| {
         let bytes = response.body().content_length();
-        let bar = match bytes {
-            Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
-            None => progress(ProgressBar::no_length(), "{spinner} {bytes}"),
-        };
-        let content = read_whole(bar.wrap_read(response.body_mut().as_reader()), bytes);
-        bar.finish_and_clear();
-        Ok(content?)
+        let progress = Progress::new(bytes, |done, total, _| {
+            let total = total.map_or(String::new(), |total| format!(" of {} KiB", total >> 10));
+            format!("{} KiB{total}", done >> 10)
+        });
+        Ok(read_whole(progress.reader(response.body_mut().as_reader()), bytes)?)
     });
     content.map_err(|error| match error {
         ureq::Error::Timeout(Timeout::Global) => {
