@@ -26,7 +26,7 @@ const MAX_STATES: u32 = 400;
 /// # Panics
 /// Panics if a maze cannot be read.
 pub fn classic_mazes() -> Vec<Maze> {
-    mazes_in(&["mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
+    mazes_in(&["crates/formats/mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
 }
 
 /// Returns all mazes of [`classic_mazes`] and [`large_mazes`], and the mazes of other sizes beside
@@ -36,7 +36,7 @@ pub fn classic_mazes() -> Vec<Maze> {
 /// Panics if a maze cannot be read.
 pub fn all_mazes() -> Vec<Maze> {
     let folders = [
-        "mazes",
+        "crates/formats/mazes",
         "../shared/mazes/classic",
         "../shared/mazes/halfsize",
         "../shared/mazes/training",
@@ -60,7 +60,7 @@ fn mazes_in(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
 /// # Panics
 /// Panics if there is no such maze.
 pub fn bundled_maze(name: &str) -> Maze {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/formats/mazes");
     mmsim_formats::read_maze(&folder.join(name).with_extension("txt")).unwrap()
 }
 
@@ -147,7 +147,9 @@ impl<'m> Searches<'m> {
 /// # Panics
 /// Panics if a maze cannot be read.
 pub fn large_mazes() -> Vec<Maze> {
-    mazes_in(&["mazes", "../shared/mazes/halfsize"], |size| size == MazeSize::HALF_SIZE)
+    mazes_in(&["crates/formats/mazes", "../shared/mazes/halfsize"], |size| {
+        size == MazeSize::HALF_SIZE
+    })
 }
 
 /// Searches a maze and returns, in order, the poses in which the mouse read the walls.

@@ -1,4 +1,4 @@
-//! Compares the bundled mazes with the table in `mazes/README.md`.
+//! Compares the bundled mazes with the table in the README of their folder.
 
 use std::fs;
 

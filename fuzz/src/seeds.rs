@@ -59,7 +59,7 @@ fn main() -> io::Result<()> {
     for maze in MAZES {
         seeds.write(maze.as_bytes())?;
     }
-    for folder in [Path::new("mazes"), &shared.join("mazes")] {
+    for folder in [Path::new("crates/formats/mazes"), &shared.join("mazes")] {
         for file in files(folder, "txt") {
             let content = fs::read(file)?;
             if let Ok(bytes) =

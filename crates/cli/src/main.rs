@@ -10,7 +10,6 @@ mod compare;
 mod connection;
 mod contest;
 mod demo;
-mod embedded;
 mod exploration;
 mod export;
 mod fast_run;

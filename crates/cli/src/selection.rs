@@ -8,7 +8,6 @@ use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
-use crate::embedded;
 use crate::output::{counted, own_command, warn};
 
 /// The name of the maze folder in the user's home folder.
@@ -88,7 +87,7 @@ impl Collection {
     }
 
     fn bundled() -> Self {
-        Self { catalogue: embedded::catalogue(), path: PathBuf::new(), is_default: false }
+        Self { catalogue: Catalogue::bundled(), path: PathBuf::new(), is_default: false }
     }
 
     /// Returns true for the bundled mazes.

@@ -158,7 +158,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     assert_eq!(*flood_fill.integrity(), Integrity::Closed);
     assert_eq!(
         flood_fill.maze().unwrap().to_string(),
-        include_str!("../../../mazes/05-hedgerow.txt")
+        include_str!("../../formats/mazes/05-hedgerow.txt")
     );
     assert_eq!((flood_fill.info().states, weight_increment.info().states), (192, 446));
     #[cfg(unix)]

@@ -293,7 +293,6 @@ mod tests {
 
     use super::*;
     use crate::compare::search::search;
-    use crate::embedded;
 
     fn pose(x: u8, y: u8, heading: Heading) -> Pose {
         Pose::new(Cell::new(x, y), heading)
@@ -324,7 +323,7 @@ mod tests {
 
     #[test]
     fn the_figures_of_a_track_equal_those_of_the_search_loop() {
-        for entry in embedded::catalogue().entries() {
+        for entry in mmsim_formats::Catalogue::bundled().entries() {
             let maze = entry.maze().unwrap();
             for &strategy in BundledStrategy::ALL {
                 let figures = track(&maze, strategy).figures();

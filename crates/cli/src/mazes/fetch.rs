@@ -9,12 +9,11 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Changes;
-use mmsim_formats::{Catalogue, parse_maze};
+use mmsim_formats::{Catalogue, bundled_files, parse_maze};
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use super::args::FetchArgs;
-use crate::embedded;
 use crate::output::{counted, note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
@@ -53,7 +52,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     let mut all = files.len() + invalid_names.len();
     let (mut files, mut mazes) = select(files);
     if from == BUNDLED || (args.from.is_none() && !mazes.is_empty()) {
-        for &(name, content) in embedded::files() {
+        for &(name, content) in bundled_files() {
             let path = format!("mmsim/{name}");
             mazes.push(path.clone());
             files.insert(path, content.into());

@@ -1,11 +1,11 @@
-//! The bundled mazes, embedded in the executable.
+//! The bundled mazes, which are part of the library.
 
-use mmsim_formats::Catalogue;
+use crate::catalogue::Catalogue;
 
 /// Embeds files from the `mazes` folder as `(file name, content)` pairs.
 macro_rules! mazes {
     ($($name:literal),+ $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../mazes/", $name)))),+]
+        &[$(($name, include_str!(concat!("../mazes/", $name)))),+]
     };
 }
 
@@ -32,13 +32,21 @@ const MAZES: &[(&str, &str)] = mazes![
 ];
 
 /// Returns the names and contents of the files of the bundled mazes.
-pub(crate) const fn files() -> &'static [(&'static str, &'static str)] {
+///
+/// ```
+/// let (name, content) = mmsim_formats::bundled_files()[0];
+/// assert_eq!(name, "01-harbour.txt");
+/// assert!(content.starts_with("o---o"));
+/// ```
+pub const fn bundled_files() -> &'static [(&'static str, &'static str)] {
     MAZES
 }
 
-/// Returns the bundled mazes.
-pub(crate) fn catalogue() -> Catalogue {
-    Catalogue::from_texts(MAZES)
+impl Catalogue {
+    /// Lists the bundled mazes.
+    pub fn bundled() -> Self {
+        Self::from_texts(MAZES)
+    }
 }
 
 #[cfg(test)]
@@ -49,11 +57,11 @@ mod tests {
 
     #[test]
     fn every_maze_in_the_folder_is_bundled() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mazes");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("mazes");
         let files = Catalogue::from_path(&folder).unwrap();
         let names = |catalogue: &Catalogue| {
-            catalogue.entries().iter().map(mmsim_formats::Entry::name).collect::<Vec<_>>()
+            catalogue.entries().iter().map(crate::Entry::name).collect::<Vec<_>>()
         };
-        assert_eq!(names(&catalogue()), names(&files));
+        assert_eq!(names(&Catalogue::bundled()), names(&files));
     }
 }
