@@ -1,0 +1,195 @@
+//! The class `Maze`: the true maze.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use mmsim_formats::{Catalogue, Format, parse_maze, read_maze};
+use mmsim_generator::{Style, generate};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_solvers::Distances;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyString, PyTuple};
+
+use crate::error::{io_error, maze_error, read_error, type_error, value_error};
+use crate::geometry::{coordinate, heading, inside, number, size, to_cells, to_pose};
+use crate::grid::{to_array, to_distances};
+
+/// A maze and its name.
+#[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
+pub(crate) struct PyMaze {
+    pub(crate) name: String,
+    pub(crate) maze: Maze,
+}
+
+impl PyMaze {
+    /// Reads a maze file. The name is the name of the file without the extension.
+    fn read(path: &Path) -> PyResult<Self> {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into();
+        Ok(Self { name, maze: read_maze(path).map_err(|error| read_error(&error))? })
+    }
+
+    fn size(&self) -> MazeSize {
+        self.maze.size()
+    }
+}
+
+#[pymethods]
+impl PyMaze {
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| Self::read(&path))
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (content, name = "maze"))]
+    fn parse(content: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
+        let maze = if let Ok(text) = content.cast::<PyString>() {
+            parse_maze(text.to_cow()?.as_bytes())
+        } else if let Ok(bytes) = content.cast::<PyBytes>() {
+            parse_maze(bytes.as_bytes())
+        } else {
+            return Err(type_error("str or bytes", content));
+        };
+        Ok(Self { name: name.into(), maze: maze.map_err(maze_error)? })
+    }
+
+    #[staticmethod]
+    fn bundled(name: &str) -> PyResult<Self> {
+        let catalogue = Catalogue::bundled();
+        let Some(entry) = catalogue.matching(name).next() else {
+            let reason = "no bundled maze matches";
+            return Err(maze_error(format_args!("{reason} {name:?} (see bundled_mazes())")));
+        };
+        Ok(Self { name: entry.name(), maze: entry.maze().map_err(|error| read_error(&error))? })
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (seed = None, size = None, style = "contest"))]
+    fn generate(
+        py: Python<'_>,
+        seed: Option<&Bound<'_, PyAny>>,
+        size: Option<&Bound<'_, PyAny>>,
+        style: &str,
+    ) -> PyResult<Self> {
+        let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
+        let Some(&style) = Style::ALL.iter().find(|known| known.name() == style) else {
+            let names: Vec<_> = Style::ALL.iter().map(|style| style.name()).collect();
+            let names = names.join(", ");
+            return Err(value_error(format_args!("expected one of {names}, found {style:?}")));
+        };
+        // A u32 is short enough to type.
+        let seed = seed.map_or_else(|| Ok(fastrand::u32(..).into()), number)?;
+        let maze = py.detach(|| generate(size, seed, style));
+        Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
+    }
+
+    #[pyo3(signature = (path, format = None))]
+    fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let format = match format {
+            Some(format) => format.parse().map_err(value_error)?,
+            None => extension.parse().unwrap_or(Format::Text),
+        };
+        let content = format.write(&self.maze).map_err(maze_error)?;
+        fs::write(&path, content).map_err(|error| {
+            io_error(error.kind(), format_args!("cannot write {}: {error}", path.display()))
+        })
+    }
+
+    #[pyo3(signature = (format = "text"))]
+    fn write<'py>(&self, py: Python<'py>, format: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let format: Format = format.parse().map_err(value_error)?;
+        Ok(PyBytes::new(py, &format.write(&self.maze).map_err(maze_error)?))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    #[getter]
+    fn width(&self) -> u8 {
+        self.size().width()
+    }
+
+    #[getter]
+    fn height(&self) -> u8 {
+        self.size().height()
+    }
+
+    #[getter]
+    fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_pose(py, self.maze.start())
+    }
+
+    #[getter]
+    fn goals(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
+        to_cells(py, self.maze.goals())
+    }
+
+    fn has_wall(
+        &self,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        heading: &Bound<'_, PyAny>,
+    ) -> PyResult<bool> {
+        let cell = inside(self.size(), Cell::new(coordinate(x)?, coordinate(y)?))?;
+        Ok(self.maze.walls().has(cell, self::heading(heading)?))
+    }
+
+    #[getter]
+    fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
+        to_array(py, self.size(), |cell| {
+            let has = |heading| u8::from(self.maze.walls().has(cell, heading));
+            has(Heading::East) << 1
+                | has(Heading::South) << 2
+                | has(Heading::West) << 3
+                | has(Heading::North) << 4
+        })
+    }
+
+    fn distances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u16>>> {
+        let distances = Distances::flood(self.maze.walls(), self.maze.goals());
+        to_distances(py, self.size(), &distances)
+    }
+
+    fn shortest_path(&self) -> Option<Vec<(u8, u8)>> {
+        let walls = self.maze.walls();
+        let distances = Distances::flood(walls, self.maze.goals());
+        let mut cell = self.maze.start().cell;
+        let mut path = vec![(cell.x, cell.y)];
+        for steps in (0..distances.at(cell)?).rev() {
+            cell = walls.open_neighbours(cell).find(|&next| distances.at(next) == Some(steps))?;
+            path.push((cell.x, cell.y));
+        }
+        Some(path)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| other.get().maze == self.maze)
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.maze.to_string().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __str__(&self) -> String {
+        self.maze.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Maze {:?}, {} cells>", self.name, self.size())
+    }
+}
+
+/// Returns the names of the bundled mazes.
+#[pyfunction]
+pub(crate) fn bundled_mazes(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
+    let names: Vec<_> =
+        Catalogue::bundled().entries().iter().map(mmsim_formats::Entry::name).collect();
+    PyTuple::new(py, names)
+}
