@@ -12,6 +12,7 @@ import_exception!(micromouse_sim._errors, Contradiction);
 import_exception!(micromouse_sim._errors, Error);
 import_exception!(micromouse_sim._errors, MazeError);
 import_exception!(micromouse_sim._errors, NoReply);
+import_exception!(micromouse_sim._errors, RecordingError);
 import_exception!(micromouse_sim._errors, Refused);
 import_exception!(micromouse_sim._errors, SearchError);
 import_exception!(micromouse_sim._errors, SimulatorError);

@@ -13,16 +13,24 @@ use crate::error::value_error;
 pub(crate) const UNREACHABLE: u16 = u16::MAX;
 
 /// Creates an array that owns the numbers of the cells, which are not copied.
+pub(crate) fn from_columns<T: Element>(
+    py: Python<'_>,
+    size: MazeSize,
+    numbers: Vec<T>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    // The crate `numpy` panics if the package is missing.
+    py.import("numpy")?;
+    let shape = (size.width().into(), size.height().into());
+    Ok(Array2::from_shape_vec(shape, numbers).map_err(value_error)?.into_pyarray(py))
+}
+
+/// Creates an array with the number of each cell.
 pub(crate) fn to_array<T: Element>(
     py: Python<'_>,
     size: MazeSize,
     number: impl Fn(Cell) -> T,
 ) -> PyResult<Bound<'_, PyArray2<T>>> {
-    // The crate `numpy` panics if NumPy is missing.
-    py.import("numpy")?;
-    let numbers = columns(size).map(number).collect();
-    let shape = (size.width().into(), size.height().into());
-    Ok(Array2::from_shape_vec(shape, numbers).map_err(value_error)?.into_pyarray(py))
+    from_columns(py, size, columns(size).map(number).collect())
 }
 
 /// Creates the array of distances. Unreachable cells have the distance 65535.

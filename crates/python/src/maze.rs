@@ -4,6 +4,7 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
+use mmsim_drawing::Scene;
 use mmsim_formats::{Catalogue, Format, parse_maze, read_maze};
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
@@ -13,8 +14,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString, PyTuple};
 
 use crate::error::{io_error, maze_error, read_error, type_error, value_error};
-use crate::geometry::{coordinate, heading, inside, number, size, to_cells, to_pose};
+use crate::fast_run::FastRun;
+use crate::geometry::{cells, coordinate, heading, inside, number, size, to_cells, to_pose};
 use crate::grid::{to_array, to_distances};
+use crate::known::PyKnownMaze;
 
 /// A maze and its name.
 #[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
@@ -167,6 +170,15 @@ impl PyMaze {
         Some(path)
     }
 
+    #[pyo3(signature = (vehicle = "ares"))]
+    fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<FastRun> {
+        FastRun::plan(py, &self.maze, vehicle)
+    }
+
+    fn _repr_svg_(&self) -> String {
+        Scene::from_maze(&self.maze).svg()
+    }
+
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| other.get().maze == self.maze)
     }
@@ -192,4 +204,25 @@ pub(crate) fn bundled_mazes(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
     let names: Vec<_> =
         Catalogue::bundled().entries().iter().map(mmsim_formats::Entry::name).collect();
     PyTuple::new(py, names)
+}
+
+/// Computes the distances to the target cells in a `Maze` or a `KnownMaze`.
+#[pyfunction]
+#[pyo3(signature = (maze, targets, unknown = "open"))]
+pub(crate) fn flood<'py>(
+    py: Python<'py>,
+    maze: &Bound<'py, PyAny>,
+    targets: &Bound<'py, PyAny>,
+    unknown: &str,
+) -> PyResult<Bound<'py, PyArray2<u16>>> {
+    let unknown = crate::known::unknown(unknown)?;
+    if let Ok(known) = maze.cast::<PyKnownMaze>() {
+        let size = known.get().lock(py)?.size();
+        let targets = cells(targets, size)?;
+        return known.get().flood(py, unknown, Some(&targets));
+    }
+    let Ok(maze) = maze.cast::<PyMaze>() else { return Err(type_error("a maze", maze)) };
+    let maze = &maze.get().maze;
+    let targets = cells(targets, maze.size())?;
+    to_distances(py, maze.size(), &Distances::flood(maze.walls(), &targets))
 }

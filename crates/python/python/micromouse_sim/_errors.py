@@ -9,6 +9,10 @@ class MazeError(Error, ValueError):
     """A maze cannot be read, written or found."""
 
 
+class RecordingError(Error, ValueError):
+    """A file is not a recording."""
+
+
 class Contradiction(Error, ValueError):
     """An observation contradicts the map of a mouse. The map has not changed."""
 
