@@ -24,6 +24,8 @@ mod known;
 mod maze;
 mod recording;
 mod search;
+mod search_batch;
+mod search_env;
 mod signals;
 mod simulator;
 mod socket;
@@ -50,6 +52,8 @@ mod _native {
     use crate::recording::{PyRecording, load_recording};
     #[pymodule_export]
     use crate::search::{Search, search};
+    #[pymodule_export]
+    use crate::search_batch::SearchBatch;
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]

@@ -38,6 +38,14 @@ impl PyMaze {
     }
 }
 
+/// Reads the name of a style of generated mazes.
+pub(crate) fn style(name: &str) -> PyResult<Style> {
+    Style::ALL.iter().copied().find(|style| style.name() == name).ok_or_else(|| {
+        let names: Vec<_> = Style::ALL.iter().map(|style| style.name()).collect();
+        value_error(format_args!("expected one of {}, found {name:?}", names.join(", ")))
+    })
+}
+
 #[pymethods]
 impl PyMaze {
     #[staticmethod]
@@ -77,11 +85,7 @@ impl PyMaze {
         style: &str,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
-        let Some(&style) = Style::ALL.iter().find(|known| known.name() == style) else {
-            let names: Vec<_> = Style::ALL.iter().map(|style| style.name()).collect();
-            let names = names.join(", ");
-            return Err(value_error(format_args!("expected one of {names}, found {style:?}")));
-        };
+        let style = self::style(style)?;
         // A u32 is short enough to type.
         let seed = seed.map_or_else(|| Ok(fastrand::u32(..).into()), number)?;
         let maze = py.detach(|| generate(size, seed, style));
