@@ -133,13 +133,14 @@ impl Search {
         PathBounds::new(&self.known)
     }
 
-    fn last_svg(&self) -> PyResult<String> {
+    /// Draws the last state. The numbers take most of the bytes.
+    fn last_svg(&self, has_numbers: bool) -> PyResult<String> {
         let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
         let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
         let unexplored = &self.place.unexplored;
         let map = state.map(unexplored.start().cell, *unexplored.goals());
-        Ok(draw(&state, &map, Some(self.truth())))
+        Ok(draw(&state, &map, Some(self.truth()), has_numbers))
     }
 }
 
@@ -233,7 +234,7 @@ impl Search {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        self.last_svg()
+        self.last_svg(true)
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
@@ -244,6 +245,6 @@ impl Search {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
             frames.push(Frame::new(&State::decode(bytes, size).map_err(value_error)?));
         }
-        Ok(animation::html(self.truth(), &frames, &self.last_svg()?))
+        Ok(animation::html(self.truth(), &frames, &self.last_svg(false)?))
     }
 }
