@@ -23,7 +23,7 @@ use crate::maze::PyMaze;
 use crate::signals;
 use crate::simulator::Simulator;
 
-/// A search that has ended.
+/// The search of a bundled strategy. A notebook shows it as an animation.
 #[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct Search {
     maze: Py<PyMaze>,
@@ -35,7 +35,7 @@ pub(crate) struct Search {
     place: Arc<Place>,
 }
 
-/// Searches a maze, or the maze of a simulator, with a bundled strategy.
+/// Runs a bundled strategy, by default until it stops or has reported its usual limit of states.
 #[pyfunction]
 #[pyo3(signature = (maze, strategy = "flood-fill", max_states = None))]
 pub(crate) fn search(
@@ -146,56 +146,67 @@ impl Search {
 
 #[pymethods]
 impl Search {
+    /// The true maze.
     #[getter]
     fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
         self.maze.clone_ref(py)
     }
 
+    /// The name of the strategy.
     #[getter]
     fn strategy(&self) -> &'static str {
         self.strategy.name()
     }
 
+    /// True if the mouse has entered a goal cell.
     #[getter]
     fn goal_reached(&self) -> bool {
         self.run.stats.goal_reached()
     }
 
+    /// The number of steps in all phases.
     #[getter]
     fn steps(&self) -> u32 {
         self.run.stats.steps()
     }
 
+    /// The number of quarter turns in all phases.
     #[getter]
     fn turns(&self) -> u32 {
         self.run.stats.turns()
     }
 
+    /// The number of steps until the mouse first entered a goal cell.
     #[getter]
     fn steps_to_goal(&self) -> Option<u32> {
         self.run.stats.steps_to_goal
     }
 
+    /// The number of requests to the simulator, except those for the name of the mouse.
     #[getter]
     fn requests(&self) -> u32 {
         self.run.requests
     }
 
+    /// The number of visited cells.
     #[getter]
     fn visited(&self) -> usize {
         self.known.visited().len()
     }
 
+    /// True if the mouse has proven that its path is shortest.
     #[getter]
     fn proven(&self) -> bool {
         self.bounds().is_proven()
     }
 
+    /// The length in steps of the shortest path that the mouse knows.
     #[getter]
     fn path_found(&self) -> Option<u16> {
         self.bounds().pessimistic
     }
 
+    /// The steps and turns of the search run, the return run and the fast run.
     #[getter]
     fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let phases = PyDict::new(py);
@@ -208,16 +219,19 @@ impl Search {
         Ok(phases)
     }
 
+    /// The reason why the strategy could not continue.
     #[getter]
     fn error(&self) -> Option<&str> {
         self.error.as_deref()
     }
 
+    /// The map of the mouse at the end.
     #[getter]
     fn known(&self) -> PyKnownMaze {
         self.known.clone().into()
     }
 
+    /// The states that the mouse has reported.
     #[getter]
     fn states(&self) -> History {
         History::ended(Arc::clone(&self.history), Arc::clone(&self.place))

@@ -1,9 +1,10 @@
+from __future__ import annotations
+
 import json
 import subprocess
 from pathlib import Path
 
 import flood_fill
-import pandas
 import pytest
 
 import micromouse_sim as mm
@@ -34,18 +35,19 @@ def test_a_function_has_the_figures_of_the_states_it_reports() -> None:
     assert [row["mouse"] for row in rows] == ["mine", "bundled"] * 3
     for mine, bundled in zip(rows[::2], rows[1::2]):
         assert {**mine, "mouse": "bundled"} == bundled
+    pandas = pytest.importorskip("pandas")
     assert len(pandas.DataFrame(rows)) == 6
 
 
 def test_returns_and_fast_runs_of_a_function_count_apart() -> None:
     def mouse(simulator: mm.Simulator) -> None:
-        strategy, pose = mm.Strategy("shortest-path-search"), simulator.start
-        known, following = simulator.unexplored(), pose
-        while following is not None:
-            pose = following
+        strategy, known = mm.Strategy("shortest-path-search"), simulator.unexplored()
+        pose: mm.Pose | None = simulator.start
+        while pose is not None:
             known.observe(*pose, simulator.walls(*pose))
             following = strategy.next_move(known, *pose)
             simulator.state(*pose, strategy.weights(), known)
+            pose = following
 
     for row, expected in zip(
         mm.compare(["01-harbour", "05-hedgerow"], {"mine": mouse}),

@@ -1,4 +1,5 @@
 import copy
+from typing import Any
 
 import pytest
 
@@ -83,9 +84,12 @@ def test_strategies_report_why_they_cannot_continue() -> None:
 
 
 def test_faulty_maps_are_refused() -> None:
-    for arguments in ({"goals": [(9, 9)]}, {"start": (9, 0)}, {"goals": []}, {"size": (0, 1)}):
+    faults: list[dict[str, Any]] = [
+        {"goals": [(9, 9)]}, {"start": (9, 0)}, {"goals": []}, {"size": (0, 1)}, {"size": (-3, 3)}
+    ]
+    for arguments in faults:
         with pytest.raises(ValueError):
-            mm.KnownMaze(**{"size": (3, 3), **arguments})  # type: ignore[arg-type]
+            mm.KnownMaze(**{"size": (3, 3), **arguments})
     with pytest.raises(TypeError, match="expected a cell"):
         mm.KnownMaze((3, 3), goals=[3])  # type: ignore[list-item]
     with pytest.raises(ValueError, match="expected open or closed"):

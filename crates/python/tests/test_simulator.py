@@ -94,7 +94,8 @@ def test_annotations_belong_to_the_next_state(tmp_path: Path) -> None:
     simulator.state(0, 0, "N", [[0, 0], [0, 0]], FLAGS)
     assert len(simulator.history) == 2
     for fault in (lambda: simulator.text(0, 0, "x" * 11), lambda: simulator.colour(0, 0, "x"),
-                  lambda: simulator.wall(0, 0, "N", "2"), lambda: simulator.name("x" * 101)):
+                  lambda: simulator.wall(0, 0, "N", "2"),  # type: ignore[arg-type]
+                  lambda: simulator.name("x" * 101)):
         with pytest.raises(ValueError):
             fault()  # type: ignore[no-untyped-call]
 
