@@ -1,6 +1,6 @@
 //! Measures the time of `W` and `S` requests to mmsim over ZeroMQ on loopback, with and without
 //! recording. For comparison, a bare REP socket sends replies of the same sizes without parsing the
-//! requests.
+//! requests. The client is libzmq, and for another comparison that of mmsim.
 
 use std::hint::black_box;
 use std::thread;
@@ -12,8 +12,9 @@ use mmsim_maze::KnownMaze;
 use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Server, Simulation};
+use mmsim_zmtp::ReqClient;
 
-/// The number of rounds. Each round measures mmsim, then the bare REP socket.
+/// The number of rounds. Each round measures mmsim, then the implementation it is compared with.
 const ROUNDS: usize = 15;
 /// The number of round trips to each server in a round.
 const TRIPS: u32 = 4000;
@@ -36,19 +37,53 @@ fn exchanges() -> [SampleExchange; 2] {
     ]
 }
 
-/// Returns a connected REQ socket. The socket keeps its ZeroMQ context alive.
-fn connect(address: &str) -> zmq::Socket {
+/// A REQ socket.
+trait Client {
+    /// Sends a request and returns the reply.
+    fn ask(&mut self, request: &[u8]) -> &[u8];
+}
+
+struct LibzmqClient {
+    /// The socket keeps its ZeroMQ context alive.
+    socket: zmq::Socket,
+    reply: zmq::Message,
+}
+
+impl Client for LibzmqClient {
+    fn ask(&mut self, request: &[u8]) -> &[u8] {
+        self.socket.send(request, 0).unwrap();
+        self.socket.recv(&mut self.reply, 0).unwrap();
+        &self.reply
+    }
+}
+
+struct OwnClient {
+    client: ReqClient,
+    reply: Vec<u8>,
+}
+
+impl Client for OwnClient {
+    fn ask(&mut self, request: &[u8]) -> &[u8] {
+        self.client.send(&[request]);
+        let frames = self.client.receive(&mut self.reply, Duration::from_secs(60)).unwrap();
+        assert_eq!(frames, Some(1));
+        &self.reply
+    }
+}
+
+/// Returns a connected client of libzmq.
+fn connect(address: &str) -> LibzmqClient {
     let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
     socket.set_linger(0).unwrap();
     socket.set_rcvtimeo(60_000).unwrap();
     socket.connect(address).unwrap();
-    socket
+    LibzmqClient { socket, reply: zmq::Message::new() }
 }
 
 /// Starts a thread with a bare REP socket that sends `reply` to every request. The thread exits
-/// after it has replied to an empty request. Returns a REQ socket that is connected to the REP
+/// after it has replied to an empty request. Returns a client that is connected to the REP
 /// socket.
-fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
+fn connect_to_bare_rep(reply: &'static [u8]) -> LibzmqClient {
     let socket = zmq::Context::new().socket(zmq::REP).unwrap();
     socket.bind("tcp://127.0.0.1:*").unwrap();
     let address = socket.get_last_endpoint().unwrap().unwrap();
@@ -65,38 +100,36 @@ fn connect_to_bare_rep(reply: &'static [u8]) -> zmq::Socket {
     connect(&address)
 }
 
-fn round_trip(socket: &zmq::Socket, request: &[u8], reply: &mut zmq::Message) {
-    socket.send(request, 0).unwrap();
-    socket.recv(reply, 0).unwrap();
-}
-
 /// Deletes the history and measures the total time of `trips` round trips.
-fn time(socket: &zmq::Socket, exchange: &SampleExchange, trips: u64) -> Duration {
-    let mut reply = zmq::Message::new();
-    round_trip(socket, b"reset", &mut reply);
-    round_trip(socket, &exchange.request, &mut reply);
-    assert_eq!(*reply, *exchange.reply);
+fn time(client: &mut dyn Client, exchange: &SampleExchange, trips: u64) -> Duration {
+    client.ask(b"reset");
+    assert_eq!(client.ask(&exchange.request), exchange.reply);
     let start = Instant::now();
     for _ in 0..trips {
-        round_trip(socket, black_box(&exchange.request), &mut reply);
+        client.ask(black_box(&exchange.request));
     }
     start.elapsed()
 }
 
-/// Prints the request rate of mmsim relative to that of the bare socket. The servers are measured
-/// alternately, so that changes in the machine's speed affect both servers equally.
-fn compare(name: &str, exchange: &SampleExchange, ours: &zmq::Socket, bare: &zmq::Socket) {
+/// Prints the request rate of `ours` relative to that of `peer`. They are measured alternately, so
+/// that changes in the machine's speed affect both equally. The rate should be at least `expected`.
+fn compare(
+    name: &str,
+    exchange: &SampleExchange,
+    ours: &mut dyn Client,
+    (peer_name, peer): (&str, &mut dyn Client),
+    expected: f64,
+) {
     let mut ratios: Vec<f64> = (0..ROUNDS)
         .map(|_| {
             let ours = time(ours, exchange, TRIPS.into());
-            time(bare, exchange, TRIPS.into()).as_secs_f64() / ours.as_secs_f64()
+            time(peer, exchange, TRIPS.into()).as_secs_f64() / ours.as_secs_f64()
         })
         .collect();
     ratios.sort_by(f64::total_cmp);
-    let expected = if name.contains("--record") { 0.85 } else { 0.95 };
     let (median, min, max) = (ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
     println!(
-        "round_trip/{}/{name}: {median:.3} of the rate of a bare REP socket \
+        "round_trip/{}/{name}: {median:.3} of the rate of {peer_name} \
          (median of {ROUNDS} rounds, {min:.3} to {max:.3}; at least {expected})",
         exchange.name
     );
@@ -119,21 +152,29 @@ fn main() {
         ("mmsim --record --states-only", server(recorder("states", false))),
     ];
     for exchange in exchanges() {
-        let bare = connect_to_bare_rep(exchange.reply);
-        let ours: Vec<_> =
+        let mut bare = connect_to_bare_rep(exchange.reply);
+        let mut ours: Vec<_> =
             servers.iter().map(|(name, server)| (*name, connect(server.address()))).collect();
+        let client = ReqClient::new(servers[0].1.address().parse().unwrap()).unwrap();
+        let mut own = OwnClient { client, reply: Vec::new() };
         let mut group = criterion.benchmark_group(format!("round_trip/{}", exchange.name));
         group.throughput(Throughput::Elements(1));
-        for (side, socket) in
-            ours.iter().map(|(name, ours)| (*name, ours)).chain([("bare REP", &bare)])
-        {
-            group.bench_function(side, |b| b.iter_custom(|trips| time(socket, &exchange, trips)));
+        let libzmq = ours.iter_mut().map(|(name, client)| (*name, client as &mut dyn Client));
+        let others: [(&str, &mut dyn Client); 2] =
+            [("bare REP", &mut bare), ("mmsim, client of mmsim", &mut own)];
+        for (side, client) in libzmq.chain(others) {
+            group.bench_function(side, |b| b.iter_custom(|trips| time(client, &exchange, trips)));
         }
         group.finish();
-        for (name, ours) in ours.iter().filter(|_| !is_test) {
-            compare(name, &exchange, ours, &bare);
+        if !is_test {
+            for (name, client) in &mut ours {
+                let expected = if name.contains("--record") { 0.85 } else { 0.95 };
+                compare(name, &exchange, client, ("a bare REP socket", &mut bare), expected);
+            }
+            let libzmq = ("a libzmq client", &mut ours[0].1 as &mut dyn Client);
+            compare("client of mmsim", &exchange, &mut own, libzmq, 1.0);
         }
-        round_trip(&bare, b"", &mut zmq::Message::new());
+        bare.ask(b"");
     }
     for (_, server) in servers {
         server.stop().unwrap();

@@ -83,7 +83,7 @@ fn links_are_valid() {
         "crates/trial/README.md",
         "crates/viewer/README.md",
         "crates/zmtp/README.md",
-        "mazes/README.md",
+        "crates/formats/mazes/README.md",
     ] {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let folder = root.join(page).parent().unwrap().to_path_buf();

@@ -21,7 +21,9 @@ const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 /// The default timeout in seconds.
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A connection to a running simulator.
+/// A connection to a running simulator, which may be started later.
+///
+/// Ctrl-C interrupts the wait for a reply.
 #[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
 pub(crate) struct Client {}
 
@@ -86,11 +88,13 @@ impl Client {
         Ok(PyClassInitializer::from(Connection::new(link, annotations)).add_subclass(Self {}))
     }
 
+    /// The endpoint of the simulator.
     #[getter]
     fn endpoint(connection: PyRef<'_, Self>) -> String {
         Self::socket(&connection).map(Socket::endpoint).unwrap_or_default().into()
     }
 
+    /// The pose in which a mouse starts. The client asks `mmsim` for it with `info`.
     #[getter]
     fn start<'py>(connection: PyRef<'_, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let info = connection.as_super().link.info(py)?;
@@ -98,6 +102,10 @@ impl Client {
         to_pose(py, start)
     }
 
+    /// Returns the map of a mouse that has not read any walls yet.
+    ///
+    /// Without arguments, the client asks `mmsim` for the maze with `info`. The reference simulator
+    /// does not know `info`, so pass `size=(16, 16)` for its mazes.
     #[pyo3(signature = (size = None, goals = None, start = None))]
     fn unexplored(
         connection: PyRef<'_, Self>,
@@ -115,6 +123,7 @@ impl Client {
         unexplored(size, goals, start).map(PyKnownMaze::from)
     }
 
+    /// Raises an error, because the states are in the other process.
     #[getter]
     #[allow(clippy::unused_self, reason = "it is a property in Python")]
     fn history(&self) -> PyResult<()> {
@@ -123,6 +132,7 @@ impl Client {
         ))
     }
 
+    /// Closes the connection. A further request uses a new one.
     fn close(connection: PyRef<'_, Self>) {
         if let Some(socket) = Self::socket(&connection) {
             socket.close();

@@ -18,7 +18,11 @@ use crate::grid::{Bytes, columns};
 use crate::known::PyKnownMaze;
 use crate::socket::Socket;
 
-/// The base class of `Simulator` and `Client`.
+/// The requests of a mouse to a simulator: the methods of both `Simulator` and `Client`.
+///
+/// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
+/// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
+/// `Refused`, the annotations that the simulator has not accepted are dropped.
 #[pyclass(subclass, frozen, module = "micromouse_sim")]
 pub(crate) struct Connection {
     pub(crate) link: Link,
@@ -194,19 +198,23 @@ impl Connection {
 
 #[pymethods]
 impl Connection {
+    /// Sends the bytes of a request and returns the bytes of the reply.
     fn request<'py>(&self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
         self.link.exchange(py, request, |reply| PyBytes::new(py, reply))
     }
 
+    /// Checks that the simulator replies.
     fn ping(&self, py: Python<'_>) -> PyResult<()> {
         self.link.ask(py, "ping", b"ping", |reply| (reply == Reply::Pong).then_some(()))
     }
 
+    /// Deletes all states in the simulator and begins a new search.
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         self.pending.clear();
         self.link.ask(py, "reset", b"reset", is_ok)
     }
 
+    /// Returns the walls around a mouse in this pose.
     fn walls(
         &self,
         py: Python<'_>,
@@ -223,6 +231,11 @@ impl Connection {
         to_walls(py, around)
     }
 
+    /// Reports the state of the mouse, for the history, the viewer and recordings.
+    ///
+    /// `weights` holds a number for each cell, such as the distance to the goal; numbers above 255
+    /// are sent as 255. `walls` is the map of the mouse, or the flags of each cell (see
+    /// `KnownMaze.walls`).
     fn state(
         &self,
         py: Python<'_>,
@@ -259,6 +272,7 @@ impl Connection {
         self.link.ask(py, "S", &request, is_ok)
     }
 
+    /// Sets the text of a cell, at most 10 characters. An empty text clears it.
     fn text(
         &self,
         x: &Bound<'_, PyAny>,
@@ -269,6 +283,7 @@ impl Connection {
         self.annotate(Annotation::Text { cell, text: &printable(&text.to_cow()?) })
     }
 
+    /// Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it.
     fn colour(
         &self,
         x: &Bound<'_, PyAny>,
@@ -279,6 +294,9 @@ impl Connection {
         if self.annotates() { self.pending.colour(cell, letter) } else { Ok(()) }
     }
 
+    /// Declares a wall of a cell, whatever the flags of the states say.
+    ///
+    /// `state` is "1" for present, "0" for absent, "?" for unknown, or "-" as in the states.
     fn wall(
         &self,
         x: &Bound<'_, PyAny>,
@@ -291,29 +309,35 @@ impl Connection {
         if self.annotates() { self.pending.wall(cell, heading, state) } else { Ok(()) }
     }
 
+    /// Clears all texts.
     fn clear_texts(&self) -> PyResult<()> {
         self.annotate(Annotation::ClearTexts)
     }
 
+    /// Clears all colours.
     fn clear_colours(&self) -> PyResult<()> {
         self.annotate(Annotation::ClearColours)
     }
 
+    /// Withdraws all declared walls.
     fn clear_walls(&self) -> PyResult<()> {
         self.annotate(Annotation::ClearWalls)
     }
 
+    /// Logs one or more lines. Lines are cut after 1000 bytes.
     fn log(&self, text: &Bound<'_, PyAny>) -> PyResult<()> {
         let text = text.str()?;
         if self.annotates() { self.pending.log(&text.to_cow()?) } else { Ok(()) }
     }
 
+    /// Names the mouse and its strategy, in at most 100 bytes each.
     #[pyo3(signature = (mouse, strategy = ""))]
     fn name(&self, mouse: &str, strategy: &str) -> PyResult<()> {
         self.annotate(Annotation::Mouse(&printable(mouse)))?;
         self.annotate(Annotation::Strategy(&printable(strategy)))
     }
 
+    /// Says that the mouse was put back at its start, and did not drive there.
     fn restart(&self) -> PyResult<()> {
         self.annotate(Annotation::Restart)
     }

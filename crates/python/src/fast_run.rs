@@ -17,7 +17,7 @@ const MAX_BYTES: u64 = 1 << 20;
 /// The number of points of the drawn curve for each cell that is passed.
 const POINTS_PER_CELL: f64 = 16.0;
 
-/// A run from rest to rest.
+/// The fastest run of a vehicle through a maze, from rest to rest.
 #[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct FastRun {
     maze: Maze,
@@ -88,41 +88,49 @@ impl FastRun {
 
 #[pymethods]
 impl FastRun {
+    /// The name of the vehicle.
     #[getter]
     fn vehicle(&self) -> &str {
         &self.vehicle
     }
 
+    /// The time in seconds.
     #[getter]
     fn time(&self) -> f64 {
         self.trajectory.duration()
     }
 
+    /// The time in seconds from leaving the start cell to entering the goal.
     #[getter]
     fn gate_to_gate(&self) -> f64 {
         self.trajectory.gate_to_gate(self.maze.goals())
     }
 
+    /// The length in millimetres.
     #[getter]
     fn length(&self) -> f64 {
         self.trajectory.length()
     }
 
+    /// The top speed in millimetres per second.
     #[getter]
     fn top_speed(&self) -> f64 {
         self.trajectory.top_speed()
     }
 
+    /// The number of turns.
     #[getter]
     fn turns(&self) -> usize {
         self.run.turns().len()
     }
 
+    /// The cells of the run.
     #[getter]
     fn cells(&self) -> Vec<(u8, u8)> {
         self.run.cells().into_iter().map(|Cell { x, y }| (x, y)).collect()
     }
 
+    /// The straights and turns, as `mmsim fast-run --json` prints them.
     #[getter]
     fn run(&self) -> String {
         self.run.to_string()

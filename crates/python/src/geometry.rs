@@ -117,10 +117,21 @@ pub(crate) fn inside(size: MazeSize, cell: Cell) -> PyResult<Cell> {
 
 /// Reads a cell as a tuple of two coordinates.
 pub(crate) fn cell(value: &Bound<'_, PyAny>) -> PyResult<Cell> {
-    let Ok((x, y)) = value.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
-        return Err(type_error("a cell (x, y)", value));
-    };
+    let [x, y] = items(value, "a cell (x, y)")?;
     Ok(Cell::new(coordinate(&x)?, coordinate(&y)?))
+}
+
+/// Reads the items of an iterable with `N` items.
+fn items<'py, const N: usize>(
+    value: &Bound<'py, PyAny>,
+    expected: &str,
+) -> PyResult<[Bound<'py, PyAny>; N]> {
+    let wrong = || type_error(expected, value);
+    if value.hasattr("__iter__")? {
+        let items = value.try_iter()?.take(N + 1).collect::<PyResult<Vec<_>>>()?;
+        return items.try_into().map_err(|_| wrong());
+    }
+    Err(wrong())
 }
 
 /// Reads the cells of an iterable, which must be inside the maze.
@@ -134,9 +145,8 @@ pub(crate) fn cells(value: &Bound<'_, PyAny>, size: MazeSize) -> PyResult<CellSe
 
 /// Reads a size as a tuple of width and height.
 pub(crate) fn size(value: &Bound<'_, PyAny>) -> PyResult<MazeSize> {
-    let Ok((width, height)) = value.extract::<(i64, i64)>() else {
-        return Err(type_error("a size (width, height)", value));
-    };
+    let [width, height] = items(value, "a size (width, height)")?;
+    let (width, height): (i64, i64) = (integer(&width, "a side")?, integer(&height, "a side")?);
     // A negative side is as invalid as an empty one.
     let side = |side: i64| usize::try_from(side).unwrap_or(0);
     MazeSize::new(side(width), side(height)).map_err(|error| {
@@ -168,10 +178,7 @@ pub(crate) fn to_walls(py: Python<'_>, around: WallsAround) -> PyResult<Py<PyAny
 
 /// Reads `Walls` or another sequence of three truth values.
 pub(crate) fn walls(value: &Bound<'_, PyAny>) -> PyResult<WallsAround> {
-    type Three<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
-    let Ok((left, front, right)) = value.extract::<Three<'_>>() else {
-        return Err(type_error("walls (left, front, right)", value));
-    };
+    let [left, front, right] = items(value, "walls (left, front, right)")?;
     Ok(WallsAround {
         left: left.is_truthy()?,
         front: front.is_truthy()?,

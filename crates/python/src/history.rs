@@ -27,7 +27,7 @@ pub(crate) struct Place {
     pub(crate) truth: Option<Maze>,
 }
 
-/// The states of a search.
+/// The states that a mouse has reported, from the oldest to the newest.
 #[pyclass(frozen, sequence, module = "micromouse_sim")]
 pub(crate) struct History {
     source: Source,
@@ -148,7 +148,7 @@ impl History {
     }
 }
 
-/// A state: the pose of a mouse, its weights and its map.
+/// A state: the pose of a mouse, its weights and its map. States with the same bytes are equal.
 #[pyclass(frozen, name = "State", module = "micromouse_sim")]
 pub(crate) struct HistoryState {
     index: usize,
@@ -167,41 +167,53 @@ impl HistoryState {
     }
 }
 
-/// Draws the pose, the weights and the map of a mouse.
-pub(crate) fn draw(state: &State<'_>, map: &KnownMaze, truth: Option<&Maze>) -> String {
+/// Draws the pose and the map of a mouse, with or without its weights.
+pub(crate) fn draw(
+    state: &State<'_>,
+    map: &KnownMaze,
+    truth: Option<&Maze>,
+    has_numbers: bool,
+) -> String {
+    let scene = Scene::from_map(map).with_truth(truth).with_mouse(state.pose());
     let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
-    Scene::from_map(map).with_truth(truth).with_mouse(state.pose()).with_weights(weight).svg()
+    if has_numbers { scene.with_weights(weight).svg() } else { scene.svg() }
 }
 
 #[pymethods]
 impl HistoryState {
+    /// The number of states before this one.
     #[getter]
     fn index(&self) -> usize {
         self.index
     }
 
+    /// The bytes of the message S.
     #[getter]
     fn bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, &self.bytes)
     }
 
+    /// The pose of the mouse.
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_pose(py, self.decode()?.pose())
     }
 
+    /// The weight of each cell. 255 means 255 or more.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let state = self.decode()?;
         to_array(py, state.size(), |cell| state.weights().at(cell).unwrap_or(0))
     }
 
+    /// The flags of each cell (see `KnownMaze.walls`).
     #[getter]
     fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let state = self.decode()?;
         to_array(py, state.size(), |cell| state.walls().at(cell).unwrap_or(0))
     }
 
+    /// The map of the mouse.
     #[getter]
     fn known(&self) -> PyResult<PyKnownMaze> {
         self.map().map(PyKnownMaze::from)
@@ -217,6 +229,6 @@ impl HistoryState {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        Ok(draw(&self.decode()?, &self.map()?, self.place.truth.as_ref()))
+        Ok(draw(&self.decode()?, &self.map()?, self.place.truth.as_ref(), true))
     }
 }

@@ -17,7 +17,7 @@ use crate::geometry::{self, coordinate, heading, inside, pose, to_cells, to_pose
 use crate::grid::{from_columns, to_distances};
 use crate::maze::PyMaze;
 
-/// The map of a mouse.
+/// The map of a mouse: visited cells, and walls that are present, absent or unknown.
 #[pyclass(frozen, name = "KnownMaze", module = "micromouse_sim")]
 pub(crate) struct PyKnownMaze(Mutex<KnownMaze>);
 
@@ -65,39 +65,49 @@ impl PyKnownMaze {
         unexplored(size, goals, start).map(Self::from)
     }
 
+    /// Creates the map of an unexplored maze with the size, the start and the goal of `maze`.
     #[staticmethod]
     fn unexplored(maze: &PyMaze) -> Self {
         KnownMaze::unexplored(&maze.maze).into()
     }
 
+    /// The number of cells from west to east.
     #[getter]
     fn width(&self, py: Python<'_>) -> PyResult<u8> {
         Ok(self.lock(py)?.size().width())
     }
 
+    /// The number of cells from south to north.
     #[getter]
     fn height(&self, py: Python<'_>) -> PyResult<u8> {
         Ok(self.lock(py)?.size().height())
     }
 
+    /// The pose in which the mouse starts.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let start = self.lock(py)?.start();
         to_pose(py, start)
     }
 
+    /// The goal cells.
     #[getter]
     fn goals(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
         let goals = *self.lock(py)?.goals();
         to_cells(py, &goals)
     }
 
+    /// The visited cells, from south to north.
     #[getter]
     fn visited(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
         let visited = *self.lock(py)?.visited();
         to_cells(py, &visited)
     }
 
+    /// The flags of each cell, as in a state.
+    ///
+    /// A flag is the sum of 1 (visited) and of 2, 4, 8 and 16 for known walls to the east, south,
+    /// west and north.
     #[getter]
     fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         let (size, flags) = {
@@ -107,6 +117,9 @@ impl PyKnownMaze {
         from_columns(py, size, flags)
     }
 
+    /// Records the walls to the left, ahead and to the right, and marks the cell as visited.
+    ///
+    /// Raises `Contradiction` if the map contains different walls.
     fn observe(
         &self,
         py: Python<'_>,
@@ -121,6 +134,7 @@ impl PyKnownMaze {
         map.observe(pose, walls).map_err(|error| Contradiction::new_err(error.to_string()))
     }
 
+    /// Returns whether there is a wall on this side of the cell, or None if it is unknown.
     fn wall(
         &self,
         x: &Bound<'_, PyAny>,
@@ -135,16 +149,21 @@ impl PyKnownMaze {
         })
     }
 
+    /// Returns true if the mouse has visited the cell.
     fn is_visited(&self, x: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<bool> {
         let cell = self.cell(x, y)?;
         Ok(self.lock(x.py())?.visited().contains(cell))
     }
 
+    /// Returns true if the cell belongs to the goal.
     fn is_goal(&self, x: &Bound<'_, PyAny>, y: &Bound<'_, PyAny>) -> PyResult<bool> {
         let cell = self.cell(x, y)?;
         Ok(self.lock(x.py())?.goals().contains(cell))
     }
 
+    /// Returns the number of steps from each cell to the goal, or 65535 if there is no path.
+    ///
+    /// Unknown walls count as open (optimistic) or as closed (pessimistic).
     #[pyo3(signature = (unknown = "open"))]
     fn distances<'py>(
         &self,
@@ -154,6 +173,9 @@ impl PyKnownMaze {
         self.flood(py, self::unknown(unknown)?, None)
     }
 
+    /// Returns the poses after a step through a side that is known to be open.
+    ///
+    /// The order is front, left, right, back, in which strategies prefer equally good steps.
     fn open_poses<'py>(
         &self,
         py: Python<'py>,
@@ -174,21 +196,25 @@ impl PyKnownMaze {
         Ok(poses)
     }
 
+    /// The distance from the start to the goal if all unknown walls are open.
     #[getter]
     fn optimistic_distance(&self, py: Python<'_>) -> PyResult<Option<u16>> {
         Ok(self.bounds(py)?.optimistic)
     }
 
+    /// The distance from the start to the goal if all unknown walls are closed.
     #[getter]
     fn pessimistic_distance(&self, py: Python<'_>) -> PyResult<Option<u16>> {
         Ok(self.bounds(py)?.pessimistic)
     }
 
+    /// True if a path is known, and no unknown wall can hide a shorter one.
     #[getter]
     fn is_proven(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.bounds(py)?.is_proven())
     }
 
+    /// Returns a copy of the map.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         Ok(self.lock(py)?.clone().into())
     }

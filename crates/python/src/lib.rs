@@ -1,12 +1,13 @@
 //! The native part of the Python package `micromouse-sim`.
 //!
-//! Python sources, type stubs and the documentation of all classes are in
-//! `python/micromouse_sim`. Functions that Python can call raise exceptions and never panic. They
+//! The Python sources and the type stubs are in `python/micromouse_sim`. A test compares the
+//! documentation in the stubs with that of the classes here. Functions that Python can call raise exceptions and never panic. They
 //! take no lock while they run Python code, so threads cannot block each other.
 #![allow(
     missing_docs,
+    clippy::doc_markdown,
     clippy::needless_pass_by_value,
-    reason = "the signatures follow PyO3, and Python shows the documentation in `_native.pyi`"
+    reason = "the signatures follow PyO3, and the documentation is that of `_native.pyi`"
 )]
 
 mod animation;

@@ -19,7 +19,7 @@ use crate::geometry::{cells, coordinate, heading, inside, number, size, to_cells
 use crate::grid::{to_array, to_distances};
 use crate::known::PyKnownMaze;
 
-/// A maze and its name.
+/// A maze and its name. Mazes with the same cells, walls, start and goal are equal.
 #[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
 pub(crate) struct PyMaze {
     pub(crate) name: String,
@@ -48,11 +48,15 @@ pub(crate) fn style(name: &str) -> PyResult<Style> {
 
 #[pymethods]
 impl PyMaze {
+    /// Reads a maze file. The format is detected from the content.
+    ///
+    /// Raises `MazeError` if the content is not a maze, or a subclass of `OSError`.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| Self::read(&path))
     }
 
+    /// Reads a maze from the content of a maze file.
     #[staticmethod]
     #[pyo3(signature = (content, name = "maze"))]
     fn parse(content: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
@@ -66,6 +70,7 @@ impl PyMaze {
         Ok(Self { name: name.into(), maze: maze.map_err(maze_error)? })
     }
 
+    /// Returns the first bundled maze whose name contains every word of `name`.
     #[staticmethod]
     fn bundled(name: &str) -> PyResult<Self> {
         let catalogue = Catalogue::bundled();
@@ -76,6 +81,9 @@ impl PyMaze {
         Ok(Self { name: entry.name(), maze: entry.maze().map_err(|error| read_error(&error))? })
     }
 
+    /// Generates a maze, by default of 16x16 cells. The same seed gives the same maze.
+    ///
+    /// The name contains the seed, which is random by default.
     #[staticmethod]
     #[pyo3(signature = (seed = None, size = None, style = "contest"))]
     fn generate(
@@ -92,6 +100,7 @@ impl PyMaze {
         Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
     }
 
+    /// Writes a maze file. By default, the extension determines the format.
     #[pyo3(signature = (path, format = None))]
     fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -105,37 +114,44 @@ impl PyMaze {
         })
     }
 
+    /// Returns the content of a maze file.
     #[pyo3(signature = (format = "text"))]
     fn write<'py>(&self, py: Python<'py>, format: &str) -> PyResult<Bound<'py, PyBytes>> {
         let format: Format = format.parse().map_err(value_error)?;
         Ok(PyBytes::new(py, &format.write(&self.maze).map_err(maze_error)?))
     }
 
+    /// The name of the maze.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
+    /// The number of cells from west to east.
     #[getter]
     fn width(&self) -> u8 {
         self.size().width()
     }
 
+    /// The number of cells from south to north.
     #[getter]
     fn height(&self) -> u8 {
         self.size().height()
     }
 
+    /// The pose in which a mouse starts.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_pose(py, self.maze.start())
     }
 
+    /// The goal cells.
     #[getter]
     fn goals(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
         to_cells(py, self.maze.goals())
     }
 
+    /// Returns true if there is a wall on this side of the cell.
     fn has_wall(
         &self,
         x: &Bound<'_, PyAny>,
@@ -146,6 +162,7 @@ impl PyMaze {
         Ok(self.maze.walls().has(cell, self::heading(heading)?))
     }
 
+    /// The walls of each cell: the sum of 2 (east), 4 (south), 8 (west) and 16 (north).
     #[getter]
     fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
         to_array(py, self.size(), |cell| {
@@ -157,11 +174,13 @@ impl PyMaze {
         })
     }
 
+    /// Returns the number of steps from each cell to the goal, or 65535 if there is no path.
     fn distances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u16>>> {
         let distances = Distances::flood(self.maze.walls(), self.maze.goals());
         to_distances(py, self.size(), &distances)
     }
 
+    /// Returns the cells of a shortest path to the goal, or None if there is none.
     fn shortest_path(&self) -> Option<Vec<(u8, u8)>> {
         let walls = self.maze.walls();
         let distances = Distances::flood(walls, self.maze.goals());
@@ -174,6 +193,10 @@ impl PyMaze {
         Some(path)
     }
 
+    /// Plans the fastest run of a vehicle, in seconds.
+    ///
+    /// `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file.
+    /// Raises `SearchError` if the goal is unreachable.
     #[pyo3(signature = (vehicle = "ares"))]
     fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<FastRun> {
         FastRun::plan(py, &self.maze, vehicle)
@@ -210,7 +233,9 @@ pub(crate) fn bundled_mazes(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
     PyTuple::new(py, names)
 }
 
-/// Computes the distances to the target cells in a `Maze` or a `KnownMaze`.
+/// Returns the number of steps from each cell to the nearest target, or 65535 if there is no path.
+///
+/// `unknown` says how unknown walls of a `KnownMaze` count.
 #[pyfunction]
 #[pyo3(signature = (maze, targets, unknown = "open"))]
 pub(crate) fn flood<'py>(

@@ -12,7 +12,7 @@ use crate::error::{RecordingError, io_error};
 use crate::history::{History, Place};
 use crate::maze::PyMaze;
 
-/// A recording that was read from a file.
+/// The states in a file.
 #[pyclass(frozen, name = "Recording", module = "micromouse_sim")]
 pub(crate) struct PyRecording {
     info: String,
@@ -22,7 +22,7 @@ pub(crate) struct PyRecording {
     place: Arc<Place>,
 }
 
-/// Reads a recording.
+/// Reads a recording of `mmsim` or of `Simulator.save`.
 #[pyfunction]
 pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
     let recording = py.detach(|| mmsim_recording::Recording::open(&path));
@@ -46,23 +46,27 @@ pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecord
 
 #[pymethods]
 impl PyRecording {
+    /// The true maze, or None if a client has made the recording.
     #[getter]
     fn maze(&self) -> Option<PyMaze> {
         let maze = self.place.truth.clone()?;
         Some(PyMaze { name: self.name.clone(), maze })
     }
 
+    /// The states.
     #[getter]
     fn states(&self) -> History {
         History::recorded(Arc::clone(&self.recording), Arc::clone(&self.place))
     }
 
+    /// The reply of the simulator to `info`.
     #[getter]
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let info = py.import("json")?.call_method1("loads", (&self.info,))?;
         Ok(info.cast_into::<PyDict>()?)
     }
 
+    /// False if the recording has not been closed, or the file is damaged.
     #[getter]
     fn is_complete(&self) -> bool {
         self.is_complete

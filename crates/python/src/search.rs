@@ -23,7 +23,7 @@ use crate::maze::PyMaze;
 use crate::signals;
 use crate::simulator::Simulator;
 
-/// A search that has ended.
+/// The search of a bundled strategy. A notebook shows it as an animation.
 #[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct Search {
     maze: Py<PyMaze>,
@@ -35,7 +35,7 @@ pub(crate) struct Search {
     place: Arc<Place>,
 }
 
-/// Searches a maze, or the maze of a simulator, with a bundled strategy.
+/// Runs a bundled strategy, by default until it stops or has reported its usual limit of states.
 #[pyfunction]
 #[pyo3(signature = (maze, strategy = "flood-fill", max_states = None))]
 pub(crate) fn search(
@@ -133,68 +133,80 @@ impl Search {
         PathBounds::new(&self.known)
     }
 
-    fn last_svg(&self) -> PyResult<String> {
+    /// Draws the last state. The numbers take most of the bytes.
+    fn last_svg(&self, has_numbers: bool) -> PyResult<String> {
         let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
         let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
         let unexplored = &self.place.unexplored;
         let map = state.map(unexplored.start().cell, *unexplored.goals());
-        Ok(draw(&state, &map, Some(self.truth())))
+        Ok(draw(&state, &map, Some(self.truth()), has_numbers))
     }
 }
 
 #[pymethods]
 impl Search {
+    /// The true maze.
     #[getter]
     fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
         self.maze.clone_ref(py)
     }
 
+    /// The name of the strategy.
     #[getter]
     fn strategy(&self) -> &'static str {
         self.strategy.name()
     }
 
+    /// True if the mouse has entered a goal cell.
     #[getter]
     fn goal_reached(&self) -> bool {
         self.run.stats.goal_reached()
     }
 
+    /// The number of steps in all phases.
     #[getter]
     fn steps(&self) -> u32 {
         self.run.stats.steps()
     }
 
+    /// The number of quarter turns in all phases.
     #[getter]
     fn turns(&self) -> u32 {
         self.run.stats.turns()
     }
 
+    /// The number of steps until the mouse first entered a goal cell.
     #[getter]
     fn steps_to_goal(&self) -> Option<u32> {
         self.run.stats.steps_to_goal
     }
 
+    /// The number of requests to the simulator, except those for the name of the mouse.
     #[getter]
     fn requests(&self) -> u32 {
         self.run.requests
     }
 
+    /// The number of visited cells.
     #[getter]
     fn visited(&self) -> usize {
         self.known.visited().len()
     }
 
+    /// True if the mouse has proven that its path is shortest.
     #[getter]
     fn proven(&self) -> bool {
         self.bounds().is_proven()
     }
 
+    /// The length in steps of the shortest path that the mouse knows.
     #[getter]
     fn path_found(&self) -> Option<u16> {
         self.bounds().pessimistic
     }
 
+    /// The steps and turns of the search run, the return run and the fast run.
     #[getter]
     fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let phases = PyDict::new(py);
@@ -207,16 +219,19 @@ impl Search {
         Ok(phases)
     }
 
+    /// The reason why the strategy could not continue.
     #[getter]
     fn error(&self) -> Option<&str> {
         self.error.as_deref()
     }
 
+    /// The map of the mouse at the end.
     #[getter]
     fn known(&self) -> PyKnownMaze {
         self.known.clone().into()
     }
 
+    /// The states that the mouse has reported.
     #[getter]
     fn states(&self) -> History {
         History::ended(Arc::clone(&self.history), Arc::clone(&self.place))
@@ -233,7 +248,7 @@ impl Search {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        self.last_svg()
+        self.last_svg(true)
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
@@ -244,6 +259,6 @@ impl Search {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
             frames.push(Frame::new(&State::decode(bytes, size).map_err(value_error)?));
         }
-        Ok(animation::html(self.truth(), &frames, &self.last_svg()?))
+        Ok(animation::html(self.truth(), &frames, &self.last_svg(false)?))
     }
 }

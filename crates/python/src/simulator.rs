@@ -17,7 +17,7 @@ use crate::history::{History, Place};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 
-/// A simulation in this process.
+/// A simulation in this process, with the rules and messages of `mmsim`.
 #[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
 pub(crate) struct Simulator {
     maze: Py<PyMaze>,
@@ -56,26 +56,31 @@ impl Simulator {
         Self::initializer(maze, max_states)
     }
 
+    /// The true maze.
     #[getter]
     fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
         self.maze.clone_ref(py)
     }
 
+    /// The pose in which a mouse starts.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_pose(py, self.place.unexplored.start())
     }
 
+    /// Returns the map of a mouse that has not read any walls yet.
     fn unexplored(&self) -> PyKnownMaze {
         self.place.unexplored.clone().into()
     }
 
+    /// The states since the last reset. They change while the mouse drives.
     #[getter]
     fn history(simulator: Bound<'_, Self>) -> History {
         let place = Arc::clone(&simulator.get().place);
         History::live(simulator.unbind(), place)
     }
 
+    /// Writes the states to a recording, which `mmsim replay` shows.
     fn save(simulator: &Bound<'_, Self>, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let Link::Process(simulated) = &simulator.as_super().get().link else { return Ok(()) };
         let write = || {

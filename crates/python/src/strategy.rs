@@ -35,11 +35,16 @@ impl PyStrategy {
         Ok(Self { kind, search: Mutex::new(search) })
     }
 
+    /// The name of the strategy.
     #[getter]
     fn name(&self) -> &'static str {
         self.kind.name()
     }
 
+    /// Returns the pose after the next step, or None if the search is over.
+    ///
+    /// Call this method once for each reading, after the map contains the walls around the mouse.
+    /// Raises `SearchError` if the strategy cannot continue.
     fn next_move<'py>(
         &self,
         py: Python<'py>,
@@ -64,6 +69,7 @@ impl PyStrategy {
         pose.after(step).map(|next| to_pose(py, next)).transpose()
     }
 
+    /// Returns the weight of each cell after the last move, or 65535 for none.
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u16>>> {
         let search = self.search.lock_py_attached(py).map_err(|_| failed())?;
         let size = search.maze.map_or(MazeSize::CLASSIC, |(size, _)| size);

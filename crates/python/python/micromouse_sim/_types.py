@@ -16,6 +16,11 @@ class Heading(str, Enum):
     SOUTH = "S"
     WEST = "W"
 
+    def __new__(cls, value: str) -> Heading:
+        heading = str.__new__(cls, value)
+        heading._value_ = value
+        return heading
+
     def turned(self, quarters: int) -> Heading:
         """Returns the heading after quarter turns to the right; negative numbers turn left."""
         return _CLOCKWISE[(_CLOCKWISE.index(self) + quarters) % 4]
