@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, Pose};
-use mmsim_protocol::State;
+use mmsim_protocol::{CellWalls, State};
 
 /// The script that draws the states.
 const SCRIPT: &str = include_str!("animation.js");
+
+/// The width and height of a cell, as in the script.
+const CELL: i32 = 20;
 
 /// What the animation shows of a state.
 pub(crate) struct Frame {
@@ -26,18 +27,61 @@ impl Frame {
     }
 }
 
-/// Returns the animation of these states. `fallback` is the picture that is shown where scripts are
-/// disabled.
-pub(crate) fn html(maze: &Maze, frames: &[Frame], fallback: &str) -> String {
+/// Returns the animation of these states. Where scripts are disabled, it shows the last state.
+pub(crate) fn html(maze: &Maze, frames: &[Frame]) -> String {
     // The identifier must be unique in the page, which may contain the output of several sessions.
     let id = format!("micromouse-{:016x}", fastrand::u64(..));
-    let picture = STANDARD.encode(fallback);
-    let data = data(maze, frames);
+    let (picture, data) = (picture(maze, frames), data(maze, frames));
     format!(
-        "<div id=\"{id}\"><img alt=\"last state of the search\" width=\"480\" \
-         src=\"data:image/svg+xml;base64,{picture}\"></div>\n\
+        "<div id=\"{id}\">{picture}</div>\n\
          <script>({SCRIPT})(document.getElementById(\"{id}\"), {data});</script>\n",
         SCRIPT = SCRIPT.trim_end()
+    )
+}
+
+/// Draws the known walls of the last state and the path of the mouse, without numbers, as an SVG of
+/// a few kilobytes.
+fn picture(maze: &Maze, frames: &[Frame]) -> String {
+    let size = maze.size();
+    let (width, height) = (CELL * i32::from(size.width()), CELL * i32::from(size.height()));
+    let corner = |cell: Cell| (CELL * i32::from(cell.x), height - CELL - CELL * i32::from(cell.y));
+    let last = frames.last();
+    let is_known = |cell: Cell, heading| {
+        let flags = |cell| last.and_then(|last| last.cells.get(index(size, cell)));
+        let has =
+            |cell, heading| flags(cell).is_some_and(|&[_, flags]| CellWalls(flags).wall(heading));
+        let neighbour = size.neighbour(cell, heading);
+        has(cell, heading) || neighbour.is_some_and(|cell| has(cell, heading.back()))
+    };
+    let [mut unknown, mut known] = [String::new(), String::new()];
+    for cell in size.cells() {
+        let (left, top) = corner(cell);
+        let sides = [
+            (Heading::North, format!("M{left} {top}h{CELL}")),
+            (Heading::East, format!("M{} {top}v{CELL}", left + CELL)),
+        ];
+        for (heading, line) in sides {
+            if is_known(cell, heading) {
+                known += &line;
+            } else if maze.walls().has(cell, heading) {
+                unknown += &line;
+            }
+        }
+    }
+    let centres = frames.iter().map(|frame| {
+        let (left, top) = corner(frame.pose.cell);
+        format!("{} {}", left + CELL / 2, top + CELL / 2)
+    });
+    let trail: Vec<String> = centres.collect();
+    format!(
+        "<svg viewBox=\"-2 -2 {} {}\" width=\"480\" fill=\"none\" stroke=\"#a22\">\
+         <rect x=\"-2\" y=\"-2\" width=\"100%\" height=\"100%\" fill=\"#fff\" stroke=\"none\"/>\
+         <path d=\"{unknown}\" stroke=\"#ccc\"/><path d=\"{known}\" stroke-width=\"2\"/>\
+         <rect width=\"{width}\" height=\"{height}\" stroke-width=\"2\"/>\
+         <polyline points=\"{}\" stroke=\"#27c\" stroke-width=\"2\"/></svg>",
+        width + 4,
+        height + 4,
+        trail.join(" ")
     )
 }
 

@@ -167,16 +167,10 @@ impl HistoryState {
     }
 }
 
-/// Draws the pose and the map of a mouse, with or without its weights.
-pub(crate) fn draw(
-    state: &State<'_>,
-    map: &KnownMaze,
-    truth: Option<&Maze>,
-    has_numbers: bool,
-) -> String {
-    let scene = Scene::from_map(map).with_truth(truth).with_mouse(state.pose());
+/// Draws the pose, the weights and the map of a mouse.
+pub(crate) fn draw(state: &State<'_>, map: &KnownMaze, truth: Option<&Maze>) -> String {
     let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
-    if has_numbers { scene.with_weights(weight).svg() } else { scene.svg() }
+    Scene::from_map(map).with_truth(truth).with_mouse(state.pose()).with_weights(weight).svg()
 }
 
 #[pymethods]
@@ -229,6 +223,6 @@ impl HistoryState {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        Ok(draw(&self.decode()?, &self.map()?, self.place.truth.as_ref(), true))
+        Ok(draw(&self.decode()?, &self.map()?, self.place.truth.as_ref()))
     }
 }

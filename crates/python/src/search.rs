@@ -133,14 +133,13 @@ impl Search {
         PathBounds::new(&self.known)
     }
 
-    /// Draws the last state. The numbers take most of the bytes.
-    fn last_svg(&self, has_numbers: bool) -> PyResult<String> {
+    fn last_svg(&self) -> PyResult<String> {
         let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
         let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
         let unexplored = &self.place.unexplored;
         let map = state.map(unexplored.start().cell, *unexplored.goals());
-        Ok(draw(&state, &map, Some(self.truth()), has_numbers))
+        Ok(draw(&state, &map, Some(self.truth())))
     }
 }
 
@@ -248,17 +247,20 @@ impl Search {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        self.last_svg(true)
+        self.last_svg()
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
         let size = self.truth().size();
         let mut reader = self.history.reader();
+        if self.history.is_empty() {
+            return Err(Error::new_err("the search has no states"));
+        }
         let mut frames = Vec::with_capacity(self.history.len());
         for index in 0..self.history.len() {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
             frames.push(Frame::new(&State::decode(bytes, size).map_err(value_error)?));
         }
-        Ok(animation::html(self.truth(), &frames, &self.last_svg(false)?))
+        Ok(animation::html(self.truth(), &frames))
     }
 }

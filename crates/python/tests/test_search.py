@@ -93,7 +93,7 @@ def test_the_animation_is_small_and_needs_no_other_file() -> None:
     identifiers = {page.split('"')[1] for page in pages}
     assert len(identifiers) == 2, "a page may contain several animations"
     for page in pages:
-        assert len(page) < 300_000
+        assert len(page) < 100_000
         assert page.count("<script>") == 1 and " src=\"http" not in page and "import" not in page
     _, arguments = pages[0].split("(document.getElementById", 1)
     data = json.loads(arguments.split(", ", 1)[1].rsplit(");", 1)[0])
