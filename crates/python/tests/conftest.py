@@ -28,7 +28,8 @@ def mmsim() -> str:
 
 @pytest.fixture(autouse=True)
 def environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Hides the mazes and the endpoint of the user."""
+    """Hides the mazes and the endpoint of the user, and keeps files out of the current folder."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
     monkeypatch.delenv("MMSIM_ENDPOINT", raising=False)

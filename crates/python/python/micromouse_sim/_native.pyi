@@ -585,3 +585,52 @@ def history_row(
     simulator: Simulator, mouse: str, error: str | None, ending: str | None
 ) -> dict[str, Any]: ...
 def load_folder(path: _Path) -> tuple[list[Maze], list[str]]: ...
+
+class SearchBatch:
+    """Several search environments that take their steps together; see `micromouse_sim.gym`."""
+
+    def __new__(
+        cls,
+        mazes: Sequence[Maze] | None,
+        size: tuple[int, int],
+        style: str,
+        until_proven: bool,
+        max_steps: int | None,
+        count: int,
+    ) -> SearchBatch: ...
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in cells."""
+
+    def reset(self, index: int, seed: int | None) -> None:
+        """Begins a new episode. A seed also determines the mazes of later episodes."""
+
+    def step_one(self, action: int) -> tuple[float, bool, bool]:
+        """Takes one action in the first environment."""
+
+    def step(
+        self, actions: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Takes one action in each environment, or begins a new episode where one is over."""
+
+    def observation(
+        self, index: int
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]:
+        """Returns walls, openings, goals and the pose of one environment."""
+
+    def observations(
+        self,
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]:
+        """Returns walls, openings, goals and poses of all environments."""
+
+    def info(self, index: int) -> tuple[NDArray[np.int8], bool]:
+        """Returns the action mask of one environment, and whether its mouse was in the goal."""
+
+    def infos(self) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+        """Returns the action masks of all environments, and whether each mouse was in the goal."""
+
+    def maze(self, index: int) -> Maze:
+        """Returns the true maze of an environment."""
+
+    def known(self, index: int) -> KnownMaze:
+        """Returns a copy of the map that the mouse of an environment has made."""
