@@ -37,6 +37,7 @@ __all__ = [
     "Recording",
     "load_recording",
     "Search",
+    "SearchBatch",
     "search",
     "Simulator",
     "Strategy",
@@ -586,6 +587,7 @@ def history_row(
 ) -> dict[str, Any]: ...
 def load_folder(path: _Path) -> tuple[list[Maze], list[str]]: ...
 
+@final
 class SearchBatch:
     """Several search environments that take their steps together; see `micromouse_sim.gym`."""
 
@@ -609,24 +611,24 @@ class SearchBatch:
         """Takes one action in the first environment."""
 
     def step(
-        self, actions: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        self, actions: npt.NDArray[np.int64]
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
         """Takes one action in each environment, or begins a new episode where one is over."""
 
     def observation(
         self, index: int
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]:
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
         """Returns walls, openings, goals and the pose of one environment."""
 
     def observations(
         self,
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]:
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
         """Returns walls, openings, goals and poses of all environments."""
 
-    def info(self, index: int) -> tuple[NDArray[np.int8], bool]:
+    def info(self, index: int) -> tuple[npt.NDArray[np.int8], bool]:
         """Returns the action mask of one environment, and whether its mouse was in the goal."""
 
-    def infos(self) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    def infos(self) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.bool_]]:
         """Returns the action masks of all environments, and whether each mouse was in the goal."""
 
     def maze(self, index: int) -> Maze:
