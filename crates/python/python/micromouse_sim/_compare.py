@@ -1,0 +1,81 @@
+"""Comparing mice over many mazes."""
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any, Callable, Iterable, Mapping, Union
+
+from . import _native
+from ._native import Maze, Simulator, bundled_mazes
+
+MazeLike = Union[Maze, str, "os.PathLike[str]"]
+Mouse = Callable[[Simulator], object]
+
+
+def compare(
+    mazes: MazeLike | Iterable[MazeLike] | None = None,
+    mice: str | Iterable[str] | Mapping[str, str | Mouse] = ("flood-fill", "shortest-path-search"),
+    max_states: int | None = None,
+) -> list[dict[str, Any]]:
+    """Returns one row for each maze and mouse, which `pandas.DataFrame` accepts.
+
+    `mazes` holds mazes, paths of files and folders, and names of bundled mazes; by default, it is
+    all bundled mazes. `mice` holds names of bundled strategies, or is a dict of names and
+    strategies or functions. A function takes a `Simulator` and drives through its maze; its
+    figures come from the states that it reports. The keys of a row are those of
+    `mmsim compare --json` where they exist there. The figures are those before the fast run, unless
+    their name says otherwise.
+
+    An exception of a function becomes the error of its row. Unreadable files of a folder are
+    skipped with a warning. After `max_states` states, a simulator refuses further states.
+    """
+    found = [maze for item in _items(mazes) for maze in _load(item)]
+    if isinstance(mice, str):
+        mice = [mice]
+    named = dict(mice) if isinstance(mice, Mapping) else {name: name for name in mice}
+    strategies = [mouse for mouse in named.values() if isinstance(mouse, str)]
+    rows = iter(_native.compare_strategies(found, strategies, max_states))
+    table = []
+    for maze in found:
+        for name, mouse in named.items():
+            if isinstance(mouse, str):
+                table.append({**next(rows), "mouse": name})
+            else:
+                table.append(_run(name, mouse, maze, max_states))
+    return table
+
+
+def _items(mazes: MazeLike | Iterable[MazeLike] | None) -> Iterable[MazeLike]:
+    if mazes is None:
+        return bundled_mazes()
+    if isinstance(mazes, (Maze, str, os.PathLike)):
+        return [mazes]
+    return mazes
+
+
+def _load(item: MazeLike) -> list[Maze]:
+    if isinstance(item, Maze):
+        return [item]
+    if os.path.isdir(item):
+        mazes, errors = _native.load_folder(item)
+        for error in errors:
+            warnings.warn(f"skipped {error}", stacklevel=3)
+        return mazes
+    # A name has neither a folder nor an extension.
+    is_name = isinstance(item, str) and os.path.splitext(os.path.basename(item)) == (item, "")
+    if isinstance(item, str) and is_name and not os.path.exists(item):
+        return [Maze.bundled(item)]
+    return [Maze.load(item)]
+
+
+def _run(name: str, mouse: Mouse, maze: Maze, max_states: int | None) -> dict[str, Any]:
+    """Runs a function and returns the figures of the states that it has reported."""
+    simulator = Simulator(maze, max_states=max_states)
+    error = ending = None
+    try:
+        mouse(simulator)
+    except Exception as exception:
+        error = f"{type(exception).__name__}: {exception}"
+        is_limit = max_states is not None and len(simulator.history) >= max_states
+        ending = "step_limit" if is_limit else "failed"
+    return _native.history_row(simulator, name, error, ending)

@@ -1,0 +1,170 @@
+//! The class `Client`: a connection to a running simulator.
+
+use std::env;
+use std::time::Duration;
+
+use mmsim_client::Timeout;
+use mmsim_maze::{Cell, KnownMaze, MazeSize};
+use mmsim_protocol::DEFAULT_PORT;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::connection::{Connection, Link, OFF, ON, UNKNOWN};
+use crate::error::{Error, SimulatorError, type_error, value_error};
+use crate::geometry::{cell, cells, inside, size, to_pose};
+use crate::known::PyKnownMaze;
+use crate::socket::Socket;
+
+/// The environment variable with the address to which a mouse of `mmsim run` connects.
+const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
+
+/// The default timeout in seconds.
+const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A connection to a running simulator, which may be started later.
+///
+/// Ctrl-C interrupts the wait for a reply.
+#[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
+pub(crate) struct Client {}
+
+/// The argument `timeout`, which may be missing.
+enum TimeoutArgument {
+    Default,
+    Given(Timeout),
+}
+
+impl<'py> FromPyObject<'_, 'py> for TimeoutArgument {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::Given(Timeout::Never));
+        }
+        let Ok(seconds) = value.extract::<f64>() else {
+            return Err(type_error("a timeout in seconds, or None", &value));
+        };
+        Duration::try_from_secs_f64(seconds)
+            .map(|timeout| Self::Given(Timeout::After(timeout)))
+            .map_err(|_| value_error(format_args!("invalid timeout: {seconds} s")))
+    }
+}
+
+impl Client {
+    fn socket<'a>(connection: &'a PyRef<'_, Self>) -> Option<&'a Socket> {
+        match &connection.as_super().link {
+            Link::Socket(socket) => Some(socket),
+            Link::Process(_) => None,
+        }
+    }
+}
+
+#[pymethods]
+impl Client {
+    #[new]
+    #[pyo3(signature = (endpoint = None, timeout = TimeoutArgument::Default, annotations = None))]
+    fn new(
+        endpoint: Option<String>,
+        timeout: TimeoutArgument,
+        annotations: Option<bool>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let variable = env::var(ENDPOINT_VARIABLE).ok().filter(|variable| !variable.is_empty());
+        let endpoint = endpoint
+            .or_else(|| variable.clone())
+            .unwrap_or_else(|| format!("tcp://127.0.0.1:{DEFAULT_PORT}"));
+        // A mouse of `mmsim run` may also connect to another simulator.
+        let is_run = variable.as_ref() == Some(&endpoint);
+        let timeout = match timeout {
+            TimeoutArgument::Given(timeout) => timeout,
+            // `mmsim run` holds replies while the mouse is paused.
+            TimeoutArgument::Default if is_run => Timeout::Never,
+            TimeoutArgument::Default => Timeout::After(DEFAULT_TIMEOUT),
+        };
+        let annotations = match annotations {
+            Some(true) => UNKNOWN,
+            None if is_run => ON,
+            Some(false) | None => OFF,
+        };
+        let link = Link::Socket(Socket::connect(endpoint, timeout)?);
+        Ok(PyClassInitializer::from(Connection::new(link, annotations)).add_subclass(Self {}))
+    }
+
+    /// The endpoint of the simulator.
+    #[getter]
+    fn endpoint(connection: PyRef<'_, Self>) -> String {
+        Self::socket(&connection).map(Socket::endpoint).unwrap_or_default().into()
+    }
+
+    /// The pose in which a mouse starts. The client asks `mmsim` for it with `info`.
+    #[getter]
+    fn start<'py>(connection: PyRef<'_, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let info = connection.as_super().link.info(py)?;
+        let start = info.start_pose().ok_or_else(|| SimulatorError::new_err("invalid start"))?;
+        to_pose(py, start)
+    }
+
+    /// Returns the map of a mouse that has not read any walls yet.
+    ///
+    /// Without arguments, the client asks `mmsim` for the maze with `info`. The reference simulator
+    /// does not know `info`, so pass `size=(16, 16)` for its mazes.
+    #[pyo3(signature = (size = None, goals = None, start = None))]
+    fn unexplored(
+        connection: PyRef<'_, Self>,
+        py: Python<'_>,
+        size: Option<&Bound<'_, PyAny>>,
+        goals: Option<&Bound<'_, PyAny>>,
+        start: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyKnownMaze> {
+        if size.is_none() && goals.is_none() && start.is_none() {
+            let info = connection.as_super().link.info(py)?;
+            let map = info.known_maze().filter(|map| map.size().contains(map.start().cell));
+            let map = map.ok_or_else(|| SimulatorError::new_err("invalid reply to info"))?;
+            return Ok(PyKnownMaze::from(map));
+        }
+        unexplored(size, goals, start).map(PyKnownMaze::from)
+    }
+
+    /// Raises an error, because the states are in the other process.
+    #[getter]
+    #[allow(clippy::unused_self, reason = "it is a property in Python")]
+    fn history(&self) -> PyResult<()> {
+        Err(Error::new_err(
+            "a client has no history (use a Simulator in this process, or `mmsim --record FOLDER`)",
+        ))
+    }
+
+    /// Closes the connection. A further request uses a new one.
+    fn close(connection: PyRef<'_, Self>) {
+        if let Some(socket) = Self::socket(&connection) {
+            socket.close();
+        }
+    }
+
+    fn __enter__(connection: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        connection
+    }
+
+    #[pyo3(signature = (*_error))]
+    fn __exit__(connection: PyRef<'_, Self>, _error: &Bound<'_, PyTuple>) {
+        Self::close(connection);
+    }
+
+    fn __repr__(connection: PyRef<'_, Self>) -> String {
+        format!("<Client of {}>", Self::endpoint(connection))
+    }
+}
+
+/// Creates the map of an unexplored maze. By default, the maze has 16x16 cells, the start is (0, 0),
+/// and the goal consists of the central cells.
+pub(crate) fn unexplored(
+    size: Option<&Bound<'_, PyAny>>,
+    goals: Option<&Bound<'_, PyAny>>,
+    start: Option<&Bound<'_, PyAny>>,
+) -> PyResult<KnownMaze> {
+    let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
+    let start = start.map_or(Ok(Cell::new(0, 0)), cell)?;
+    let goals = goals.map_or_else(|| Ok(size.central_cells()), |goals| cells(goals, size))?;
+    if goals.is_empty() {
+        return Err(value_error("expected at least one goal cell"));
+    }
+    Ok(KnownMaze::new(size, inside(size, start)?, goals))
+}

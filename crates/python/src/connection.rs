@@ -1,0 +1,344 @@
+//! The class `Connection`: the requests of a mouse to a simulator.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Mutex, MutexGuard};
+
+use mmsim_maze::{Cell, KnownMaze, MazeSize};
+use mmsim_protocol::{Annotation, CellWalls, ERROR_PREFIX, Info, Reply, Request};
+use mmsim_recording::{Clock, Times};
+use mmsim_server::{Change, Simulation};
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use pyo3::types::PyBytes;
+
+use crate::annotation::{Pending, printable};
+use crate::error::{Refused, SimulatorError, value_error};
+use crate::geometry::{coordinate, heading, pose, to_walls};
+use crate::grid::{Bytes, columns};
+use crate::known::PyKnownMaze;
+use crate::socket::Socket;
+
+/// The requests of a mouse to a simulator: the methods of both `Simulator` and `Client`.
+///
+/// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
+/// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
+/// `Refused`, the annotations that the simulator has not accepted are dropped.
+#[pyclass(subclass, frozen, module = "micromouse_sim")]
+pub(crate) struct Connection {
+    pub(crate) link: Link,
+    pending: Pending,
+    /// One of [`UNKNOWN`], [`OFF`] and [`ON`].
+    annotations: AtomicU8,
+}
+
+/// The client must ask whether the simulator knows annotations.
+pub(crate) const UNKNOWN: u8 = 0;
+/// Annotations are not sent.
+pub(crate) const OFF: u8 = 1;
+/// Annotations are sent.
+pub(crate) const ON: u8 = 2;
+
+/// What answers the requests.
+pub(crate) enum Link {
+    /// A simulation in this process. The lock is never held while Python code runs.
+    Process(Box<Mutex<Simulated>>),
+    Socket(Socket),
+}
+
+/// A simulation, the times of its states, and the buffer of its last reply.
+pub(crate) struct Simulated {
+    pub(crate) simulation: Simulation,
+    pub(crate) times: Times,
+    clock: Clock,
+    /// The maximum number of states.
+    max_states: usize,
+    reply: Vec<u8>,
+}
+
+impl Simulated {
+    pub(crate) fn new(simulation: Simulation, max_states: Option<usize>) -> Self {
+        Self {
+            simulation,
+            times: Times::new(1),
+            clock: Clock::start(),
+            max_states: max_states.unwrap_or(usize::MAX),
+            reply: Vec::new(),
+        }
+    }
+
+    /// Answers a request.
+    pub(crate) fn handle(&mut self, request: &[u8]) -> &[u8] {
+        let max = self.max_states;
+        if request.first() == Some(&b'S') && self.simulation.history().len() >= max {
+            self.reply.clear();
+            let reason = format!("cannot store another state: limit of {max} states reached");
+            self.reply.extend(ERROR_PREFIX.bytes().chain(reason.bytes()));
+            return &self.reply;
+        }
+        match self.simulation.handle(request, &mut self.reply) {
+            // A missing time only makes the recording less precise.
+            Change::State => drop(self.times.push(self.clock.now())),
+            Change::Reset => self.times = Times::new(1),
+            Change::Nothing => {}
+        }
+        &self.reply
+    }
+}
+
+/// Locks a simulation.
+pub(crate) fn lock<'a>(
+    simulated: &'a Mutex<Simulated>,
+    py: Python<'_>,
+) -> PyResult<MutexGuard<'a, Simulated>> {
+    simulated
+        .lock_py_attached(py)
+        .map_err(|_| SimulatorError::new_err("an earlier request has failed unexpectedly"))
+}
+
+impl Link {
+    /// Sends a request and passes the reply to `read`.
+    fn exchange<R>(
+        &self,
+        py: Python<'_>,
+        request: &[u8],
+        read: impl FnOnce(&[u8]) -> R,
+    ) -> PyResult<R> {
+        match self {
+            Self::Process(simulated) => Ok(read(lock(simulated, py)?.handle(request))),
+            Self::Socket(socket) => Ok(read(&socket.exchange(py, request)?)),
+        }
+    }
+
+    /// Sends a request and decodes the reply.
+    fn ask<R>(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        request: &[u8],
+        expected: impl FnOnce(Reply<'_>) -> Option<R>,
+    ) -> PyResult<R> {
+        self.exchange(py, request, |bytes| match Reply::decode(bytes) {
+            Ok(Reply::Error(reason)) => {
+                let reason = mmsim_maze::Escaped(reason);
+                Err(Refused::new_err(format!("the simulator refused {name}: {reason}")))
+            }
+            Ok(reply) => expected(reply).ok_or_else(|| {
+                let found = mmsim_maze::Excerpt::<16>::new(bytes);
+                SimulatorError::new_err(format!("expected the reply to {name}, found {found}"))
+            }),
+            Err(error) => Err(SimulatorError::new_err(error.to_string())),
+        })?
+    }
+
+    /// Asks for the description of the maze.
+    pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
+        let json = self.ask(py, "info", b"info", |reply| match reply {
+            Reply::Info(json) => Some(String::from(json)),
+            _ => None,
+        })?;
+        serde_json::from_str(&json)
+            .map_err(|error| SimulatorError::new_err(format!("invalid reply to info: {error}")))
+    }
+
+    /// Returns the size of the maze of a simulation in this process.
+    fn size(&self, py: Python<'_>) -> PyResult<Option<MazeSize>> {
+        match self {
+            Self::Process(simulated) => Ok(Some(lock(simulated, py)?.simulation.maze().size())),
+            Self::Socket(_) => Ok(None),
+        }
+    }
+}
+
+fn is_ok(reply: Reply<'_>) -> Option<()> {
+    (reply == Reply::Ok).then_some(())
+}
+
+/// Returns the flags of the cells of a map, column by column from the west.
+pub(crate) fn flags(map: &KnownMaze) -> Vec<u8> {
+    columns(map.size()).map(|cell| CellWalls::known(map, cell).0).collect()
+}
+
+impl Connection {
+    pub(crate) fn new(link: Link, annotations: u8) -> Self {
+        Self { link, pending: Pending::default(), annotations: AtomicU8::new(annotations) }
+    }
+
+    fn annotates(&self) -> bool {
+        self.annotations.load(Ordering::Relaxed) != OFF
+    }
+
+    fn annotate(&self, annotation: Annotation<'_>) -> PyResult<()> {
+        if self.annotates() { self.pending.push(annotation) } else { Ok(()) }
+    }
+
+    /// Sends the annotations, which belong to the next state.
+    fn send_annotations(&self, py: Python<'_>) -> PyResult<()> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
+        if self.annotations.load(Ordering::Relaxed) == UNKNOWN {
+            let has_annotations = self.link.info(py)?.has_annotations();
+            self.annotations.store(if has_annotations { ON } else { OFF }, Ordering::Relaxed);
+        }
+        if !self.annotates() {
+            self.pending.clear();
+        }
+        while let Some((request, count)) = self.pending.request() {
+            if let Err(error) = self.link.ask(py, "A", &request, is_ok) {
+                if error.is_instance_of::<Refused>(py) {
+                    self.pending.clear();
+                }
+                return Err(error);
+            }
+            self.pending.remove(count);
+        }
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl Connection {
+    /// Sends the bytes of a request and returns the bytes of the reply.
+    fn request<'py>(&self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+        self.link.exchange(py, request, |reply| PyBytes::new(py, reply))
+    }
+
+    /// Checks that the simulator replies.
+    fn ping(&self, py: Python<'_>) -> PyResult<()> {
+        self.link.ask(py, "ping", b"ping", |reply| (reply == Reply::Pong).then_some(()))
+    }
+
+    /// Deletes all states in the simulator and begins a new search.
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        self.pending.clear();
+        self.link.ask(py, "reset", b"reset", is_ok)
+    }
+
+    /// Returns the walls around a mouse in this pose.
+    fn walls(
+        &self,
+        py: Python<'_>,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        heading: &Bound<'_, PyAny>,
+    ) -> PyResult<Py<PyAny>> {
+        let mut request = [0; 4];
+        Request::Walls(pose(x, y, heading)?).encode(&mut request).map_err(value_error)?;
+        let around = self.link.ask(py, "W", &request, |reply| match reply {
+            Reply::Walls(around) => Some(around),
+            _ => None,
+        })?;
+        to_walls(py, around)
+    }
+
+    /// Reports the state of the mouse, for the history, the viewer and recordings.
+    ///
+    /// `weights` holds a number for each cell, such as the distance to the goal; numbers above 255
+    /// are sent as 255. `walls` is the map of the mouse, or the flags of each cell (see
+    /// `KnownMaze.walls`).
+    fn state(
+        &self,
+        py: Python<'_>,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        heading: &Bound<'_, PyAny>,
+        weights: &Bound<'_, PyAny>,
+        walls: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let pose = pose(x, y, heading)?;
+        let weights = Bytes::read(weights)?;
+        let walls = match walls.cast::<PyKnownMaze>() {
+            Ok(known) => {
+                let known = known.get().lock(py)?;
+                let [width, height] =
+                    [known.size().width(), known.size().height()].map(usize::from);
+                Bytes { width, height, cells: flags(&known) }
+            }
+            Err(_) => Bytes::read(walls)?,
+        };
+        if let Some(size) = self.link.size(py)? {
+            weights.check_size(size)?;
+        }
+        if (weights.width, weights.height) != (walls.width, walls.height) {
+            return Err(value_error("weights and walls must have the same shape"));
+        }
+        let mut request = Vec::with_capacity(6 + 2 * weights.cells.len());
+        // The letter F stands for columns from the west, each from the south.
+        request.extend([b'S', pose.cell.x, pose.cell.y, pose.heading.letter() as u8, b'F']);
+        request.extend(weights.cells);
+        request.push(b'F');
+        request.extend(walls.cells);
+        self.send_annotations(py)?;
+        self.link.ask(py, "S", &request, is_ok)
+    }
+
+    /// Sets the text of a cell, at most 10 characters. An empty text clears it.
+    fn text(
+        &self,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        text: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let (cell, text) = (Cell::new(coordinate(x)?, coordinate(y)?), text.str()?);
+        self.annotate(Annotation::Text { cell, text: &printable(&text.to_cow()?) })
+    }
+
+    /// Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it.
+    fn colour(
+        &self,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        letter: Option<&str>,
+    ) -> PyResult<()> {
+        let cell = Cell::new(coordinate(x)?, coordinate(y)?);
+        if self.annotates() { self.pending.colour(cell, letter) } else { Ok(()) }
+    }
+
+    /// Declares a wall of a cell, whatever the flags of the states say.
+    ///
+    /// `state` is "1" for present, "0" for absent, "?" for unknown, or "-" as in the states.
+    fn wall(
+        &self,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        heading: &Bound<'_, PyAny>,
+        state: &str,
+    ) -> PyResult<()> {
+        let cell = Cell::new(coordinate(x)?, coordinate(y)?);
+        let heading = self::heading(heading)?;
+        if self.annotates() { self.pending.wall(cell, heading, state) } else { Ok(()) }
+    }
+
+    /// Clears all texts.
+    fn clear_texts(&self) -> PyResult<()> {
+        self.annotate(Annotation::ClearTexts)
+    }
+
+    /// Clears all colours.
+    fn clear_colours(&self) -> PyResult<()> {
+        self.annotate(Annotation::ClearColours)
+    }
+
+    /// Withdraws all declared walls.
+    fn clear_walls(&self) -> PyResult<()> {
+        self.annotate(Annotation::ClearWalls)
+    }
+
+    /// Logs one or more lines. Lines are cut after 1000 bytes.
+    fn log(&self, text: &Bound<'_, PyAny>) -> PyResult<()> {
+        let text = text.str()?;
+        if self.annotates() { self.pending.log(&text.to_cow()?) } else { Ok(()) }
+    }
+
+    /// Names the mouse and its strategy, in at most 100 bytes each.
+    #[pyo3(signature = (mouse, strategy = ""))]
+    fn name(&self, mouse: &str, strategy: &str) -> PyResult<()> {
+        self.annotate(Annotation::Mouse(&printable(mouse)))?;
+        self.annotate(Annotation::Strategy(&printable(strategy)))
+    }
+
+    /// Says that the mouse was put back at its start, and did not drive there.
+    fn restart(&self) -> PyResult<()> {
+        self.annotate(Annotation::Restart)
+    }
+}

@@ -1,0 +1,71 @@
+//! The native part of the Python package `micromouse-sim`.
+//!
+//! The Python sources and the type stubs are in `python/micromouse_sim`. A test compares the
+//! documentation in the stubs with that of the classes here. Functions that Python can call raise exceptions and never panic. They
+//! take no lock while they run Python code, so threads cannot block each other.
+#![allow(
+    missing_docs,
+    clippy::doc_markdown,
+    clippy::needless_pass_by_value,
+    reason = "the signatures follow PyO3, and the documentation is that of `_native.pyi`"
+)]
+
+mod animation;
+mod annotation;
+mod client;
+mod compare;
+mod connection;
+mod error;
+mod fast_run;
+mod figures;
+mod geometry;
+mod grid;
+mod history;
+mod known;
+mod maze;
+mod recording;
+mod search;
+mod search_batch;
+mod search_env;
+mod signals;
+mod simulator;
+mod socket;
+mod strategy;
+
+/// The native module.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::client::Client;
+    #[pymodule_export]
+    use crate::compare::{compare_strategies, history_row, load_folder};
+    #[pymodule_export]
+    use crate::connection::Connection;
+    #[pymodule_export]
+    use crate::fast_run::FastRun;
+    #[pymodule_export]
+    use crate::history::{History, HistoryState};
+    #[pymodule_export]
+    use crate::known::PyKnownMaze;
+    #[pymodule_export]
+    use crate::maze::{PyMaze, bundled_mazes, flood};
+    #[pymodule_export]
+    use crate::recording::{PyRecording, load_recording};
+    #[pymodule_export]
+    use crate::search::{Search, search};
+    #[pymodule_export]
+    use crate::search_batch::SearchBatch;
+    #[pymodule_export]
+    use crate::simulator::Simulator;
+    #[pymodule_export]
+    use crate::strategy::PyStrategy;
+
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        use pyo3::types::{PyModuleMethods, PyTuple};
+
+        let names = mmsim_solvers::BundledStrategy::ALL.iter().map(|strategy| strategy.name());
+        let names: Vec<_> = names.collect();
+        module.add("STRATEGIES", PyTuple::new(module.py(), names)?)
+    }
+}

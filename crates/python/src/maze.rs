@@ -1,0 +1,257 @@
+//! The class `Maze`: the true maze.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use mmsim_drawing::Scene;
+use mmsim_formats::{Catalogue, Format, parse_maze, read_maze};
+use mmsim_generator::{Style, generate};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_solvers::Distances;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyString, PyTuple};
+
+use crate::error::{io_error, maze_error, read_error, type_error, value_error};
+use crate::fast_run::FastRun;
+use crate::geometry::{cells, coordinate, heading, inside, number, size, to_cells, to_pose};
+use crate::grid::{to_array, to_distances};
+use crate::known::PyKnownMaze;
+
+/// A maze and its name. Mazes with the same cells, walls, start and goal are equal.
+#[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
+pub(crate) struct PyMaze {
+    pub(crate) name: String,
+    pub(crate) maze: Maze,
+}
+
+impl PyMaze {
+    /// Reads a maze file. The name is the name of the file without the extension.
+    fn read(path: &Path) -> PyResult<Self> {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into();
+        Ok(Self { name, maze: read_maze(path).map_err(|error| read_error(&error))? })
+    }
+
+    fn size(&self) -> MazeSize {
+        self.maze.size()
+    }
+}
+
+/// Reads the name of a style of generated mazes.
+pub(crate) fn style(name: &str) -> PyResult<Style> {
+    Style::ALL.iter().copied().find(|style| style.name() == name).ok_or_else(|| {
+        let names: Vec<_> = Style::ALL.iter().map(|style| style.name()).collect();
+        value_error(format_args!("expected one of {}, found {name:?}", names.join(", ")))
+    })
+}
+
+#[pymethods]
+impl PyMaze {
+    /// Reads a maze file. The format is detected from the content.
+    ///
+    /// Raises `MazeError` if the content is not a maze, or a subclass of `OSError`.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| Self::read(&path))
+    }
+
+    /// Reads a maze from the content of a maze file.
+    #[staticmethod]
+    #[pyo3(signature = (content, name = "maze"))]
+    fn parse(content: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
+        let maze = if let Ok(text) = content.cast::<PyString>() {
+            parse_maze(text.to_cow()?.as_bytes())
+        } else if let Ok(bytes) = content.cast::<PyBytes>() {
+            parse_maze(bytes.as_bytes())
+        } else {
+            return Err(type_error("str or bytes", content));
+        };
+        Ok(Self { name: name.into(), maze: maze.map_err(maze_error)? })
+    }
+
+    /// Returns the first bundled maze whose name contains every word of `name`.
+    #[staticmethod]
+    fn bundled(name: &str) -> PyResult<Self> {
+        let catalogue = Catalogue::bundled();
+        let Some(entry) = catalogue.matching(name).next() else {
+            let reason = "no bundled maze matches";
+            return Err(maze_error(format_args!("{reason} {name:?} (see bundled_mazes())")));
+        };
+        Ok(Self { name: entry.name(), maze: entry.maze().map_err(|error| read_error(&error))? })
+    }
+
+    /// Generates a maze, by default of 16x16 cells. The same seed gives the same maze.
+    ///
+    /// The name contains the seed, which is random by default.
+    #[staticmethod]
+    #[pyo3(signature = (seed = None, size = None, style = "contest"))]
+    fn generate(
+        py: Python<'_>,
+        seed: Option<&Bound<'_, PyAny>>,
+        size: Option<&Bound<'_, PyAny>>,
+        style: &str,
+    ) -> PyResult<Self> {
+        let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
+        let style = self::style(style)?;
+        // A u32 is short enough to type.
+        let seed = seed.map_or_else(|| Ok(fastrand::u32(..).into()), number)?;
+        let maze = py.detach(|| generate(size, seed, style));
+        Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
+    }
+
+    /// Writes a maze file. By default, the extension determines the format.
+    #[pyo3(signature = (path, format = None))]
+    fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let format = match format {
+            Some(format) => format.parse().map_err(value_error)?,
+            None => extension.parse().unwrap_or(Format::Text),
+        };
+        let content = format.write(&self.maze).map_err(maze_error)?;
+        fs::write(&path, content).map_err(|error| {
+            io_error(error.kind(), format_args!("cannot write {}: {error}", path.display()))
+        })
+    }
+
+    /// Returns the content of a maze file.
+    #[pyo3(signature = (format = "text"))]
+    fn write<'py>(&self, py: Python<'py>, format: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let format: Format = format.parse().map_err(value_error)?;
+        Ok(PyBytes::new(py, &format.write(&self.maze).map_err(maze_error)?))
+    }
+
+    /// The name of the maze.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The number of cells from west to east.
+    #[getter]
+    fn width(&self) -> u8 {
+        self.size().width()
+    }
+
+    /// The number of cells from south to north.
+    #[getter]
+    fn height(&self) -> u8 {
+        self.size().height()
+    }
+
+    /// The pose in which a mouse starts.
+    #[getter]
+    fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_pose(py, self.maze.start())
+    }
+
+    /// The goal cells.
+    #[getter]
+    fn goals(&self, py: Python<'_>) -> PyResult<Py<PyTuple>> {
+        to_cells(py, self.maze.goals())
+    }
+
+    /// Returns true if there is a wall on this side of the cell.
+    fn has_wall(
+        &self,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        heading: &Bound<'_, PyAny>,
+    ) -> PyResult<bool> {
+        let cell = inside(self.size(), Cell::new(coordinate(x)?, coordinate(y)?))?;
+        Ok(self.maze.walls().has(cell, self::heading(heading)?))
+    }
+
+    /// The walls of each cell: the sum of 2 (east), 4 (south), 8 (west) and 16 (north).
+    #[getter]
+    fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
+        to_array(py, self.size(), |cell| {
+            let has = |heading| u8::from(self.maze.walls().has(cell, heading));
+            has(Heading::East) << 1
+                | has(Heading::South) << 2
+                | has(Heading::West) << 3
+                | has(Heading::North) << 4
+        })
+    }
+
+    /// Returns the number of steps from each cell to the goal, or 65535 if there is no path.
+    fn distances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u16>>> {
+        let distances = Distances::flood(self.maze.walls(), self.maze.goals());
+        to_distances(py, self.size(), &distances)
+    }
+
+    /// Returns the cells of a shortest path to the goal, or None if there is none.
+    fn shortest_path(&self) -> Option<Vec<(u8, u8)>> {
+        let walls = self.maze.walls();
+        let distances = Distances::flood(walls, self.maze.goals());
+        let mut cell = self.maze.start().cell;
+        let mut path = vec![(cell.x, cell.y)];
+        for steps in (0..distances.at(cell)?).rev() {
+            cell = walls.open_neighbours(cell).find(|&next| distances.at(next) == Some(steps))?;
+            path.push((cell.x, cell.y));
+        }
+        Some(path)
+    }
+
+    /// Plans the fastest run of a vehicle, in seconds.
+    ///
+    /// `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file.
+    /// Raises `SearchError` if the goal is unreachable.
+    #[pyo3(signature = (vehicle = "ares"))]
+    fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<FastRun> {
+        FastRun::plan(py, &self.maze, vehicle)
+    }
+
+    fn _repr_svg_(&self) -> String {
+        Scene::from_maze(&self.maze).svg()
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| other.get().maze == self.maze)
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.maze.to_string().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __str__(&self) -> String {
+        self.maze.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Maze {:?}, {} cells>", self.name, self.size())
+    }
+}
+
+/// Returns the names of the bundled mazes.
+#[pyfunction]
+pub(crate) fn bundled_mazes(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
+    let names: Vec<_> =
+        Catalogue::bundled().entries().iter().map(mmsim_formats::Entry::name).collect();
+    PyTuple::new(py, names)
+}
+
+/// Returns the number of steps from each cell to the nearest target, or 65535 if there is no path.
+///
+/// `unknown` says how unknown walls of a `KnownMaze` count.
+#[pyfunction]
+#[pyo3(signature = (maze, targets, unknown = "open"))]
+pub(crate) fn flood<'py>(
+    py: Python<'py>,
+    maze: &Bound<'py, PyAny>,
+    targets: &Bound<'py, PyAny>,
+    unknown: &str,
+) -> PyResult<Bound<'py, PyArray2<u16>>> {
+    let unknown = crate::known::unknown(unknown)?;
+    if let Ok(known) = maze.cast::<PyKnownMaze>() {
+        let size = known.get().lock(py)?.size();
+        let targets = cells(targets, size)?;
+        return known.get().flood(py, unknown, Some(&targets));
+    }
+    let Ok(maze) = maze.cast::<PyMaze>() else { return Err(type_error("a maze", maze)) };
+    let maze = &maze.get().maze;
+    let targets = cells(targets, maze.size())?;
+    to_distances(py, maze.size(), &Distances::flood(maze.walls(), &targets))
+}

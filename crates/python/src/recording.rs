@@ -1,0 +1,78 @@
+//! The class `Recording`: the states in a file.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use mmsim_maze::KnownMaze;
+use mmsim_recording::{Integrity, OpenError, ReadError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{RecordingError, io_error};
+use crate::history::{History, Place};
+use crate::maze::PyMaze;
+
+/// The states in a file.
+#[pyclass(frozen, name = "Recording", module = "micromouse_sim")]
+pub(crate) struct PyRecording {
+    info: String,
+    name: String,
+    is_complete: bool,
+    recording: Arc<mmsim_recording::Recording>,
+    place: Arc<Place>,
+}
+
+/// Reads a recording of `mmsim` or of `Simulator.save`.
+#[pyfunction]
+pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
+    let recording = py.detach(|| mmsim_recording::Recording::open(&path));
+    let recording = recording.map_err(|error: OpenError| match &error.source {
+        ReadError::Io(source) => io_error(source.kind(), &error),
+        _ => RecordingError::new_err(error.to_string()),
+    })?;
+    let (info, truth) = (recording.info(), recording.maze().cloned());
+    let start = info.start_pose().map_or(mmsim_maze::Cell::new(0, 0), |start| start.cell);
+    let unexplored = KnownMaze::new(recording.size(), start, info.goal_cells());
+    let json = serde_json::to_string(info);
+    let (name, is_complete) = (info.name.clone(), *recording.integrity() == Integrity::Closed);
+    Ok(PyRecording {
+        info: json.map_err(|error| RecordingError::new_err(error.to_string()))?,
+        name,
+        is_complete,
+        recording: Arc::new(recording),
+        place: Arc::new(Place { unexplored, truth }),
+    })
+}
+
+#[pymethods]
+impl PyRecording {
+    /// The true maze, or None if a client has made the recording.
+    #[getter]
+    fn maze(&self) -> Option<PyMaze> {
+        let maze = self.place.truth.clone()?;
+        Some(PyMaze { name: self.name.clone(), maze })
+    }
+
+    /// The states.
+    #[getter]
+    fn states(&self) -> History {
+        History::recorded(Arc::clone(&self.recording), Arc::clone(&self.place))
+    }
+
+    /// The reply of the simulator to `info`.
+    #[getter]
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let info = py.import("json")?.call_method1("loads", (&self.info,))?;
+        Ok(info.cast_into::<PyDict>()?)
+    }
+
+    /// False if the recording has not been closed, or the file is damaged.
+    #[getter]
+    fn is_complete(&self) -> bool {
+        self.is_complete
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Recording of {:?}, {} states>", self.name, self.recording.history().len())
+    }
+}

@@ -1,0 +1,238 @@
+//! Batches of search environments, which the Gymnasium environments of the package wrap.
+
+use mmsim_maze::MazeSize;
+use numpy::ndarray::{Array1, Array2, Array3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+
+use crate::error::value_error;
+use crate::geometry;
+use crate::known::PyKnownMaze;
+use crate::maze::{PyMaze, style};
+use crate::search_env::{EpisodeRules, MazePool, Outcome, SearchEnv};
+
+/// The walls, openings and goals of one environment, of the shape (width, height), and its pose.
+type Observation<'py> = (
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray1<i64>>,
+);
+
+/// The same arrays for all environments, with one more axis in front.
+type Observations<'py> = (
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray2<i64>>,
+);
+
+/// The rewards, and whether each episode was terminated or truncated.
+type Results<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>);
+
+/// Several search environments that take their steps together.
+#[pyclass(module = "micromouse_sim")]
+pub(crate) struct SearchBatch {
+    pool: MazePool,
+    size: MazeSize,
+    rules: EpisodeRules,
+    envs: Vec<SearchEnv>,
+    /// True for each environment whose episode is over.
+    is_over: Vec<bool>,
+}
+
+#[pymethods]
+impl SearchBatch {
+    /// Without `mazes`, each episode generates a maze. Without `max_steps`, an episode is truncated
+    /// after four actions for each cell.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mazes: Option<Vec<PyRef<'_, PyMaze>>>,
+        size: &Bound<'_, PyAny>,
+        style: &str,
+        until_proven: bool,
+        max_steps: Option<u32>,
+        count: usize,
+    ) -> PyResult<Self> {
+        // The crate `numpy` panics if NumPy is missing.
+        py.import("numpy")?;
+        let (pool, size) = if let Some(mazes) = mazes {
+            listed(mazes.iter().map(|maze| maze.maze.clone()).collect())?
+        } else {
+            let size = geometry::size(size)?;
+            (MazePool::Generated(size, self::style(style)?), size)
+        };
+        let max_steps = max_steps.unwrap_or_else(|| 4 * geometry::area(size));
+        let rules = EpisodeRules { until_proven, max_steps };
+        let envs = (0..count as u64).map(|seed| SearchEnv::new(&pool, seed)).collect();
+        Ok(Self { pool, size, rules, envs, is_over: vec![false; count] })
+    }
+
+    /// Width and height in cells.
+    #[getter]
+    fn size(&self) -> (u8, u8) {
+        (self.size.width(), self.size.height())
+    }
+
+    /// Begins a new episode. A seed also determines the mazes of later episodes.
+    fn reset(&mut self, index: usize, seed: Option<u64>) -> PyResult<()> {
+        let Self { pool, envs, is_over, .. } = self;
+        let (env, is_over) = envs.get_mut(index).zip(is_over.get_mut(index)).ok_or_else(no_env)?;
+        match seed {
+            Some(seed) => *env = SearchEnv::new(pool, seed),
+            None => env.reset(pool),
+        }
+        *is_over = false;
+        Ok(())
+    }
+
+    /// Takes one action in the first environment.
+    fn step_one(&mut self, action: i64) -> PyResult<(f64, bool, bool)> {
+        let quarters = quarters(action)?;
+        let env = self.envs.first_mut().ok_or_else(no_env)?;
+        let Outcome { reward, is_terminated, is_truncated } = env.act(quarters, self.rules);
+        Ok((reward, is_terminated, is_truncated))
+    }
+
+    /// Takes one action in each environment. An environment whose episode is over ignores its
+    /// action and begins a new episode instead, with a reward of 0.
+    #[expect(clippy::needless_pass_by_value, reason = "PyO3 extracts a value")]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: PyReadonlyArray1<'py, i64>,
+    ) -> PyResult<Results<'py>> {
+        let actions = actions.as_array();
+        let Self { pool, rules, envs, is_over, .. } = self;
+        if actions.len() != envs.len() {
+            let found = actions.len();
+            return Err(value_error(format_args!(
+                "expected {} actions, found {found}",
+                envs.len()
+            )));
+        }
+        let quarters: Vec<u8> =
+            actions.iter().map(|&action| quarters(action)).collect::<PyResult<_>>()?;
+        let outcomes: Vec<Outcome> = py.detach(|| {
+            let envs = envs.iter_mut().zip(is_over).zip(quarters);
+            envs.map(|((env, is_over), quarters)| {
+                let outcome = if *is_over {
+                    env.reset(pool);
+                    Outcome::default()
+                } else {
+                    env.act(quarters, *rules)
+                };
+                *is_over = outcome.is_terminated || outcome.is_truncated;
+                outcome
+            })
+            .collect()
+        });
+        let array = |flag: fn(&Outcome) -> bool| {
+            outcomes.iter().map(flag).collect::<Array1<_>>().into_pyarray(py)
+        };
+        let rewards: Array1<f64> = outcomes.iter().map(|outcome| outcome.reward).collect();
+        Ok((
+            rewards.into_pyarray(py),
+            array(|outcome| outcome.is_terminated),
+            array(|outcome| outcome.is_truncated),
+        ))
+    }
+
+    /// The observation of one environment.
+    fn observation<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Observation<'py>> {
+        let env = self.env(index)?;
+        let shape = (self.size.width().into(), self.size.height().into());
+        let array = |flags: &[u8]| {
+            let array = Array2::from_shape_vec(shape, flags.to_vec()).map_err(value_error)?;
+            PyResult::Ok(array.into_pyarray(py))
+        };
+        let pose = PyArray1::from_slice(py, &env.pose());
+        Ok((array(env.walls())?, array(env.openings())?, array(env.goals())?, pose))
+    }
+
+    /// The observations of all environments.
+    fn observations<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
+        let count = self.envs.len();
+        let shape = (count, self.size.width().into(), self.size.height().into());
+        let array = |flags: fn(&SearchEnv) -> &[u8]| {
+            let mut all = Vec::with_capacity(count * self.size.area());
+            for env in &self.envs {
+                all.extend_from_slice(flags(env));
+            }
+            let array = Array3::from_shape_vec(shape, all).map_err(value_error)?;
+            PyResult::Ok(array.into_pyarray(py))
+        };
+        let poses = self.envs.iter().flat_map(SearchEnv::pose).collect();
+        let poses = Array2::from_shape_vec((count, 3), poses).map_err(value_error)?;
+        Ok((
+            array(SearchEnv::walls)?,
+            array(SearchEnv::openings)?,
+            array(SearchEnv::goals)?,
+            poses.into_pyarray(py),
+        ))
+    }
+
+    /// The action mask of one environment, and whether its mouse has been in the goal.
+    fn info<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<i8>>, bool)> {
+        let env = self.env(index)?;
+        Ok((PyArray1::from_slice(py, &env.action_mask()), env.is_goal_reached()))
+    }
+
+    /// The action masks of all environments, and whether each mouse has been in the goal.
+    #[expect(clippy::type_complexity, reason = "two arrays")]
+    fn infos<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray1<bool>>)> {
+        let masks = self.envs.iter().flat_map(SearchEnv::action_mask).collect();
+        let masks = Array2::from_shape_vec((self.envs.len(), 4), masks).map_err(value_error)?;
+        let goals: Array1<bool> = self.envs.iter().map(SearchEnv::is_goal_reached).collect();
+        Ok((masks.into_pyarray(py), goals.into_pyarray(py)))
+    }
+
+    /// The true maze of an environment.
+    fn maze(&self, index: usize) -> PyResult<PyMaze> {
+        Ok(PyMaze { name: "episode".into(), maze: self.env(index)?.maze().clone() })
+    }
+
+    /// A copy of the map that the mouse of an environment has made.
+    fn known(&self, index: usize) -> PyResult<PyKnownMaze> {
+        Ok(self.env(index)?.known().clone().into())
+    }
+}
+
+impl SearchBatch {
+    fn env(&self, index: usize) -> PyResult<&SearchEnv> {
+        self.envs.get(index).ok_or_else(no_env)
+    }
+}
+
+/// Creates the pool of these mazes, which must have the same size.
+fn listed(mazes: Vec<mmsim_maze::Maze>) -> PyResult<(MazePool, MazeSize)> {
+    let size = mazes.first().ok_or_else(|| value_error("expected at least one maze"))?.size();
+    match mazes.iter().map(mmsim_maze::Maze::size).find(|&other| other != size) {
+        Some(other) => Err(value_error(format_args!(
+            "expected mazes of the same size, found {size} and {other} cells"
+        ))),
+        None => Ok((MazePool::Listed(mazes.into()), size)),
+    }
+}
+
+/// Converts an action to quarter turns to the right.
+fn quarters(action: i64) -> PyResult<u8> {
+    u8::try_from(action)
+        .ok()
+        .filter(|&quarters| quarters < 4)
+        .ok_or_else(|| value_error(format_args!("expected an action from 0 to 3, found {action}")))
+}
+
+fn no_env() -> PyErr {
+    PyIndexError::new_err("no such environment")
+}

@@ -1,0 +1,118 @@
+//! The class `Simulator`: a simulation in this process.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use mmsim_maze::KnownMaze;
+use mmsim_recording::{Block, save};
+use mmsim_server::Simulation;
+use pyo3::prelude::*;
+
+use crate::connection::{Connection, Link, ON, Simulated, lock};
+use crate::error::io_error;
+use crate::geometry::to_pose;
+use crate::history::{History, Place};
+use crate::known::PyKnownMaze;
+use crate::maze::PyMaze;
+
+/// A simulation in this process, with the rules and messages of `mmsim`.
+#[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
+pub(crate) struct Simulator {
+    maze: Py<PyMaze>,
+    place: Arc<Place>,
+}
+
+impl Simulator {
+    /// Creates the simulation of a maze.
+    pub(crate) fn initializer(
+        maze: Py<PyMaze>,
+        max_states: Option<usize>,
+    ) -> PyClassInitializer<Self> {
+        let PyMaze { name, maze: truth } = maze.get();
+        let unexplored = KnownMaze::unexplored(truth);
+        let place = Arc::new(Place { unexplored, truth: Some(truth.clone()) });
+        let simulation = Simulation::new(name, truth.clone());
+        let link = Link::Process(Box::new(Mutex::new(Simulated::new(simulation, max_states))));
+        let connection = Connection::new(link, ON);
+        PyClassInitializer::from(connection).add_subclass(Self { maze, place })
+    }
+
+    pub(crate) fn place(&self) -> &Arc<Place> {
+        &self.place
+    }
+
+    pub(crate) fn true_maze(&self) -> &Py<PyMaze> {
+        &self.maze
+    }
+}
+
+#[pymethods]
+impl Simulator {
+    #[new]
+    #[pyo3(signature = (maze, max_states = None))]
+    fn new(maze: Py<PyMaze>, max_states: Option<usize>) -> PyClassInitializer<Self> {
+        Self::initializer(maze, max_states)
+    }
+
+    /// The true maze.
+    #[getter]
+    fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
+        self.maze.clone_ref(py)
+    }
+
+    /// The pose in which a mouse starts.
+    #[getter]
+    fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_pose(py, self.place.unexplored.start())
+    }
+
+    /// Returns the map of a mouse that has not read any walls yet.
+    fn unexplored(&self) -> PyKnownMaze {
+        self.place.unexplored.clone().into()
+    }
+
+    /// The states since the last reset. They change while the mouse drives.
+    #[getter]
+    fn history(simulator: Bound<'_, Self>) -> History {
+        let place = Arc::clone(&simulator.get().place);
+        History::live(simulator.unbind(), place)
+    }
+
+    /// Writes the states to a recording, which `mmsim replay` shows.
+    fn save(simulator: &Bound<'_, Self>, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let Link::Process(simulated) = &simulator.as_super().get().link else { return Ok(()) };
+        let write = || {
+            let simulated = simulated.lock().map_err(|_| std::io::ErrorKind::Other)?;
+            let Simulated { simulation, times, .. } = &*simulated;
+            let history = simulation.history();
+            let file = BufWriter::new(File::create(&path)?);
+            // A time may be missing if memory ran out.
+            let mut times = times.iter().chain(std::iter::repeat(times.last().unwrap_or(0)));
+            let blocks = (0..history.len().div_ceil(Block::STATES))
+                .filter_map(|block| history.block(block).and_then(Block::unpack));
+            let states = blocks.enumerate().flat_map(|(block, states)| {
+                let first = block * Block::STATES;
+                let state = |index| {
+                    let update = states.update(index)?.to_vec();
+                    Some((times.next()?, update, states.get(index)?.to_vec()))
+                };
+                (first..first + states.len()).filter_map(state).collect::<Vec<_>>()
+            });
+            save(file, &simulation.info(), Some(simulation.maze()), states)
+        };
+        py.detach(write).map_err(|error: std::io::Error| {
+            io_error(error.kind(), format_args!("cannot write {}: {error}", path.display()))
+        })
+    }
+
+    fn __repr__(simulator: &Bound<'_, Self>) -> PyResult<String> {
+        let Link::Process(simulated) = &simulator.as_super().get().link else {
+            return Ok(String::new());
+        };
+        let states = lock(simulated, simulator.py())?.simulation.history().len();
+        let PyMaze { name, .. } = simulator.get().maze.get();
+        Ok(format!("<Simulator of {name:?}, {states} states>"))
+    }
+}
