@@ -24,13 +24,11 @@ use std::thread;
 use args::CompareArgs;
 use candidate::{Candidate, NamedMouse};
 use figures::{Ending, Figures};
-use indicatif::ProgressBar;
 use measures::{MEASURES, TIMED_MEASURES};
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, Maze};
 use mmsim_solvers::BundledStrategy;
 pub(crate) use own_search::SearchLimits;
-use rayon::ThreadPoolBuilder;
 use report::Report;
 pub(crate) use report::unique_names;
 use search::search;
@@ -41,11 +39,12 @@ use workers::map_waiting;
 use crate::exploration::Exploration;
 use crate::inputs::Inputs;
 use crate::interrupt::StopFlag;
+use crate::local_server::raise_file_limit;
 use crate::output::{
-    check_folder, create_folder, print, print_csv, print_pretty_json, progress, replace,
-    write_charts,
+    check_folder, create_folder, print, print_csv, print_pretty_json, replace, write_charts,
 };
-use crate::parallel::map_each;
+use crate::parallel::{map_each, map_on};
+use crate::progress::{Progress, time_left};
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
@@ -136,8 +135,10 @@ pub(crate) fn search_all(
     exploration: &Exploration,
     jobs: Option<u16>,
 ) -> Result<Vec<Vec<Figures>>, Box<dyn Error>> {
-    let bar = ProgressBar::new((candidates.len() * mazes.len()) as u64);
-    let bar = progress(bar, "{wide_bar} {pos} of {len} searches, {eta} left");
+    let searches = candidates.len() * mazes.len();
+    let progress = Progress::new(Some(searches as u64), |done, total, left| {
+        format!("{done} of {} searches, {} left", total.unwrap_or(done), time_left(left))
+    });
     let (mut bundled, mut own) = (Vec::new(), Vec::new());
     for candidate in candidates {
         match candidate {
@@ -145,9 +146,9 @@ pub(crate) fn search_all(
             Candidate::Own(mouse) => own.push(mouse),
         }
     }
-    let mut own = search_own(&own, mazes, limits, jobs, &bar)?.into_iter();
-    let mut bundled = search_bundled(&bundled, mazes, exploration, jobs, &bar)?.into_iter();
-    bar.finish_and_clear();
+    let mut own = search_own(&own, mazes, limits, jobs, &progress)?.into_iter();
+    let mut bundled = search_bundled(&bundled, mazes, exploration, jobs, &progress).into_iter();
+    drop(progress);
     let figures = candidates.iter().map(|candidate| {
         let figures: &mut dyn Iterator<Item = Figures> = match candidate {
             Candidate::Bundled(_) => &mut bundled,
@@ -165,24 +166,23 @@ fn search_bundled(
     mazes: &[Selected],
     exploration: &Exploration,
     threads: Option<u16>,
-    bar: &ProgressBar,
-) -> Result<Vec<Figures>, rayon::ThreadPoolBuildError> {
+    progress: &Progress,
+) -> Vec<Figures> {
     let jobs: Vec<(BundledStrategy, &Selected)> = (strategies.iter())
         .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
         .collect();
-    // More threads than jobs would be idle. For rayon, 0 means one thread per processor.
-    let threads = threads.map_or(0, |threads| usize::from(threads).min(jobs.len().max(1)));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     // The measured processor time includes creating the mouse and the search run, but not the
     // figures.
-    Ok(pool.install(|| {
-        map_each(&jobs, |&(strategy, selected)| {
-            let mouse = || exploration.strategy(strategy);
-            let figures = search(&selected.maze, mouse, strategy.max_states());
-            bar.inc(1);
-            figures
-        })
-    }))
+    let work = |&(strategy, selected): &(BundledStrategy, &Selected)| {
+        let mouse = || exploration.strategy(strategy);
+        let figures = search(&selected.maze, mouse, strategy.max_states());
+        progress.add(1);
+        figures
+    };
+    match threads {
+        Some(threads) => map_on(threads.into(), &jobs, work),
+        None => map_each(&jobs, work),
+    }
 }
 
 /// Runs each of the user's mice in each maze. Returns the figures in the order of the mice. After
@@ -192,13 +192,13 @@ fn search_own(
     mazes: &[Selected],
     limits: SearchLimits,
     jobs: Option<u16>,
-    bar: &ProgressBar,
+    progress: &Progress,
 ) -> Result<Vec<Figures>, Box<dyn Error>> {
     if mice.is_empty() || mazes.is_empty() {
         return Ok(Vec::new());
     }
     // Each search needs about twelve open files. If the request fails, the limit may still suffice.
-    let _ = rlimit::increase_nofile_limit(MAX_FILES);
+    raise_file_limit(MAX_FILES);
     let slots = match jobs {
         Some(jobs) => jobs.into(),
         None => thread::available_parallelism().map_or(1, NonZero::get),
@@ -214,7 +214,7 @@ fn search_own(
     let mut figures = map_waiting(&jobs, slots, |&(mouse, maze), slot| {
         let selected = &mazes[maze];
         if stop.is_set() || is_skipped((mouse, maze)) {
-            bar.inc(1);
+            progress.add(1);
             return skip(&selected.maze);
         }
         let program = &mice[mouse].program;
@@ -223,7 +223,7 @@ fn search_own(
         if is_stuck && maze < FIRST_MAZES {
             stuck[mouse].fetch_add(1, Ordering::Relaxed);
         }
-        bar.inc(1);
+        progress.add(1);
         found
     });
     // Some searches may have begun before the mouse was known to be stuck.

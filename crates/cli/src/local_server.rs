@@ -136,12 +136,28 @@ fn prepare_with(
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })
 }
 
+/// Lets this process open this many files if possible.
+pub(crate) fn raise_file_limit(files: u64) {
+    // Other systems limit only the files of the C library.
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+        let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+        let allowed = files.min(maximum.unwrap_or(u64::MAX));
+        if current.is_some_and(|current| current < allowed) {
+            let _ = setrlimit(Resource::Nofile, Rlimit { current: Some(allowed), maximum });
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = files;
+}
+
 /// Binds a server to a port. If `has_mouse` is true, the default port is optional, because the mouse
 /// learns the port from this process.
 fn bind(host: &str, port: Option<u16>, has_mouse: bool) -> Result<Server, String> {
     // Some systems let a process open only 256 files unless it requests more. If the request fails,
     // fewer clients can connect.
-    let _ = rlimit::increase_nofile_limit(DESCRIPTORS);
+    raise_file_limit(DESCRIPTORS);
     let bind = |port| Server::bind(host, port);
     if has_mouse {
         return bind_or_free(port, bind);

@@ -28,6 +28,7 @@ mod page;
 mod parallel;
 mod phase_table;
 mod playback;
+mod progress;
 mod recording_transport;
 mod render;
 mod replay;
@@ -54,10 +55,13 @@ use cli::{Cli, Command};
 use mmsim_maze::Escaped;
 use output::warn;
 use stderr::Stderr;
+use tracing::Level;
 use tracing::field::Field;
-use tracing_subscriber::EnvFilter;
 use tracing_subscriber::field::MakeExt as _;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format::{Writer, debug_fn};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 use usage::UsageError;
 
 fn main() -> ExitCode {
@@ -118,27 +122,33 @@ const fn survive_file_size_limit() {}
 /// Sets how much is printed to stderr. Verbosity options override `RUST_LOG`.
 fn configure_messages(verbosity: VerbosityArgs) {
     let filter = match verbosity {
-        VerbosityArgs { quiet: true, .. } => EnvFilter::new("error"),
-        VerbosityArgs { verbose: 0, .. } => {
-            EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"))
-        }
-        VerbosityArgs { verbose: 1, .. } => EnvFilter::new("info"),
-        VerbosityArgs { .. } => EnvFilter::new("debug"),
+        VerbosityArgs { quiet: true, .. } => Targets::new().with_default(Level::ERROR),
+        VerbosityArgs { verbose: 0, .. } => (env::var("RUST_LOG").ok())
+            .and_then(|directives| parse_targets(&directives))
+            .unwrap_or_else(|| Targets::new().with_default(Level::WARN)),
+        VerbosityArgs { verbose: 1, .. } => Targets::new().with_default(Level::INFO),
+        VerbosityArgs { .. } => Targets::new().with_default(Level::DEBUG),
     };
     if verbosity.quiet {
         output::set_quiet();
     }
     let is_colourless = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| Stderr)
         .fmt_fields(debug_fn(write_field).delimited(" "))
         .with_ansi(io::stderr().is_terminal() && !is_colourless)
         .with_target(false)
         // A log that cannot be written must not stop a server.
         .log_internal_errors(false)
-        .without_time()
-        .init();
+        .without_time();
+    tracing_subscriber::registry().with(lines).with(filter).init();
+}
+
+/// Parses a value of `RUST_LOG`, such as `warn,mmsim_zmtp=debug`, or returns `None` if it is not
+/// valid. Without a level for all targets, no others are logged.
+fn parse_targets(directives: &str) -> Option<Targets> {
+    let directives = directives.split(',').map(str::trim).filter(|one| !one.is_empty());
+    directives.collect::<Vec<_>>().join(",").parse().ok()
 }
 
 /// Writes a field of a log line. The text is escaped, because it may come from a file or a client.
@@ -147,5 +157,26 @@ fn write_field(line: &mut Writer<'_>, field: &Field, value: &dyn Debug) -> fmt::
     match field.name() {
         "message" => write!(line, "{value}"),
         name => write!(line, "{name}={value}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directives_select_levels_by_target() {
+        let enabled = |directives, target| {
+            let filter = parse_targets(directives).unwrap();
+            let levels = [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE];
+            levels.iter().filter(|level| filter.would_enable(target, level)).count()
+        };
+        assert_eq!([enabled("info", "a"), enabled("TRACE", "a"), enabled("off", "a")], [3, 5, 0]);
+        let directives = "warn, mmsim_zmtp=debug,mmsim_zmtp::codec=off,";
+        let targets = ["mmsim_server", "mmsim_zmtp", "mmsim_zmtp::codec"];
+        assert_eq!(targets.map(|target| enabled(directives, target)), [2, 4, 0]);
+        assert_eq!(enabled("mmsim_zmtp=debug", "mmsim_server"), 0);
+        assert_eq!(enabled("", "mmsim_server"), 1, "errors only");
+        assert!(parse_targets("mmsim=loud").is_none());
     }
 }

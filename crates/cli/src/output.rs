@@ -8,7 +8,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mmsim_maze::{Escaped, needs_escape};
 use mmsim_report::Comparison;
 use serde::Serialize;
@@ -87,21 +86,16 @@ pub(crate) fn set_quiet() {
     IS_QUIET.store(true, Ordering::Relaxed);
 }
 
-/// Prints a message to stderr unless `--quiet` is set. Errors are ignored.
-pub(crate) fn note(text: impl Display) {
-    if !IS_QUIET.load(Ordering::Relaxed) {
-        warn(text);
-    }
+/// Returns true if `--quiet` was given.
+pub(crate) fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
 }
 
-/// Shows a progress bar on stderr if stderr is a terminal, unless `--quiet` is set.
-pub(crate) fn progress(bar: ProgressBar, template: &str) -> ProgressBar {
-    if IS_QUIET.load(Ordering::Relaxed) {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
+/// Prints a message to stderr unless `--quiet` is set. Errors are ignored.
+pub(crate) fn note(text: impl Display) {
+    if !is_quiet() {
+        warn(text);
     }
-    // All templates are valid; an invalid one would only change the look of the bar.
-    let style = ProgressStyle::with_template(template);
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Prints an error or a warning to stderr as one line. Errors are ignored.

@@ -1,6 +1,7 @@
 //! The viewer page of a server.
 
 use std::error::Error;
+use std::{env, io};
 
 use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Vehicles, Viewer, ViewerConfig};
@@ -58,11 +59,20 @@ pub(crate) fn serve(
     let address = reachable(serving.address());
     note(format_args!("watch at {address}"));
     if args.open
-        && let Err(error) = opener::open_browser(&address)
+        && let Err(error) = open_browser(&address)
     {
         warn(format_args!("cannot open a browser: {error}"));
     }
     Ok(Some(address))
+}
+
+/// Opens a URL in the default browser, or in the one that `BROWSER` names if this system has no
+/// program that opens URLs.
+fn open_browser(address: &str) -> io::Result<()> {
+    open::that_detached(address).or_else(|error| match env::var("BROWSER") {
+        Ok(browser) => open::with_detached(address, browser),
+        Err(_) => Err(error),
+    })
 }
 
 /// Replaces the wildcard host in a URL with a host name that other machines can use.

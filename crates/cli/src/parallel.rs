@@ -1,24 +1,51 @@
 //! Runs work in parallel on all processors.
 
-use rayon::prelude::*;
+use std::num::NonZero;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
-/// Calls `work` for each item on the threads of the current pool. Returns the results in the order
-/// of the items.
+/// Calls `work` for each item, on one thread per processor. Returns the results in the order of the
+/// items.
 pub(crate) fn map_each<'a, T: Sync, R: Send>(
     items: &'a [T],
-    work: impl Fn(&'a T) -> R + Send + Sync,
+    work: impl Fn(&'a T) -> R + Sync,
 ) -> Vec<R> {
-    // Each item is a separate task, because neighbouring items may take a thousand times as long as
-    // others.
-    items.par_iter().with_max_len(1).map(work).collect()
+    map_on(thread::available_parallelism().map_or(1, NonZero::get), items, work)
+}
+
+/// Like [`map_each`], but uses at most this many threads.
+pub(crate) fn map_on<'a, T: Sync, R: Send>(
+    threads: usize,
+    items: &'a [T],
+    work: impl Fn(&'a T) -> R + Sync,
+) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    // Each thread takes one item at a time, because neighbouring items may take a thousand times as
+    // long as others.
+    let take = || {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        items.get(index).map(|item| (index, work(item)))
+    };
+    let run = || std::iter::from_fn(take).collect::<Vec<_>>();
+    let mut results = thread::scope(|scope| {
+        // If the system cannot create a thread, the others do its work.
+        let spawn = |_| thread::Builder::new().spawn_scoped(scope, run).ok();
+        let others: Vec<_> = (1..threads.min(items.len())).filter_map(spawn).collect();
+        let mut results = run();
+        for thread in others {
+            results.extend(thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
+        results
+    });
+    results.sort_unstable_by_key(|&(index, _)| index);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::{Condvar, Mutex};
     use std::time::Duration;
-
-    use rayon::ThreadPoolBuilder;
 
     use super::*;
 
@@ -39,8 +66,21 @@ mod tests {
             }
             2 * item
         };
-        let pool = ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        let results = pool.install(|| map_each(&items, work));
+        let results = map_on(2, &items, work);
         assert!(results.into_iter().eq(items.iter().map(|item| 2 * item)));
+    }
+    #[test]
+    fn every_number_of_threads_gives_all_results() {
+        for (threads, count) in [(1, 9), (9, 1), (3, 0), (7, 100), (0, 2)] {
+            let items: Vec<usize> = (0..count).collect();
+            assert_eq!(map_on(threads, &items, |&item| item), items, "{threads} threads");
+        }
+        assert_eq!(map_each(&[1, 2], |item| item + 1), [2, 3]);
+    }
+
+    #[test]
+    #[should_panic(expected = "item 5")]
+    fn panics_are_passed_on() {
+        map_on(2, &(0..10).collect::<Vec<_>>(), |item| assert_ne!(*item, 5, "item 5"));
     }
 }

@@ -1,6 +1,5 @@
 //! The description of the simulation in a recording.
 
-use mcap::records::op;
 use mmsim_formats::parse_maze;
 use mmsim_maze::{Escaped, Maze, MazeSize};
 use mmsim_protocol::Info;
@@ -45,30 +44,6 @@ pub(crate) fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> 
             Err(invalid(format!("the maze has {found} cells, but the states are for {size} cells")))
         }
     }
-}
-
-/// Returns `None` if a string in a metadata or channel record extends past the end of the record.
-/// Without this check, mcap would reserve up to 4 GiB of memory for such a string before reporting
-/// an error.
-pub(crate) fn check_strings(opcode: u8, body: &[u8]) -> Option<()> {
-    let rest = match opcode {
-        op::METADATA => after_string(body)?,
-        // The strings follow two numbers of two bytes each.
-        op::CHANNEL => after_string(after_string(body.get(4..)?)?)?,
-        _ => return Some(()),
-    };
-    let (length, map) = rest.split_first_chunk()?;
-    let mut map = map.get(..usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
-    while !map.is_empty() {
-        map = after_string(after_string(map)?)?;
-    }
-    Some(())
-}
-
-/// Skips a length field of four bytes and the string that follows.
-fn after_string(bytes: &[u8]) -> Option<&[u8]> {
-    let (length, rest) = bytes.split_first_chunk()?;
-    rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
 }
 
 #[cfg(test)]

@@ -1,18 +1,16 @@
 //! Writes channels of JSON messages, which other tools can show; see docs/recordings.md.
 
-use std::collections::BTreeMap;
-use std::io::{self, Seek, Write};
+use std::io::{self, Write};
 
-use mcap::records::MessageHeader;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::layout::{JSON, JSON_SCHEMA, MOUSE_SCHEMA, MOUSE_TOPIC, POSE_TOPIC, SCENE_TOPIC};
+use crate::mcap_writer::{McapWriter, MessageHeader};
 use crate::mouse_message::{self, MouseMessage};
 use crate::mouse_tracker::MouseTracker;
-use crate::save::{header, io_error};
 use crate::scene::{POSE_SCHEMA, PoseMessage, SCENE_SCHEMA, maze_message};
 
 /// The channels of JSON messages of a recording.
@@ -27,8 +25,8 @@ pub(crate) struct JsonChannels {
 impl JsonChannels {
     /// Adds the channels, and writes the picture of the maze, if it is known. Returns `None` if the
     /// description is invalid.
-    pub(crate) fn add<W: Write + Seek>(
-        mcap: &mut mcap::Writer<W>,
+    pub(crate) fn add<W: Write>(
+        mcap: &mut McapWriter<W>,
         info: &Info,
         maze: Option<&Maze>,
         start: u64,
@@ -39,45 +37,46 @@ impl JsonChannels {
         let mut channels = Self { tracker, mouse, pose, message: Vec::new() };
         if let Some(maze) = maze {
             let scene = add_channel(mcap, SCENE_TOPIC, SCENE_SCHEMA)?;
-            channels.put(mcap, header(scene, 0, start), &maze_message(maze, start))?;
+            let header = MessageHeader { channel: scene, sequence: 0, time: start };
+            channels.put(mcap, header, &maze_message(maze, start))?;
         }
         Ok(Some(channels))
     }
 
     /// Writes the messages about a state and the update that precedes it.
-    pub(crate) fn write<W: Write + Seek>(
+    pub(crate) fn write<W: Write>(
         &mut self,
-        mcap: &mut mcap::Writer<W>,
+        mcap: &mut McapWriter<W>,
         (sequence, time): (u32, u64),
         update: &[u8],
         state: &[u8],
     ) -> io::Result<()> {
         let Some(figures) = self.tracker.add(update, state) else { return Ok(()) };
         let pose = PoseMessage::new(figures.pose, time);
-        self.put(mcap, header(self.mouse, sequence, time), &MouseMessage::from(figures))?;
-        self.put(mcap, header(self.pose, sequence, time), &pose)
+        let header = |channel| MessageHeader { channel, sequence, time };
+        self.put(mcap, header(self.mouse), &MouseMessage::from(figures))?;
+        self.put(mcap, header(self.pose), &pose)
     }
 
-    fn put<W: Write + Seek>(
+    fn put<W: Write>(
         &mut self,
-        mcap: &mut mcap::Writer<W>,
+        mcap: &mut McapWriter<W>,
         header: MessageHeader,
         message: &impl Serialize,
     ) -> io::Result<()> {
         self.message.clear();
         serde_json::to_writer(&mut self.message, message)?;
-        mcap.write_to_known_channel(&header, &self.message).map_err(io_error)
+        mcap.write(header, &self.message)
     }
 }
 
 /// Adds a channel of JSON messages with a schema, which is stored without whitespace.
-fn add_channel<W: Write + Seek>(
-    mcap: &mut mcap::Writer<W>,
+fn add_channel<W: Write>(
+    mcap: &mut McapWriter<W>,
     topic: &str,
     [name, schema]: [&str; 2],
 ) -> io::Result<u16> {
     let schema: Value = serde_json::from_str(schema)?;
-    let schema = mcap.add_schema(name, JSON_SCHEMA, schema.to_string().as_bytes());
-    let channel = schema.and_then(|id| mcap.add_channel(id, topic, JSON, &BTreeMap::new()));
-    channel.map_err(io_error)
+    let schema = mcap.add_schema(name, JSON_SCHEMA, &schema.to_string())?;
+    mcap.add_channel(schema, [topic, JSON])
 }

@@ -20,7 +20,7 @@ use tracing::debug;
 use crate::description::Description;
 use crate::memory;
 use crate::reader::{Integrity, RecordedState, read_states};
-use crate::save::{RecordWriter, compressed};
+use crate::save::RecordWriter;
 use crate::sink::{Identity, identity};
 
 /// Data shared with the thread that compresses recordings. A server uses this data to cancel
@@ -111,8 +111,8 @@ impl Unpacked {
             if writer.is_none() {
                 let Description { info, maze, .. } = description;
                 let to = BufWriter::new(target.as_file());
-                let (maze, options) = (maze.as_ref(), compressed());
-                let states = RecordWriter::new(options, to, info, maze, time)?;
+                let maze = maze.as_ref();
+                let states = RecordWriter::new(to, true, info, maze, time)?;
                 writer = Some(if *has_json { states.with_json(info, maze, time)? } else { states });
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)

@@ -1,18 +1,16 @@
 //! Reads a recording up to its last intact record.
 
 use std::collections::BTreeSet;
-use std::io::{BufReader, Read};
+use std::io::Read;
 
-use mcap::McapError;
-use mcap::records::{Record, op};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mmsim_maze::Escaped;
 use mmsim_protocol::Request;
 
 use crate::chunk;
-use crate::description::{Description, check_strings, describe, read_maze};
+use crate::description::{Description, describe, read_maze};
 use crate::error::ReadError;
 use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES, UPDATES};
+use crate::mcap_reader::{End, RecordReader};
+use crate::mcap_record::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
 use crate::memory;
 use crate::update::StoredUpdate;
 
@@ -35,10 +33,6 @@ pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 /// because descriptions stay in memory. The description of the largest maze takes less than 12,000
 /// bytes.
 const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
-
-/// The maximum number of bytes per read. Long records are read in several steps, because a length
-/// field may claim more bytes than the file contains.
-const STEP_BYTES: usize = 64 * 1024;
 
 /// The integrity of a recording file: whether it is complete and, if not, how many bytes are
 /// intact.
@@ -80,13 +74,7 @@ pub(crate) fn read_states(
     source: impl Read,
     on_state: impl FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>,
 ) -> Result<(Description, Integrity), ReadError> {
-    let options = LinearReaderOptions::default()
-        .with_record_length_limit(MAX_CHUNK_BYTES)
-        // mcap 0.26 panics at an inconsistent chunk, so `chunk::unpack` decompresses chunks.
-        .with_emit_chunks(true)
-        .with_validate_data_section_crc(true);
-    let mut reader = LinearReader::new_with_options(options);
-    let mut source = BufReader::with_capacity(STEP_BYTES, source);
+    let mut reader = RecordReader::new(source, MAX_CHUNK_BYTES);
     let mut records = Records {
         description: None,
         states: BTreeSet::new(),
@@ -94,42 +82,33 @@ pub(crate) fn read_states(
         updates: BTreeSet::new(),
         update: Vec::new(),
         unpacked: 0,
-        read: 0,
+        read: MAGIC.len() as u64,
         on_state,
     };
     // The number of bytes in intact records. Reading stops after each record.
     let mut intact = 0;
     let integrity = loop {
-        match reader.next_event() {
-            None => break Integrity::Closed,
-            Some(Ok(LinearReadEvent::ReadRequest(need))) => {
-                // The buffer grows as bytes arrive, up to twice what is needed.
-                if need > STEP_BYTES && !memory::is_available(2 * need) {
-                    return Err(ReadError::OutOfMemory);
-                }
-                let count = source.read(reader.insert(need.min(STEP_BYTES)))?;
-                reader.notify_read(count);
-                records.read += count as u64;
-            }
-            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                if let Err(reason) = records.add(opcode, data)? {
+        match reader.next_record() {
+            Ok((kind, body)) => {
+                if let Err(reason) = records.add(kind, body)? {
                     break Integrity::Damaged { intact, reason };
                 }
                 intact = records.read;
             }
-            Some(Err(McapError::UnexpectedEof)) => {
-                break Integrity::Truncated { intact, length: records.read };
+            Err(End::Closed) => break Integrity::Closed,
+            Err(End::Truncated) => {
+                break Integrity::Truncated { intact, length: reader.position };
             }
-            Some(Err(McapError::BadMagic)) if intact == 0 => return Err(ReadError::NotMcap),
-            Some(Err(error)) => {
-                break Integrity::Damaged { intact, reason: Escaped(error).to_string() };
-            }
+            Err(End::Damaged(reason)) => break Integrity::Damaged { intact, reason },
+            Err(End::NotMcap) => return Err(ReadError::NotMcap),
+            Err(End::OutOfMemory) => return Err(ReadError::OutOfMemory),
+            Err(End::Io(error)) => return Err(error.into()),
         }
     };
     let Some(description) = records.description else {
         let (at, found) = match integrity {
             Integrity::Damaged { intact, reason } => (intact, reason),
-            _ => (records.read, "the end of the file".into()),
+            _ => (reader.position, "the end of the file".into()),
         };
         return Err(ReadError::MissingDescription { at, found });
     };
@@ -156,9 +135,10 @@ struct Records<F> {
 
 impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records<F> {
     /// Processes a record of any kind. The inner error is the reason why the record is invalid.
-    fn add(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
-        if opcode != op::CHUNK {
-            return self.add_plain(opcode, body);
+    fn add(&mut self, kind: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
+        self.read += (HEAD_BYTES + body.len()) as u64;
+        if kind != kind::CHUNK {
+            return self.add_plain(kind, body);
         }
         if !memory::is_available(MAX_CHUNK_BYTES) {
             return Err(ReadError::OutOfMemory);
@@ -174,10 +154,10 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
         }
         let mut rest = &*records;
         while !rest.is_empty() {
-            let Some((opcode, body)) = chunk::take_record(&mut rest) else {
+            let Some((kind, body)) = chunk::take_record(&mut rest) else {
                 return Ok(Err("a record that extends past the end of its chunk".into()));
             };
-            if let Err(reason) = self.add_plain(opcode, body)? {
+            if let Err(reason) = self.add_plain(kind, body)? {
                 return Ok(Err(reason));
             }
         }
@@ -185,59 +165,56 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
     }
 
     /// Processes a record that is not a chunk.
-    fn add_plain(&mut self, opcode: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
-        match opcode {
-            op::MESSAGE => {}
-            op::METADATA | op::CHANNEL if body.len() <= MAX_DESCRIPTION_BYTES => {}
-            _ => return Ok(Ok(())),
-        }
-        if check_strings(opcode, body).is_none() {
-            return Ok(Err("a field that extends past the end of its record".into()));
-        }
-        match (mcap::parse_record(opcode, body), &mut self.description) {
-            (Ok(Record::Metadata(record)), None) if record.name == METADATA => {
-                let get = |key| record.metadata.get(key).map(String::as_str);
-                self.description = Some(describe(get(INFO), get(MAZE))?);
-            }
-            (Ok(Record::Channel(channel)), _) => {
-                match [&*channel.topic, &*channel.message_encoding] {
-                    STATES => self.states.insert(channel.id),
-                    MAZES => self.mazes.insert(channel.id),
-                    UPDATES => self.updates.insert(channel.id),
+    fn add_plain(&mut self, kind: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
+        let is_short = body.len() <= MAX_DESCRIPTION_BYTES;
+        let done = match kind {
+            kind::MESSAGE => match Message::decode(body) {
+                Ok(message) => return self.add_message(&message),
+                Err(reason) => Err(reason),
+            },
+            kind::METADATA if is_short => match (Metadata::decode(body), &self.description) {
+                (Ok(record), None) if record.name == METADATA => {
+                    self.description = Some(describe(record.get(INFO), record.get(MAZE))?);
+                    Ok(())
+                }
+                (decoded, _) => decoded.map(drop),
+            },
+            kind::CHANNEL if is_short => Channel::decode(body).map(|channel| {
+                match [channel.topic, channel.encoding] {
+                    STATES => self.states.insert(channel.number),
+                    MAZES => self.mazes.insert(channel.number),
+                    UPDATES => self.updates.insert(channel.number),
                     _ => false,
                 };
+            }),
+            _ => Ok(()),
+        };
+        Ok(done.map_err(String::from))
+    }
+
+    fn add_message(&mut self, message: &Message<'_>) -> Result<Result<(), String>, ReadError> {
+        let &Message { channel, time, data } = message;
+        let Some(description) = &mut self.description else { return Ok(Ok(())) };
+        if self.mazes.contains(&channel) {
+            if description.maze.is_none() && data.len() <= MAX_DESCRIPTION_BYTES {
+                description.maze = Some(read_maze(data, description.size)?);
             }
-            (Ok(Record::Message { header, data }), Some(description))
-                if self.mazes.contains(&header.channel_id)
-                    && description.maze.is_none()
-                    && data.len() <= MAX_DESCRIPTION_BYTES =>
-            {
-                description.maze = Some(read_maze(&data, description.size)?);
+        } else if self.updates.contains(&channel) {
+            if let Err(reason) = StoredUpdate::decode(data, description.size) {
+                return Ok(Err(reason));
             }
-            (Ok(Record::Message { header, data }), Some(description))
-                if self.updates.contains(&header.channel_id) =>
-            {
-                if let Err(reason) = StoredUpdate::decode(&data, description.size) {
-                    return Ok(Err(reason));
+            self.update.clear();
+            self.update.extend_from_slice(data);
+        } else if self.states.contains(&channel) {
+            match Request::decode(data, description.size) {
+                Ok(Request::State(_)) => {
+                    let update = &self.update;
+                    (self.on_state)(description, RecordedState { time, update, state: data })?;
+                    self.update.clear();
                 }
-                self.update.clear();
-                self.update.extend_from_slice(&data);
+                Ok(_) => return Ok(Err("expected a state, found another request".into())),
+                Err(error) => return Ok(Err(error.to_string())),
             }
-            (Ok(Record::Message { header, data }), Some(description))
-                if self.states.contains(&header.channel_id) =>
-            {
-                match Request::decode(&data, description.size) {
-                    Ok(Request::State(_)) => {
-                        let (time, update) = (header.log_time, &self.update);
-                        (self.on_state)(description, RecordedState { time, update, state: &data })?;
-                        self.update.clear();
-                    }
-                    Ok(_) => return Ok(Err("expected a state, found another request".into())),
-                    Err(error) => return Ok(Err(error.to_string())),
-                }
-            }
-            (Ok(_), _) => {}
-            (Err(error), _) => return Ok(Err(Escaped(error).to_string())),
         }
         Ok(Ok(()))
     }

@@ -1,7 +1,7 @@
 //! Reads a recording into memory.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::error::{OpenError, ReadError};
 use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
 use crate::reader::{Integrity, RecordedState, read_states};
-use crate::save::{RecordWriter, compressed};
+use crate::save::RecordWriter;
 use crate::times::Times;
 use crate::transition::Course;
 
@@ -110,9 +110,9 @@ impl Recording {
     ///
     /// # Errors
     /// The recording cannot be written to `to`, or memory runs out.
-    pub fn save(&self, to: impl Write + Seek, has_json: bool) -> io::Result<()> {
+    pub fn save(&self, to: impl Write, has_json: bool) -> io::Result<()> {
         let (info, maze, start) = (&self.info, self.maze(), self.times.get(0).unwrap_or(0));
-        let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
+        let mut writer = RecordWriter::new(to, true, info, maze, start)?;
         if has_json {
             writer = writer.with_json(info, maze, start)?;
         }

@@ -1,28 +1,19 @@
 //! Writes the records of a recording.
 
-use std::collections::BTreeMap;
-use std::io::{self, Seek, Write};
+use std::io::{self, Write};
 
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{Compression, McapError, WriteOptions};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 
 use crate::json_channels::JsonChannels;
 use crate::layout::{INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES};
+use crate::mcap_writer::{McapWriter, MessageHeader};
 use crate::notes::Notes;
 use crate::update::StoredUpdate;
 
-/// The uncompressed size of a chunk in bytes.
-const CHUNK_BYTES: u64 = 1 << 20;
-
-/// The zstd compression level. At level 3, files would be 10% larger. Levels above 8 are much
-/// slower and save little.
-const LEVEL: u32 = 8;
-
 /// Writes the description, the maze and the states of a recording.
-pub(crate) struct RecordWriter<W: Write + Seek> {
-    pub(crate) mcap: mcap::Writer<W>,
+pub(crate) struct RecordWriter<W> {
+    mcap: McapWriter<W>,
     states_channel: u16,
     /// The channel for updates, which is added when it is needed.
     updates_channel: Option<u16>,
@@ -32,12 +23,13 @@ pub(crate) struct RecordWriter<W: Write + Seek> {
     json: Option<JsonChannels>,
 }
 
-impl<W: Write + Seek> RecordWriter<W> {
+impl<W: Write> RecordWriter<W> {
     /// Writes the description of the simulation and its true maze, if known. The recording begins
-    /// at the time `start`, in nanoseconds since 1970 (UTC).
+    /// at the time `start`, in nanoseconds since 1970 (UTC). Until a compressed recording is
+    /// finished, the newest states may be missing from it.
     pub(crate) fn new(
-        options: WriteOptions,
         to: W,
+        is_compressed: bool,
         info: &Info,
         maze: Option<&Maze>,
         start: u64,
@@ -45,21 +37,18 @@ impl<W: Write + Seek> RecordWriter<W> {
         let mut info = info.clone();
         info.states = 0;
         let json = serde_json::to_string(&info).map_err(io::Error::other)?;
-        let metadata =
-            BTreeMap::from([(INFO.into(), json), (PROTOCOL.into(), info.protocol.to_string())]);
-        let create = || {
-            let library = concat!("mmsim ", env!("CARGO_PKG_VERSION"));
-            let mut mcap = options.library(library).create(to)?;
-            mcap.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
-            let states_channel = add_channel(&mut mcap, STATES)?;
-            if let Some(maze) = maze {
-                let header = header(add_channel(&mut mcap, MAZES)?, 0, start);
-                mcap.write_to_known_channel(&header, maze.to_string().as_bytes())?;
-            }
-            let (size, updates_channel) = (info.size(), None);
-            Ok(Self { mcap, states_channel, updates_channel, states: 0, size, json: None })
-        };
-        create().map_err(io_error)
+        let library = concat!("mmsim ", env!("CARGO_PKG_VERSION"));
+        let mut mcap = McapWriter::new(to, library, is_compressed)?;
+        let protocol = info.protocol.to_string();
+        mcap.write_metadata(METADATA, &[(INFO, &json), (PROTOCOL, &protocol)])?;
+        let states_channel = mcap.add_channel(0, STATES)?;
+        if let Some(maze) = maze {
+            let channel = mcap.add_channel(0, MAZES)?;
+            let header = MessageHeader { channel, sequence: 0, time: start };
+            mcap.write(header, maze.to_string().as_bytes())?;
+        }
+        let (size, updates_channel) = (info.size(), None);
+        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, json: None })
     }
 
     /// Adds the channels for other tools. Call this method before the first state, with the
@@ -81,11 +70,11 @@ impl<W: Write + Seek> RecordWriter<W> {
             if self.states == 0 {
                 self.write_names(update)?;
             }
-            let header = header(self.updates_channel()?, self.states, time);
-            self.mcap.write_to_known_channel(&header, update).map_err(io_error)?;
+            let channel = self.updates_channel()?;
+            self.mcap.write(MessageHeader { channel, sequence: self.states, time }, update)?;
         }
-        let header = header(self.states_channel, self.states, time);
-        self.mcap.write_to_known_channel(&header, state).map_err(io_error)?;
+        let (channel, sequence) = (self.states_channel, self.states);
+        self.mcap.write(MessageHeader { channel, sequence, time }, state)?;
         if let Some(json) = &mut self.json {
             json.write(&mut self.mcap, (self.states, time), update, state)?;
         }
@@ -100,12 +89,12 @@ impl<W: Write + Seek> RecordWriter<W> {
         let mut notes = Notes::new(size);
         notes.apply_changes(update.changes);
         let names = MOUSE_KEYS.into_iter().zip([notes.mouse(), notes.strategy()]);
-        let metadata: BTreeMap<String, String> =
-            names.filter_map(|(key, name)| Some((key.into(), name?.into()))).collect();
+        let metadata: Vec<(&str, &str)> =
+            names.filter_map(|(key, name)| Some((key, name?))).collect();
         if metadata.is_empty() {
             return Ok(());
         }
-        self.mcap.write_metadata(&Metadata { name: MOUSE.into(), metadata }).map_err(io_error)
+        self.mcap.write_metadata(MOUSE, &metadata)
     }
 
     /// Returns the channel for updates. Adds it if it does not exist.
@@ -113,31 +102,19 @@ impl<W: Write + Seek> RecordWriter<W> {
         if let Some(channel) = self.updates_channel {
             return Ok(channel);
         }
-        let channel = add_channel(&mut self.mcap, UPDATES).map_err(io_error)?;
+        let channel = self.mcap.add_channel(0, UPDATES)?;
         Ok(*self.updates_channel.insert(channel))
     }
 
     /// Writes all records to the file, and ends the current chunk if chunks are enabled.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.mcap.flush().map_err(io_error)
+        self.mcap.flush()
     }
 
     /// Writes the summary.
-    pub(crate) fn finish(mut self) -> io::Result<()> {
-        self.mcap.finish().map_err(io_error)?;
-        self.mcap.into_inner().flush()
+    pub(crate) fn finish(self) -> io::Result<()> {
+        self.mcap.finish()
     }
-}
-
-fn add_channel<W: Write + Seek>(
-    mcap: &mut mcap::Writer<W>,
-    [topic, encoding]: [&str; 2],
-) -> Result<u16, McapError> {
-    mcap.add_channel(0, topic, encoding, &BTreeMap::new())
-}
-
-pub(crate) const fn header(channel_id: u16, sequence: u32, time: u64) -> MessageHeader {
-    MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
 }
 
 /// Writes a compressed recording without JSON messages, which takes about 20 bytes per state. See also
@@ -150,41 +127,18 @@ pub(crate) const fn header(channel_id: u16, sequence: u32, time: u64) -> Message
 /// # Errors
 /// The recording cannot be written to `to`.
 pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
-    to: impl Write + Seek,
+    to: impl Write,
     info: &Info,
     maze: Option<&Maze>,
     states: impl IntoIterator<Item = (u64, U, S)>,
 ) -> io::Result<()> {
     let mut states = states.into_iter().peekable();
     let start = states.peek().map_or(0, |&(time, ..)| time);
-    let mut writer = RecordWriter::new(compressed(), to, info, maze, start)?;
+    let mut writer = RecordWriter::new(to, true, info, maze, start)?;
     for (time, update, state) in states {
         writer.write(time, update.as_ref(), state.as_ref())?;
     }
     writer.finish()
-}
-
-/// Returns the options for a compressed recording. Until the recording is finished, the newest
-/// states may be missing from the file.
-pub(crate) fn compressed() -> WriteOptions {
-    WriteOptions::new()
-        .chunk_size(Some(CHUNK_BYTES))
-        .compression(Some(Compression::Zstd))
-        .compression_level(LEVEL)
-        // Extra threads would slow down a search.
-        .compression_threads(0)
-        // Indexes would take as much space as the states. Without indexes, readers read the file
-        // sequentially.
-        .emit_message_indexes(false)
-        .emit_chunk_indexes(false)
-}
-
-/// Converts an MCAP error to an I/O error.
-pub(crate) fn io_error(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        error => io::Error::other(error),
-    }
 }
 
 #[cfg(test)]

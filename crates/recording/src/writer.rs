@@ -4,7 +4,6 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mcap::WriteOptions;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
@@ -45,9 +44,8 @@ impl RecordingWriter {
         let failed = |error| RecordError::new(path, error);
         let file = RecordingFile::create(path).map_err(failed)?;
         let (identity, clock) = (file.identity, Clock::start());
-        // A chunk would stay in memory until it is full.
-        let options = WriteOptions::new().use_chunks(false).compression(None);
-        let started = RecordWriter::new(options, Sink::new(file), info, maze, clock.now());
+        // A chunk of compressed records would stay in memory until it is full.
+        let started = RecordWriter::new(Sink::new(file), false, info, maze, clock.now());
         let flushed = started.and_then(|mut records| {
             // If a later write failed, a channel that it had added would be lost.
             records.updates_channel()?;
@@ -118,8 +116,6 @@ impl RecordingWriter {
     fn finish(&mut self) -> io::Result<()> {
         let Some(records) = self.records.take() else { return Ok(()) };
         if self.has_failed {
-            // Dropping the MCAP writer would write the summary.
-            records.mcap.into_inner();
             return Ok(());
         }
         records.finish()

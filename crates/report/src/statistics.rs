@@ -1,7 +1,8 @@
 //! Statistics of the values of one measure.
 
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::values::Values;
 
@@ -177,15 +178,44 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 /// Returns the 95 % confidence interval of the mean, or `None` for fewer than two numbers.
 fn confidence_interval(numbers: &[f64]) -> Option<Interval> {
     let deviation = standard_deviation(numbers)?;
-    let distribution = StudentsT::new(0.0, 1.0, count(numbers) - 1.0).ok()?;
-    let half = distribution.inverse_cdf(0.975) * deviation / count(numbers).sqrt();
+    let half = student_quantile(numbers.len() - 1) * deviation / count(numbers).sqrt();
     let mean = mean(numbers);
     Some(Interval { lower: mean - half, upper: mean + half })
+}
+
+/// Returns the 97.5 % quantile of Student's *t*-distribution with this many degrees of freedom.
+fn student_quantile(freedom: usize) -> f64 {
+    let (mut low, mut high) = (0.0, FRAC_PI_2);
+    loop {
+        let angle = f64::midpoint(low, high);
+        if angle <= low || high <= angle {
+            #[expect(clippy::cast_precision_loss, reason = "a number of mazes")]
+            return (freedom as f64).sqrt() * angle.tan();
+        }
+        if student_share(freedom, angle) < 0.95 { low = angle } else { high = angle }
+    }
+}
+
+/// Returns the probability that the absolute value of a *t*-distributed number is at most
+/// √`freedom` · tan `angle`. Source: Abramowitz and Stegun, *Handbook of Mathematical Functions*,
+/// 26.7.3 and 26.7.4.
+fn student_share(freedom: usize, angle: f64) -> f64 {
+    let (sine, cosine) = angle.sin_cos();
+    let is_odd = freedom % 2 == 1;
+    let (mut term, mut sum) = (if is_odd { cosine } else { 1.0 }, 0.0);
+    for power in (usize::from(is_odd)..freedom.saturating_sub(1)).step_by(2) {
+        sum += term;
+        #[expect(clippy::cast_precision_loss, reason = "a number of mazes")]
+        let power = power as f64;
+        term *= (power + 1.0) / (power + 2.0) * cosine * cosine;
+    }
+    if is_odd { (angle + sine * sum) * FRAC_2_PI } else { sine * sum }
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use statrs::distribution::{ContinuousCDF, StudentsT};
 
     use super::*;
 
@@ -261,6 +291,16 @@ mod tests {
         }
         assert_eq!(confidence_interval(&[1.0]), None);
         assert_eq!(confidence_interval(&[2.0; 3]), Some(Interval { lower: 2.0, upper: 2.0 }));
+    }
+
+    #[test]
+    fn quantiles_equal_those_of_a_library() {
+        for freedom in (1..300).chain([1_000, 9_999, 10_000]) {
+            let distribution = StudentsT::new(0.0, 1.0, f64::from(freedom)).unwrap();
+            let (found, expected) =
+                (student_quantile(freedom.try_into().unwrap()), distribution.inverse_cdf(0.975));
+            assert!((found / expected - 1.0).abs() < 1e-9, "{freedom}: {found} {expected}");
+        }
     }
 
     #[test]

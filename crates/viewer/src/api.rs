@@ -276,7 +276,7 @@ async fn save_recording(
         .run(move |cancel| {
             let source = state.source(&id)?;
             let file = recordings::save(&source, run, cancel)?;
-            download(&source, run, "mcap", BINARY, Body::from_stream(stream::from_file(file)))
+            download(&source, run, "mcap", BINARY, Body::from_stream(stream::from_reader(file)))
         })
         .await
 }
@@ -292,7 +292,7 @@ async fn export_page(
             let source = state.source(&id)?;
             let file = export::to_file(&source, run, &state.vehicles, &state.budget, cancel)?;
             // A browser must never show the page as a page of this server.
-            download(&source, run, "html", BINARY, Body::from_stream(stream::from_file(file)))
+            download(&source, run, "html", BINARY, Body::from_stream(stream::from_reader(file)))
         })
         .await
 }

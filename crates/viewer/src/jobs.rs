@@ -6,7 +6,6 @@ use std::thread;
 use std::time::Duration;
 
 use axum::http::StatusCode;
-use thread_priority::{ThreadPriority, set_current_thread_priority};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
@@ -67,20 +66,32 @@ impl JobQueue {
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
         let (sender, receiver) = oneshot::channel();
-        // These systems have a separate priority for each thread.
-        let is_supported = cfg!(any(target_os = "linux", target_os = "macos", windows));
-        let is_lowered = self.in_background && is_supported;
+        let in_background = self.in_background;
         let run = move || {
             // Released at the end of the job, even if the client disconnects earlier.
             let _permit = permit;
-            if is_lowered && let Err(error) = set_current_thread_priority(ThreadPriority::Min) {
-                debug!("cannot lower the priority of a job: {error}");
+            if in_background {
+                lower_priority();
             }
             // Fails if the client has disconnected.
             let _ = sender.send(job(&cancel));
         };
         thread::Builder::new().name(self.kind.into()).spawn(run).map_err(ApiError::internal)?;
         receiver.await.map_err(ApiError::internal)?
+    }
+}
+
+/// Gives the current thread the lowest priority, on systems where threads have priorities.
+fn lower_priority() {
+    // On Linux, the nice value of "this process" is that of the calling thread.
+    #[cfg(target_os = "linux")]
+    let lowered = rustix::process::setpriority_process(None, 19);
+    #[cfg(any(target_os = "macos", windows))]
+    let lowered =
+        thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min);
+    #[cfg(any(target_os = "linux", target_os = "macos", windows))]
+    if let Err(error) = lowered {
+        debug!("cannot lower the priority of a job: {error}");
     }
 }
 

@@ -15,22 +15,15 @@ use tokio::net::TcpListener;
 use tokio::runtime;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::sleep;
-use tower_http::compression::CompressionLayer;
-use tower_http::compression::predicate::{
-    DefaultPredicate, NotForContentType, Predicate, SizeAbove,
-};
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
 use crate::app_state::AppState;
+use crate::compression::compress;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
 use crate::transfer::Connection;
 use crate::{api, jobs};
-
-/// The minimum size, in bytes, at which a response is compressed. Frequent responses, such as the
-/// view of a single state, are smaller and therefore not compressed.
-const MIN_COMPRESSED_BYTES: u64 = 4096;
 
 /// The delay before accepting connections again after an error, such as running out of file
 /// descriptors.
@@ -141,11 +134,8 @@ impl ViewerHandle {
 }
 
 fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
-    let is_compressible = DefaultPredicate::new()
-        .and(SizeAbove::new(MIN_COMPRESSED_BYTES))
-        .and(NotForContentType::const_new("application/octet-stream"));
     api::router(Arc::new(AppState::new(config, limits)))
-        .layer(CompressionLayer::new().compress_when(is_compressible))
+        .layer(middleware::from_fn(compress))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }
 

@@ -5,6 +5,7 @@ mod harness;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
+use flate2::read::GzDecoder;
 use harness::{WatchedServer, stop_viewer};
 use mmsim_drawing::{Passage, Trail};
 use mmsim_maze::{Cell, Heading, MazeSize, Pose};
@@ -112,6 +113,30 @@ fn pictures_can_be_downloaded() {
     let thumbnail = watched.get("/api/mazes/picture.svg?path=a/small.txt");
     assert!(thumbnail.text().starts_with("<svg") && thumbnail.body.len() < 1500);
     assert_eq!(watched.get("/api/mazes/picture.svg?path=../small.txt").status, 404);
+    watched.stop();
+}
+
+#[test]
+fn long_texts_are_compressed_for_clients_that_accept_it() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let gzip = ["accept-encoding: gzip, deflate, br"];
+    let plain = watched.get("/page.css");
+    assert!(plain.head.contains("vary: accept-encoding"));
+    assert!(!plain.head.contains("content-encoding"));
+    let packed = watched.send("GET", "/page.css", &gzip, b"");
+    assert!(packed.head.contains("vary: accept-encoding\r\n"));
+    assert!(packed.head.contains("content-encoding: gzip"));
+    assert!(!packed.head.contains("content-length") && packed.body.len() < plain.body.len());
+    let mut unpacked = Vec::new();
+    GzDecoder::new(&packed.body[..]).read_to_end(&mut unpacked).unwrap();
+    assert_eq!(unpacked, plain.body);
+    watched.send_states(256);
+    let states = "/api/sources/live/states?run=1&from=0&count=256";
+    for path in [states, "/api/sources/live/picture.png?run=1&at=7", "/api/mazes"] {
+        let response = watched.send("GET", path, &gzip, b"");
+        assert_eq!(response.status, 200, "{path}");
+        assert!(!response.head.contains("content-encoding"), "{path}");
+    }
     watched.stop();
 }
 

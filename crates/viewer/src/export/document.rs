@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use mmsim_drawing::stylesheet;
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
-use sha2::{Digest, Sha256};
+use ring::digest::{SHA256, digest};
 
 use crate::api_error::ApiError;
 use crate::assets;
@@ -77,7 +77,7 @@ fn import_map() -> String {
 
 /// Returns the source expression of a content security policy that allows a script or style.
 fn hash(content: &str) -> String {
-    format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(content)))
+    format!("'sha256-{}'", BASE64_STANDARD.encode(digest(&SHA256, content.as_bytes())))
 }
 
 /// Replaces the only occurrence of `old`.

@@ -5,13 +5,13 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use indicatif::ProgressBar;
+use percent_encoding::percent_decode_str;
 use ureq::tls::{RootCerts, TlsConfig};
 use ureq::{Agent, Timeout};
-use url::Url;
 
 use super::archive::MAX_ARCHIVE_BYTES;
-use crate::output::{own_command, progress};
+use crate::output::own_command;
+use crate::progress::Progress;
 
 /// The timeout for connecting, for waiting for the response, and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);
@@ -31,9 +31,7 @@ pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
                 format!("cannot download {from}: {error} (try again, or save it with a browser and run {fetch})")
             });
         }
-        Some("file") => Url::parse(from)
-            .ok()
-            .and_then(|url| url.to_file_path().ok())
+        Some("file") => file_path(from)
             .ok_or_else(|| format!("cannot read {from}: not a local file (use file:///PATH)"))?,
         _ => PathBuf::from(from),
     };
@@ -44,6 +42,22 @@ pub(super) fn read(from: &str) -> Result<Vec<u8>, String> {
 /// Returns the scheme of a URL in lower case.
 fn scheme(address: &str) -> Option<String> {
     address.split_once("://").map(|(scheme, _)| scheme.to_ascii_lowercase())
+}
+
+/// Returns the path in a `file://` URL, or `None` if the file is on another host.
+fn file_path(url: &str) -> Option<PathBuf> {
+    let (_, rest) = url.split_once("://")?;
+    let rest = rest.split(['?', '#']).next()?;
+    let (host, path) = rest.split_at(rest.find('/')?);
+    let is_local = host.is_empty() || host.eq_ignore_ascii_case("localhost");
+    // The path of a URL begins with `/`, but that of a Windows file begins with its drive.
+    let path = if cfg!(windows) { &path[1..] } else { path };
+    let bytes = percent_decode_str(path);
+    #[cfg(unix)]
+    let path: std::ffi::OsString = std::os::unix::ffi::OsStringExt::from_vec(bytes.collect());
+    #[cfg(not(unix))]
+    let path = bytes.decode_utf8().ok()?.into_owned();
+    is_local.then(|| PathBuf::from(path))
 }
 
 fn download(address: &str) -> Result<Vec<u8>, String> {
@@ -76,13 +90,11 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, Str
         .into();
     let content = agent.get(address).call().and_then(|mut response| {
         let bytes = response.body().content_length();
-        let bar = match bytes {
-            Some(bytes) => progress(ProgressBar::new(bytes), "{wide_bar} {bytes} of {total_bytes}"),
-            None => progress(ProgressBar::no_length(), "{spinner} {bytes}"),
-        };
-        let content = read_whole(bar.wrap_read(response.body_mut().as_reader()), bytes);
-        bar.finish_and_clear();
-        Ok(content?)
+        let progress = Progress::new(bytes, |done, total, _| {
+            let total = total.map_or(String::new(), |total| format!(" of {} KiB", total >> 10));
+            format!("{} KiB{total}", done >> 10)
+        });
+        Ok(read_whole(progress.reader(response.body_mut().as_reader()), bytes)?)
     });
     content.map_err(|error| match error {
         ureq::Error::Timeout(Timeout::Global) => {
@@ -104,4 +116,26 @@ fn read_whole(from: impl Read, bytes: Option<u64>) -> io::Result<Vec<u8>> {
         }
     }
     Err(io::Error::other(format!("larger than {} MiB", MAX_ARCHIVE_BYTES >> 20)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_urls_contain_paths_of_local_files() {
+        let start = if cfg!(windows) { "" } else { "/" };
+        for (url, path) in [
+            ("file:///C:/a%20b/%C3%A9.zip", "C:/a b/é.zip"),
+            ("FILE:///C:/a%23b.zip?query#fragment", "C:/a#b.zip"),
+            ("file://LocalHost/C:/a", "C:/a"),
+        ] {
+            assert_eq!(file_path(url), Some(PathBuf::from(format!("{start}{path}"))), "{url}");
+        }
+        #[cfg(unix)]
+        assert_eq!(file_path("file:///%ff").unwrap().as_os_str().len(), 2, "any bytes");
+        for other in ["file://host/a.zip", "file://a.zip", "file://", "file://?/a"] {
+            assert_eq!(file_path(other), None, "{other}");
+        }
+    }
 }

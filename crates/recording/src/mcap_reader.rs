@@ -1,0 +1,185 @@
+//! Reads the records of an MCAP file.
+
+use std::io::{self, BufReader, Read};
+
+use crc32fast::Hasher;
+
+use crate::mcap_record::{HEAD_BYTES, MAGIC, kind};
+use crate::memory;
+
+/// The maximum number of bytes per read. Long records are read in several steps, because a length
+/// field may claim more bytes than the file contains.
+const STEP_BYTES: usize = 64 * 1024;
+
+/// Reads records one after another.
+pub(crate) struct RecordReader<R> {
+    source: BufReader<R>,
+    /// The maximum length of a record in bytes.
+    max_bytes: usize,
+    /// The data of the newest [`fill`](Self::fill).
+    buffer: Vec<u8>,
+    /// The checksum of all bytes that have been read.
+    checksum: Hasher,
+    /// The number of bytes that have been read.
+    pub(crate) position: u64,
+    has_footer: bool,
+}
+
+/// The reason why there is no further record.
+#[derive(Debug)]
+pub(crate) enum End {
+    /// The file is complete.
+    Closed,
+    /// The file ends early.
+    Truncated,
+    /// The next record is invalid.
+    Damaged(String),
+    /// The file is not an MCAP file.
+    NotMcap,
+    OutOfMemory,
+    Io(io::Error),
+}
+
+impl<R: Read> RecordReader<R> {
+    /// Reads records of up to `max_bytes` bytes.
+    pub(crate) fn new(source: R, max_bytes: usize) -> Self {
+        Self {
+            source: BufReader::with_capacity(STEP_BYTES, source),
+            max_bytes,
+            buffer: Vec::new(),
+            checksum: Hasher::new(),
+            position: 0,
+            has_footer: false,
+        }
+    }
+
+    /// Returns the kind and the body of the next record.
+    pub(crate) fn next_record(&mut self) -> Result<(u8, &[u8]), End> {
+        if self.position == 0 {
+            self.fill(MAGIC.len())?;
+            if self.buffer != MAGIC {
+                return Err(End::NotMcap);
+            }
+        }
+        if self.has_footer {
+            self.fill(MAGIC.len())?;
+            let is_complete = self.buffer == MAGIC;
+            let other = || End::Damaged("other data than the end of an MCAP file".into());
+            return Err(if is_complete { End::Closed } else { other() });
+        }
+        let checksum = self.checksum.clone();
+        self.fill(HEAD_BYTES)?;
+        let (kind, length) = self.buffer.split_at(1);
+        let (kind, length) = (kind[0], length.try_into().map_or(u64::MAX, u64::from_le_bytes));
+        let length = usize::try_from(length)
+            .ok()
+            .filter(|&length| length <= self.max_bytes)
+            .ok_or_else(|| {
+                let max = self.max_bytes;
+                let what = format!("a record of {length} bytes, which exceeds the limit of");
+                End::Damaged(format!("{what} {max}"))
+            })?;
+        self.fill(length)?;
+        if kind == kind::DATA_END {
+            self.check(checksum.finalize())?;
+        }
+        self.has_footer = kind == kind::FOOTER;
+        Ok((kind, &self.buffer))
+    }
+
+    /// Checks the checksum in the record that ends the data. Writers may leave it out.
+    fn check(&self, found: u32) -> Result<(), End> {
+        let expected = self.buffer.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        if expected == 0 || expected == found {
+            return Ok(());
+        }
+        Err(End::Damaged(format!(
+            "data with the wrong checksum (expected {expected:08x}, found {found:08x})"
+        )))
+    }
+
+    /// Reads exactly this many bytes into the buffer, which grows as bytes arrive, up to twice what
+    /// is needed.
+    fn fill(&mut self, bytes: usize) -> Result<(), End> {
+        if bytes > STEP_BYTES && !memory::is_available(2 * bytes) {
+            return Err(End::OutOfMemory);
+        }
+        self.buffer.clear();
+        let read = self.source.by_ref().take(bytes as u64).read_to_end(&mut self.buffer);
+        self.checksum.update(&self.buffer);
+        self.position += self.buffer.len() as u64;
+        match read {
+            Ok(count) if count == bytes => Ok(()),
+            Ok(_) => Err(End::Truncated),
+            Err(error) => Err(End::Io(error)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mcap_writer::McapWriter;
+
+    /// Returns a short file.
+    fn file() -> Vec<u8> {
+        let mut file = Vec::new();
+        let mut writer = McapWriter::new(&mut file, "mmsim", false).unwrap();
+        writer.write_metadata("name", &[("key", "value")]).unwrap();
+        writer.finish().unwrap();
+        file
+    }
+
+    /// Returns the kinds of the records, and why there is no further one.
+    fn read(file: &[u8]) -> (Vec<u8>, End) {
+        let (mut reader, mut kinds) = (RecordReader::new(file, 1000), Vec::new());
+        loop {
+            match reader.next_record() {
+                Ok((kind, _)) => kinds.push(kind),
+                Err(end) => return (kinds, end),
+            }
+        }
+    }
+
+    fn damage(file: &[u8]) -> String {
+        match read(file) {
+            (_, End::Damaged(reason)) => reason,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn records_are_read_up_to_the_end() {
+        let all = [1, 12, 15, 11, 13, 14, 14, 2];
+        let (kinds, end) = read(&file());
+        assert!(kinds == all && matches!(end, End::Closed), "{kinds:?} {end:?}");
+        // Records of an unknown kind may be added in later versions of the format.
+        let unknown = [&file()[..8], b"\x77\x01\0\0\0\0\0\0\0?", &file()[8..]].concat();
+        let (kinds, end) = read(&unknown);
+        assert!(kinds[..2] == [0x77, 1] && matches!(end, End::Damaged(_)), "{kinds:?} {end:?}");
+        for length in 0..file().len() {
+            let (kinds, end) = read(&file()[..length]);
+            assert!(all.starts_with(&kinds) && matches!(end, End::Truncated), "{length}: {end:?}");
+        }
+    }
+
+    #[test]
+    fn damage_is_reported() {
+        assert!(matches!(read(b"o---o---o").1, End::NotMcap));
+        let mut changed = file();
+        changed[20] ^= 1;
+        assert!(damage(&changed).starts_with("data with the wrong checksum (expected "));
+        let mut without_checksum = changed;
+        let at = without_checksum.windows(9).position(|bytes| bytes == b"\x0f\x04\0\0\0\0\0\0\0");
+        without_checksum[at.unwrap() + 9..][..4].fill(0);
+        assert!(matches!(read(&without_checksum).1, End::Closed));
+        let mut too_long = file();
+        too_long[9..17].copy_from_slice(&1001_u64.to_le_bytes());
+        assert_eq!(damage(&too_long), "a record of 1001 bytes, which exceeds the limit of 1000");
+        too_long[9..17].fill(0xff);
+        assert!(damage(&too_long).starts_with("a record of 18446744073709551615 bytes"));
+        let mut other_end = file();
+        *other_end.last_mut().unwrap() = b'?';
+        assert_eq!(damage(&other_end), "other data than the end of an MCAP file");
+    }
+}
