@@ -26,14 +26,12 @@ mod exchange;
 mod named;
 mod run;
 mod transport;
-#[cfg(feature = "zmq")]
 mod zmq_transport;
 
 pub use exchange::Exchange;
 pub use named::{BUNDLED_MOUSE_NAME, Named};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{InMemory, Transport, TransportError};
-#[cfg(feature = "zmq")]
 pub use zmq_transport::{Timeout, Waiting, Zmq};
 
 /// Runs the code in the crate's README.

@@ -37,7 +37,16 @@ pub enum TransportError {
         /// The number of frames.
         found: usize,
     },
-    /// The endpoint is invalid, or the socket failed.
+    /// The connection ended before the reply arrived, or the simulator does not use the protocol of
+    /// ZeroMQ. The simulator may have received the request.
+    #[error("no reply from {endpoint}: {reason}")]
+    Disconnected {
+        /// The endpoint of the simulator.
+        endpoint: String,
+        /// The reason why the connection ended.
+        reason: String,
+    },
+    /// The endpoint is invalid, or no socket can be opened.
     #[error("cannot reach {endpoint}: {reason}")]
     Failed {
         /// The endpoint of the simulator.

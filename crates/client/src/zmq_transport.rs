@@ -2,6 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use mmsim_zmtp::connection::DisconnectReason;
+use mmsim_zmtp::{EndpointError, ReqClient};
+
 use crate::transport::{Transport, TransportError};
 
 /// The time between two calls of `on_wait`.
@@ -37,7 +40,7 @@ impl Timeout {
 
 /// A ZeroMQ REQ socket that connects to a simulator.
 pub struct Zmq<'a> {
-    socket: zmq::Socket,
+    client: ReqClient,
     endpoint: String,
     timeout: Timeout,
     answered: bool,
@@ -65,22 +68,17 @@ impl<'a> Zmq<'a> {
     /// `on_wait` is called once a second.
     ///
     /// # Errors
-    /// Returns an error if `endpoint` is not a valid ZeroMQ endpoint.
+    /// Returns an error if `endpoint` is not a valid endpoint of the transport TCP.
     pub fn connect(
         endpoint: &str,
         timeout: Timeout,
         on_wait: impl FnMut(Waiting<'_>) + 'a,
     ) -> Result<Self, TransportError> {
-        // ZeroMQ accepts invalid ports and would wait forever.
-        if let Some(port) = endpoint.strip_prefix("tcp://").and_then(|rest| rest.rsplit(':').next())
-            && !port.parse::<u16>().is_ok_and(|port| port > 0)
-        {
-            let found = format!("expected a port from 1 to 65535, found {port:?}");
-            return Err(failed(endpoint, &found));
-        }
-        let socket = connect(endpoint).map_err(|error| failed(endpoint, &error))?;
+        let failed = |reason: String| TransportError::Failed { endpoint: endpoint.into(), reason };
+        let address = endpoint.parse().map_err(|error: EndpointError| failed(error.to_string()))?;
+        let client = ReqClient::new(address).map_err(|error| failed(error.to_string()))?;
         let on_wait = Box::new(on_wait);
-        Ok(Self { socket, endpoint: endpoint.into(), timeout, answered: false, on_wait })
+        Ok(Self { client, endpoint: endpoint.into(), timeout, answered: false, on_wait })
     }
 
     /// Like [`exchange`](Transport::exchange), but sends a request of several frames. Valid requests
@@ -93,73 +91,49 @@ impl<'a> Zmq<'a> {
         request: &[&[u8]],
         reply: &mut Vec<u8>,
     ) -> Result<(), TransportError> {
-        reply.clear();
-        self.socket.send_multipart(request, 0).map_err(|error| failed(&self.endpoint, &error))?;
-        self.receive(reply)
-    }
-
-    fn receive(&mut self, reply: &mut Vec<u8>) -> Result<(), TransportError> {
+        self.client.send(request);
         let timeout = self.timeout.limit(self.answered);
         let (start, mut notices) = (Instant::now(), 0);
-        loop {
-            let left =
-                timeout.map_or(NOTICE_INTERVAL, |timeout| timeout.saturating_sub(start.elapsed()));
-            // Round up, because polling for 0 ms would be a busy loop during the last millisecond.
-            let wait = i64::try_from(left.min(NOTICE_INTERVAL).as_micros().div_ceil(1000))
-                .unwrap_or(i64::MAX);
-            match self.socket.poll(zmq::POLLIN, wait) {
-                Ok(0) => {}
-                Ok(_) => break,
-                Err(zmq::Error::EINTR) => continue,
-                Err(error) => return Err(failed(&self.endpoint, &error)),
-            }
-            let elapsed = start.elapsed();
-            if let Some(after) = timeout.filter(|&timeout| elapsed >= timeout) {
-                let endpoint = self.endpoint.clone();
-                // The old socket cannot send again before it has received the missing reply.
-                self.socket = connect(&endpoint).map_err(|error| failed(&endpoint, &error))?;
-                return Err(TransportError::NoReply { endpoint, after });
+        let frames = loop {
+            let left = timeout.map(|timeout| timeout.saturating_sub(start.elapsed()));
+            let wait = left.unwrap_or(NOTICE_INTERVAL).min(NOTICE_INTERVAL);
+            let received = self.client.receive(reply, wait);
+            if let Some(frames) = received.map_err(|reason| self.disconnected(&reason))? {
+                break frames;
             }
             let Self { endpoint, answered, .. } = self;
+            let elapsed = start.elapsed();
+            if let Some(after) = timeout.filter(|&timeout| elapsed >= timeout) {
+                return Err(TransportError::NoReply { endpoint: endpoint.clone(), after });
+            }
             notices += 1;
             (self.on_wait)(Waiting { endpoint, elapsed, notices, answered: *answered });
-        }
-        let frames =
-            self.socket.recv_multipart(0).map_err(|error| failed(&self.endpoint, &error))?;
-        let [frame] = frames.as_slice() else {
-            return Err(TransportError::Frames {
-                endpoint: self.endpoint.clone(),
-                found: frames.len(),
-            });
         };
-        reply.extend_from_slice(frame);
+        if frames != 1 {
+            return Err(TransportError::Frames { endpoint: self.endpoint.clone(), found: frames });
+        }
         self.answered = true;
         Ok(())
+    }
+
+    fn disconnected(&self, reason: &DisconnectReason) -> TransportError {
+        let (endpoint, reason) = (self.endpoint.clone(), reason.to_string());
+        TransportError::Disconnected { endpoint, reason }
     }
 }
 
 impl Transport for Zmq<'_> {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
-        reply.clear();
-        self.socket.send(request, 0).map_err(|error| failed(&self.endpoint, &error))?;
-        self.receive(reply)
+        self.exchange_frames(&[request], reply)
     }
-}
-
-fn connect(endpoint: &str) -> zmq::Result<zmq::Socket> {
-    let socket = zmq::Context::new().socket(zmq::REQ)?;
-    socket.set_linger(0)?;
-    socket.set_ipv6(endpoint.contains('['))?;
-    socket.connect(endpoint)?;
-    Ok(socket)
-}
-
-fn failed(endpoint: &str, reason: &impl ToString) -> TransportError {
-    TransportError::Failed { endpoint: endpoint.into(), reason: reason.to_string() }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpListener;
+    use std::thread;
+
     use super::*;
 
     #[test]
@@ -196,7 +170,7 @@ mod tests {
         let mut reply = Vec::new();
         let error = transport.exchange(b"slow", &mut reply).unwrap_err();
         assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
-        let answering = std::thread::spawn(move || {
+        let answering = thread::spawn(move || {
             for expected in [&b"slow"[..], b"ping"] {
                 assert_eq!(simulator.recv_bytes(0).unwrap(), expected);
                 simulator.send(expected, 0).unwrap();
@@ -218,5 +192,24 @@ mod tests {
             let error = Zmq::connect(&endpoint, Timeout::Default, |_| {}).err().unwrap();
             assert!(error.to_string().contains("expected a port from 1 to 65535"), "{error}");
         }
+        let error = Zmq::connect("ipc:///tmp/maze", Timeout::Default, |_| {}).err().unwrap();
+        assert!(error.to_string().contains("expected tcp://"), "{error}");
+    }
+
+    #[test]
+    fn another_protocol_is_an_error() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let endpoint = format!("tcp://{}", listener.local_addr().unwrap());
+        let server = thread::spawn(move || {
+            let mut stream = listener.accept().unwrap().0;
+            stream.write_all(b"HTTP/1.1 400 Bad Request\r\n").unwrap();
+            // Waits until the client closes the connection.
+            let _ = stream.read_to_end(&mut Vec::new());
+        });
+        let mut transport = Zmq::connect(&endpoint, Timeout::Never, |_| {}).unwrap();
+        let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err().to_string();
+        let reason = "expected a ZMTP greeting, found other bytes";
+        assert_eq!(error, format!("no reply from {endpoint}: {reason}"));
+        server.join().unwrap();
     }
 }

@@ -1,7 +1,9 @@
 //! The function [`listen`], which opens a listening TCP socket.
 
 use std::io::{self, ErrorKind};
-use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+use std::net::{SocketAddr, TcpListener};
+
+use crate::endpoint;
 
 /// An error from [`listen`].
 #[derive(Debug, thiserror::Error)]
@@ -52,15 +54,10 @@ pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
     })
 }
 
-/// Resolves a host name. If the host has IPv4 and IPv6 addresses, an IPv4 address is returned,
-/// because clients try IPv4 first.
+/// Returns the address to listen on. If the host has IPv4 and IPv6 addresses, it is an IPv4 address.
 fn resolve(host: &str, port: u16) -> io::Result<SocketAddr> {
-    let host = match host {
-        "*" => "0.0.0.0",
-        host => host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host),
-    };
-    let addresses = (host, port).to_socket_addrs()?;
-    addresses.min_by_key(SocketAddr::is_ipv6).ok_or(ErrorKind::NotFound.into())
+    let host = if host == "*" { "0.0.0.0" } else { host };
+    endpoint::resolve(host, port)?.into_iter().next().ok_or(ErrorKind::NotFound.into())
 }
 
 #[cfg(test)]

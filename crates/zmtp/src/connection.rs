@@ -1,13 +1,11 @@
 //! A single connection with its input and output buffers.
 
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, Read, Write};
 
+use crate::buffered::BufferedStream;
 use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
 use crate::limits::MAX_WAITING_REPLY_BYTES;
 use crate::service::{ClientId, Service};
-
-/// The maximum number of bytes in one read from a stream.
-const READ_BYTES: usize = 4 * 1024;
 
 /// The maximum number of decoded events that one call of [`Connection::turn`] handles.
 const MAX_EVENTS: usize = 64;
@@ -20,17 +18,8 @@ const MAX_EVENTS: usize = 64;
 #[derive(Debug)]
 pub struct Connection<S> {
     client: ClientId,
-    stream: S,
     decoder: Decoder,
-    /// Received bytes, of which the first `consumed` have been decoded.
-    input: Vec<u8>,
-    consumed: usize,
-    /// Bytes to send.
-    output: Vec<u8>,
-    /// True if the stream may have bytes to read.
-    is_readable: bool,
-    /// True if the stream may accept more bytes.
-    is_writable: bool,
+    buffered: BufferedStream<S>,
 }
 
 /// The result of [`Connection::turn`].
@@ -64,13 +53,8 @@ impl<S: Read + Write> Connection<S> {
     pub fn new(stream: S) -> Self {
         Self {
             client: ClientId::unique(),
-            stream,
             decoder: Decoder::default(),
-            input: Vec::new(),
-            consumed: 0,
-            output: SIGNATURE.to_vec(),
-            is_readable: true,
-            is_writable: true,
+            buffered: BufferedStream::new(stream, SIGNATURE),
         }
     }
 
@@ -81,13 +65,12 @@ impl<S: Read + Write> Connection<S> {
 
     /// Returns the stream.
     pub fn into_stream(self) -> S {
-        self.stream
+        self.buffered.stream
     }
 
     /// Records that the stream may be readable or writable again.
     pub const fn set_ready(&mut self, is_readable: bool, is_writable: bool) {
-        self.is_readable |= is_readable;
-        self.is_writable |= is_writable;
+        self.buffered.set_ready(is_readable, is_writable);
     }
 
     /// Returns the phase of the connection.
@@ -97,7 +80,7 @@ impl<S: Read + Write> Connection<S> {
 
     /// Returns true if bytes are waiting to be sent.
     pub const fn has_output(&self) -> bool {
-        !self.output.is_empty()
+        self.buffered.has_output()
     }
 
     /// Takes a turn: receives bytes, answers at most `max_requests` requests, and sends the
@@ -124,25 +107,26 @@ impl<S: Read + Write> Connection<S> {
     ) -> Result<Turn, DisconnectReason> {
         let (mut turn, mut reply) = (Turn::default(), Vec::new());
         for _ in 0..MAX_EVENTS {
-            if self.output.len() >= MAX_WAITING_REPLY_BYTES {
+            if self.buffered.output.len() >= MAX_WAITING_REPLY_BYTES {
                 self.send()?;
-                if !self.is_writable {
+                if !self.buffered.is_writable {
                     return Ok(turn);
                 }
             }
-            let (consumed, event) = self.decoder.decode(&self.input[self.consumed..])?;
+            let unread = &self.buffered.input[self.buffered.consumed..];
+            let (consumed, event) = self.decoder.decode(unread)?;
             match event {
                 Event::Incomplete => {
                     // Replies are sent before more input is read.
                     self.send()?;
-                    if !self.receive()? {
+                    if !self.buffered.receive()? {
                         return Ok(turn);
                     }
                 }
                 Event::Ignored | Event::Ready => {}
-                Event::Send(bytes) => self.output.extend_from_slice(bytes),
-                Event::Ping { context } => push_pong(&mut self.output, context),
-                Event::Request { last, frames } => {
+                Event::Send(bytes) => self.buffered.output.extend_from_slice(bytes),
+                Event::Ping { context } => push_pong(&mut self.buffered.output, context),
+                Event::Message { last, frames } => {
                     turn.has_activity |= service.answer(self.client, &last, frames, &mut reply);
                     self.push_reply(&reply);
                     requests_left = requests_left.saturating_sub(1);
@@ -152,10 +136,10 @@ impl<S: Read + Write> Connection<S> {
                     self.push_reply(&reply);
                 }
             }
-            self.consumed += consumed;
+            self.buffered.consumed += consumed;
             if requests_left == 0 {
                 self.send()?;
-                turn.has_more = self.consumed < self.input.len() || self.receive()?;
+                turn.has_more = self.buffered.has_input() || self.buffered.receive()?;
                 return Ok(turn);
             }
         }
@@ -164,33 +148,8 @@ impl<S: Read + Write> Connection<S> {
     }
 
     fn push_reply(&mut self, reply: &[u8]) {
-        self.output.extend_from_slice(self.decoder.envelope());
-        push_last_frame(&mut self.output, reply);
-    }
-
-    /// Reads available bytes from the stream. Returns false if the stream has no bytes to read.
-    fn receive(&mut self) -> Result<bool, DisconnectReason> {
-        if !self.is_readable {
-            return Ok(false);
-        }
-        self.input.drain(..self.consumed);
-        self.consumed = 0;
-        let start = self.input.len();
-        self.input.resize(start + READ_BYTES, 0);
-        let result = self.stream.read(&mut self.input[start..]);
-        self.input.truncate(start + result.as_ref().map_or(0, |&count| count));
-        match result {
-            Ok(0) => Err(DisconnectReason::Closed),
-            Ok(_) => Ok(true),
-            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(true),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                self.is_readable = false;
-                // An idle connection needs only a small buffer.
-                self.input.shrink_to(READ_BYTES);
-                Ok(false)
-            }
-            Err(error) => Err(error.into()),
-        }
+        self.buffered.output.extend_from_slice(self.decoder.envelope());
+        push_last_frame(&mut self.buffered.output, reply);
     }
 
     /// Sends as much output as the stream accepts now.
@@ -198,25 +157,16 @@ impl<S: Read + Write> Connection<S> {
     /// # Errors
     /// Returns an error if the connection has ended.
     pub fn send(&mut self) -> Result<(), DisconnectReason> {
-        while self.is_writable && self.has_output() {
-            match self.stream.write(&self.output) {
-                Ok(0) => return Err(DisconnectReason::Closed),
-                Ok(count) => drop(self.output.drain(..count)),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_writable = false,
-                Err(error) => return Err(error.into()),
-            }
-        }
-        if !self.has_output() {
-            self.output.shrink_to(READ_BYTES);
-        }
-        Ok(())
+        self.buffered.send()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::ErrorKind;
+
     use super::*;
+    use crate::buffered::READ_BYTES;
     use crate::codec::handshake::{GREETING, READY};
     use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
@@ -253,7 +203,7 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100));
         assert_eq!(connection.phase(), Phase::Ready);
-        assert!(!connection.has_output() && !connection.is_readable);
+        assert!(!connection.has_output() && !connection.buffered.is_readable);
         wire.push(&requests(100..101));
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire), requests(0..100), "the stream is not reported as readable");
@@ -285,9 +235,9 @@ mod tests {
         connection.set_ready(true, false);
         let turn = connection.turn(8, &mut Echo::default()).unwrap();
         assert_eq!(turn, Turn { has_more: true, has_activity: false });
-        assert!(connection.consumed <= 2 * MAX_EVENTS);
+        assert!(connection.buffered.consumed <= 2 * MAX_EVENTS);
         run_until_idle(&mut connection).unwrap();
-        assert!(connection.input.is_empty());
+        assert!(connection.buffered.input.is_empty());
     }
 
     #[test]
@@ -309,7 +259,7 @@ mod tests {
         wire.push(&requests(2..3));
         connection.set_ready(true, true);
         run_until_idle(&mut connection).unwrap();
-        assert!(connection.has_output() && !connection.is_writable);
+        assert!(connection.has_output() && !connection.buffered.is_writable);
         connection.set_ready(false, true);
         wire.fail([ErrorKind::BrokenPipe, ErrorKind::WriteZero]);
         assert!(matches!(connection.send(), Err(DisconnectReason::Stream(_))));
@@ -335,12 +285,12 @@ mod tests {
         let (mut connection, wire) = connect(&request.repeat(1000));
         wire.set_capacity(200);
         run_until_idle(&mut connection).unwrap();
-        assert!(wire.has_incoming() && !connection.is_writable);
-        let waiting = connection.output.len();
+        assert!(wire.has_incoming() && !connection.buffered.is_writable);
+        let waiting = connection.buffered.output.len();
         let limit = MAX_WAITING_REPLY_BYTES;
         assert!((limit..limit + 2 * request.len()).contains(&waiting), "{waiting}");
         // Nothing is lost: when the peer reads, it gets all replies.
-        while !connection.is_writable {
+        while !connection.buffered.is_writable {
             wire.set_capacity(5000);
             connection.set_ready(false, true);
             run_until_idle(&mut connection).unwrap();
@@ -353,13 +303,13 @@ mod tests {
         let frame = [&b"\x01\0\x02\0\0\0\0\0\x01\0\0"[..], &vec![7; MAX_REQUEST_BYTES]].concat();
         let (mut connection, wire) = connect(&frame[..frame.len() - 1]);
         run_until_idle(&mut connection).unwrap();
-        assert!(connection.input.capacity() <= 4 * READ_BYTES, "a long frame is not kept");
+        assert!(connection.buffered.input.capacity() <= 4 * READ_BYTES, "a long frame is not kept");
         wire.push(&[7]);
         connection.set_ready(true, false);
         run_until_idle(&mut connection).unwrap();
         assert_eq!(replies(&wire).len(), frame.len());
-        assert!(connection.input.capacity() <= READ_BYTES);
-        assert!(connection.output.capacity() <= READ_BYTES);
+        assert!(connection.buffered.input.capacity() <= READ_BYTES);
+        assert!(connection.buffered.output.capacity() <= READ_BYTES);
     }
 
     #[test]

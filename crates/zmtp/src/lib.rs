@@ -1,8 +1,8 @@
-//! A ZeroMQ REP server without libzmq. The crate consists of a ZMTP 3.1 codec that performs no I/O,
-//! and a single-threaded server with limited memory use.
+//! A ZeroMQ REP server and REQ client without libzmq. The crate consists of a ZMTP 3.1 codec that
+//! performs no I/O, a single-threaded server with limited memory use, and a blocking client.
 //!
-//! Implement [`Service`] and pass your implementation to [`RepServer::run`], which answers all REQ
-//! and DEALER clients.
+//! For a server, implement [`Service`] and pass your implementation to [`RepServer::run`], which
+//! answers all REQ and DEALER clients. For a client, see [`ReqClient`].
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
@@ -48,23 +48,29 @@
 //!   connecting.
 //! - Before the server stops, it answers requests that clients have already sent, within the time
 //!   limits of [`RepServer::run`].
+//! - The client sends each request at most once, and never returns a late reply to an earlier
+//!   request. No server can make it panic, wait longer than its caller allows, or store more than
+//!   one reply of [`MAX_REPLY_BYTES`](limits::MAX_REPLY_BYTES).
 //!
 //! # Structure
 //!
-//! - [`codec`] decodes bytes into events and encodes replies, without I/O.
+//! - [`codec`] decodes bytes into events and encodes requests and replies, without I/O.
 //! - [`connection`] adds buffers to a non-blocking stream of any kind.
 //! - The private module `connections` decides the order in which connections are served and when
 //!   they are closed. Its functions take the current time as an argument, so unit tests need no
 //!   clock.
 //! - [`RepServer`] handles the sockets and reads the clock.
+//! - [`ReqClient`] connects to a server, and the private module `req_connection` sends its requests
+//!   and receives their replies over a non-blocking stream.
 //!
 //! # Scope
 //!
-//! The crate implements one socket type, REP, and one transport, TCP. The server accepts REQ and
-//! DEALER clients that use ZMTP 3.0 or 3.1 (`ZeroMQ` 4), or ZMTP 2.0. The server supports neither
-//! passwords (PLAIN) nor encryption (CURVE). The server does not initiate connections or send
-//! heartbeats, but it answers PING commands. The server is meant for short requests; all limits are
-//! constants in [`limits`].
+//! The crate implements two socket types, REP and REQ, and one transport, TCP. The server accepts
+//! REQ and DEALER clients that use ZMTP 3.0 or 3.1 (`ZeroMQ` 4), or ZMTP 2.0. The client accepts REP
+//! and ROUTER servers that use ZMTP 3.0 or 3.1. Both support neither passwords (PLAIN) nor
+//! encryption (CURVE). They send no heartbeats, but answer PING commands. The server does not
+//! initiate connections, and the client connects to one server. Both are meant for short messages;
+//! all limits are constants in [`limits`].
 //!
 //! # Why not libzmq
 //!
@@ -80,15 +86,20 @@
 //!   that client.
 //! - libzmq keeps all frames of a message in memory, no matter how many there are.
 //!
-//! libzmq is still a good choice for clients, because a client chooses which server to trust.
+//! The client avoids none of these faults, because a client chooses which server to trust. It
+//! exists because programs that use only this crate can be built without a C++ compiler.
 #![forbid(unsafe_code)]
 
 mod bind;
+mod buffered;
+mod client;
 pub mod codec;
 pub mod connection;
 mod connections;
+mod endpoint;
 mod eviction;
 pub mod limits;
+mod req_connection;
 mod server;
 mod service;
 #[cfg(test)]
@@ -96,6 +107,8 @@ mod testing;
 mod timers;
 
 pub use bind::{BindError, listen};
+pub use client::ReqClient;
+pub use endpoint::{Endpoint, EndpointError};
 pub use server::{RepServer, Waker};
 pub use service::{ClientId, Service};
 

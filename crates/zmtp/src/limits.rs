@@ -1,4 +1,5 @@
-//! The limits of the server. No client can make the server use more memory than these limits allow.
+//! The limits of the server and the client. No peer can make them use more memory than these limits
+//! allow.
 
 use std::time::Duration;
 
@@ -44,11 +45,22 @@ pub const MAX_CONNECTIONS: usize = 1000;
 /// automatically.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
-/// The maximum time from accepting a connection to the end of its handshake. On a bad network, a
-/// handshake can take several seconds.
+/// The maximum time from accepting a connection to the end of its handshake, and from the client's
+/// attempt to connect to the end of the handshake. On a bad network, a handshake can take several
+/// seconds.
 pub const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
 
 /// The maximum size of the pending replies to one client, in bytes, not counting the buffers of the
 /// operating system. When this limit is reached, the server discards no replies, but handles no
 /// further requests until the client has read some of the replies.
 pub const MAX_WAITING_REPLY_BYTES: usize = 64 * 1024;
+
+/// The maximum length of a reply that the client accepts, in bytes. The length includes the headers
+/// of all frames. A longer reply is an error.
+pub const MAX_REPLY_BYTES: usize = 1024 * 1024;
+
+/// The time between two attempts of the client to connect to a server that is not running.
+pub const RETRY_INTERVAL: Duration = Duration::from_millis(100);
+
+/// The operating system sends TCP keepalive probes on connections that have been idle this long.
+pub const KEEPALIVE: Duration = Duration::from_secs(60);

@@ -12,7 +12,7 @@ use socket2::{SockRef, TcpKeepalive};
 use tracing::{debug, warn};
 
 use crate::connections::Connections;
-use crate::limits::MAX_CONNECTIONS;
+use crate::limits::{KEEPALIVE, MAX_CONNECTIONS};
 use crate::service::Service;
 use crate::timers::{AcceptBackoff, Drain};
 
@@ -28,9 +28,6 @@ const MAX_EVENTS: usize = 256;
 
 /// The maximum number of connections that the server accepts before it serves existing connections.
 const MAX_ACCEPTED_AT_ONCE: usize = 16;
-
-/// The operating system sends TCP keepalive probes on connections that have been idle this long.
-const KEEPALIVE: Duration = Duration::from_secs(60);
 
 /// A REP socket that listens on TCP. One thread serves all connections.
 #[must_use = "a server does nothing until it runs"]
@@ -255,8 +252,8 @@ mod tests {
 
     use super::*;
     use crate::bind::listen;
-    use crate::codec::handshake::{GREETING, READY};
-    use crate::testing::{Echo, REQ_READY};
+    use crate::codec::handshake::{GREETING, READY, REQ_READY};
+    use crate::testing::Echo;
 
     /// Reads all bytes until the server closes the connection. Panics if no bytes arrive for 20 s.
     fn read_to_end(mut stream: TcpStream) -> Vec<u8> {

@@ -6,11 +6,8 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::rc::Rc;
 
 use crate::codec::event::ProtocolError;
-use crate::codec::handshake::GREETING;
+use crate::codec::handshake::{GREETING, REQ_READY};
 use crate::service::{ClientId, Service};
-
-/// The READY command of a REQ socket.
-pub(crate) const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
 /// An in-memory stream that never blocks. The test provides the input and checks the output.
 #[derive(Clone, Default)]

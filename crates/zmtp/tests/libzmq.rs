@@ -1,11 +1,12 @@
-//! Tests of the server with libzmq clients.
+//! Tests of the server with libzmq clients, and of the client with libzmq servers.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, RepServer, Service, Waker, listen};
+use mmsim_zmtp::{ClientId, RepServer, ReqClient, Service, Waker, listen};
 
 /// The timeout of each socket operation, in milliseconds.
 const TIMEOUT_MS: i32 = 20_000;
@@ -95,5 +96,83 @@ fn other_socket_types_are_disconnected() {
     let _ = other.send("a", 0);
     req.send("b", 0).unwrap();
     assert_eq!(req.recv_bytes(0).unwrap(), b"b of 1");
+    server.stop();
+}
+
+/// Opens a libzmq socket that listens on a free port, and a client that connects to it.
+fn listen_with_libzmq(kind: zmq::SocketType) -> (zmq::Socket, ReqClient) {
+    let socket = zmq::Context::new().socket(kind).unwrap();
+    socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
+    socket.bind("tcp://127.0.0.1:*").unwrap();
+    let endpoint = socket.get_last_endpoint().unwrap().unwrap();
+    (socket, ReqClient::new(endpoint.parse().unwrap()).unwrap())
+}
+
+/// Waits for a reply. Returns its last frame and the number of its frames.
+fn receive(client: &mut ReqClient) -> (Vec<u8>, usize) {
+    let mut reply = Vec::new();
+    let frames = client.receive(&mut reply, Duration::from_secs(20)).unwrap();
+    (reply, frames.expect("a reply within 20 s"))
+}
+
+#[test]
+fn client_gets_the_replies_of_a_rep_socket() {
+    let (rep, mut client) = listen_with_libzmq(zmq::REP);
+    let server = thread::spawn(move || {
+        for _ in 0..4 {
+            let request = rep.recv_multipart(0).unwrap();
+            rep.send_multipart(request, 0).unwrap();
+        }
+    });
+    let long = vec![7; 100_000];
+    for frames in [&[&b"a"[..]][..], &[b""], &[b"a", &long, b"b"], &[&long]] {
+        client.send(frames);
+        assert!(receive(&mut client) == (frames[frames.len() - 1].to_vec(), frames.len()));
+    }
+    server.join().unwrap();
+}
+
+#[test]
+fn client_gets_the_replies_of_a_router_socket() {
+    let (router, mut client) = listen_with_libzmq(zmq::ROUTER);
+    let (received, is_received) = mpsc::channel();
+    let server = thread::spawn(move || {
+        let [first, second] = [(), ()].map(|()| {
+            let message = router.recv_multipart(0).unwrap();
+            let _ = received.send(());
+            message
+        });
+        assert_eq!([&first[2], &second[2]], [b"slow", b"next"]);
+        for mut message in [first, second] {
+            message.push(b"end".to_vec());
+            // The first connection may have ended, and its reply is then dropped.
+            router.send_multipart(message, 0).unwrap();
+        }
+    });
+    client.send(&[b"slow"]);
+    while is_received.try_recv().is_err() {
+        assert_eq!(client.receive(&mut Vec::new(), Duration::from_millis(100)).unwrap(), None);
+    }
+    client.send(&[b"next"]);
+    assert_eq!(receive(&mut client), (b"end".to_vec(), 2));
+    server.join().unwrap();
+}
+
+#[test]
+fn client_refuses_other_sockets() {
+    let (_pull, mut client) = listen_with_libzmq(zmq::PULL);
+    client.send(&[b"a"]);
+    let error = client.receive(&mut Vec::new(), Duration::from_secs(20)).unwrap_err();
+    assert_eq!(error.to_string(), ProtocolError::ServerSocketType.to_string());
+}
+
+#[test]
+fn client_gets_the_replies_of_the_server() {
+    let server = Background::start();
+    let mut client = ReqClient::new(server.address.parse().unwrap()).unwrap();
+    for (frames, expected) in [(&[&b"a"[..]][..], "a of 1"), (&[b"a", b"b"], "b of 2")] {
+        client.send(frames);
+        assert_eq!(receive(&mut client), (expected.into(), 1));
+    }
     server.stop();
 }

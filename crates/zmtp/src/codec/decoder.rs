@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, Header, decode_command};
-use crate::codec::handshake::Handshake;
+use crate::codec::handshake::{Handshake, Role};
 use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
 
-/// A decoder for the bytes that one peer sends, beginning with the greeting.
+/// A decoder for the bytes that a client sends, beginning with the greeting.
 ///
 /// The input may arrive in chunks of any length. The decoder stores at most one envelope and the
 /// first [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame.
@@ -85,7 +85,7 @@ impl Decoder {
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
-            (consumed, self.handshake, event) = self.handshake.decode(input)?;
+            (consumed, self.handshake, event) = self.handshake.decode(input, Role::Rep)?;
             return Ok((consumed, event));
         }
         if let Some(long) = self.long.take() {
@@ -164,7 +164,7 @@ impl Decoder {
             Stage::Body { frames } => {
                 let frames = frames.saturating_add(1);
                 (self.stage, self.is_oversized) = (Stage::Idle, false);
-                return Event::Request { last, frames };
+                return Event::Message { last, frames };
             }
             _ if has_more => {}
             stage => *stage = Stage::Idle,
@@ -253,13 +253,13 @@ pub(crate) mod tests {
     fn requests_keep_their_envelopes() {
         let (found, decoder) = after_handshake(b"\x01\0\0\x04ping");
         assert_eq!(found.len(), 2);
-        assert_eq!(found[1], format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 }));
+        assert_eq!(found[1], format!("{:?}", Event::Message { last: b"ping".into(), frames: 1 }));
         assert_eq!(decoder.envelope(), b"\x01\0");
         let (found, mut decoder) =
             after_handshake(b"\x01\x02ab\x01\x01c\x01\0\x01\0\x03\0\0\0\0\0\0\0\0\0\x01x");
         assert_eq!(
             found.last(),
-            Some(&format!("{:?}", Event::Request { last: b"x".into(), frames: 3 }))
+            Some(&format!("{:?}", Event::Message { last: b"x".into(), frames: 3 }))
         );
         assert_eq!(decoder.envelope(), b"\x01\x02ab\x01\x01c\x01\0");
         // A message without an empty frame or without a body gets no reply, but the next message
@@ -267,7 +267,7 @@ pub(crate) mod tests {
         for ignored in [&b"\0\x04ping"[..], b"\x01\x04ping\0\x01x", b"\0\0", b"\x01\x01x\0\0"] {
             assert!(events(&mut decoder, ignored).iter().all(|event| event == "Ignored"));
             let found = events(&mut decoder, b"\x01\0\0\0");
-            assert_eq!(found[1], format!("{:?}", Event::Request { last: b"".into(), frames: 1 }));
+            assert_eq!(found[1], format!("{:?}", Event::Message { last: b"".into(), frames: 1 }));
             assert_eq!(decoder.envelope(), b"\x01\0");
         }
     }
@@ -285,7 +285,7 @@ pub(crate) mod tests {
         last.resize(MAX_REQUEST_BYTES, 0);
         assert_eq!(
             last_event(&longest),
-            format!("{:?}", Event::Request { last: last.into(), frames: 1 })
+            format!("{:?}", Event::Message { last: last.into(), frames: 1 })
         );
         let huge = last_event(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
         assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
@@ -299,12 +299,12 @@ pub(crate) mod tests {
         let ignored = [&long[..], b"\x01\0\0\x01x"].concat();
         assert_eq!(
             last_event(&ignored),
-            format!("{:?}", Event::Request { last: b"x".into(), frames: 1 })
+            format!("{:?}", Event::Message { last: b"x".into(), frames: 1 })
         );
         let more = [b"\x01\0\x03", &long[1..], b"\0\x01x"].concat();
         assert_eq!(
             last_event(&more),
-            format!("{:?}", Event::Request { last: b"x".into(), frames: 2 })
+            format!("{:?}", Event::Message { last: b"x".into(), frames: 2 })
         );
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
         assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
@@ -314,7 +314,7 @@ pub(crate) mod tests {
                 [vec![1, length], vec![7; length.into()], b"\x01\0\0\x01x".to_vec()].concat();
             last_event(&[&envelope[..15 * 257], &last].concat())
         };
-        let request = format!("{:?}", Event::Request { last: b"x".into(), frames: 1 });
+        let request = format!("{:?}", Event::Message { last: b"x".into(), frames: 1 });
         assert_eq!(with_last(237), request);
         assert_eq!(with_last(238), ProtocolError::EnvelopeTooLong.to_string());
         let command = |length: u64| {
@@ -350,7 +350,7 @@ pub(crate) mod tests {
             assert_eq!(run(&message[..11]).0, [&*refused]);
             // The next request is answered as usual.
             let (events, decoder) = run(&[&message[..], b"\x01\0\0\x04ping"].concat());
-            let ping = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
+            let ping = format!("{:?}", Event::Message { last: b"ping".into(), frames: 1 });
             assert_eq!(events, [&*refused, &*ping]);
             assert_eq!(decoder.phase(), Phase::Ready);
         }
@@ -373,7 +373,7 @@ pub(crate) mod tests {
         // Commands may arrive between the frames of a message.
         let found = events(&mut decoder, b"\x01\0\x04\x0a\x09SUBSCRIBE\x04\x02\x01X\0\x01x");
         assert_eq!(found[1..3], ["Ignored", "Ignored"]);
-        assert!(found[3].starts_with("Request"));
+        assert!(found[3].starts_with("Message"));
         for wrong in [&b"\x04\0"[..], b"\x04\x01\0", b"\x04\x02\x05A", b"\x04\x06\x04PING\0"] {
             assert_eq!(after_handshake(wrong).0, [ProtocolError::Command.to_string()]);
         }

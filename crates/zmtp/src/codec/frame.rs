@@ -83,6 +83,17 @@ pub fn push_last_frame(output: &mut Vec<u8>, body: &[u8]) {
     push_frame(output, 0, body);
 }
 
+/// Appends a request to `output`: the empty delimiter frame and the frames of the body. Without
+/// frames, the body is one empty frame.
+pub fn push_request(output: &mut Vec<u8>, frames: &[&[u8]]) {
+    push_frame(output, MORE, &[]);
+    let Some((last, others)) = frames.split_last() else { return push_last_frame(output, &[]) };
+    for frame in others {
+        push_frame(output, MORE, frame);
+    }
+    push_last_frame(output, last);
+}
+
 /// Appends a PONG command with `context` to `output`.
 pub fn push_pong(output: &mut Vec<u8>, context: &[u8]) {
     push_frame(output, COMMAND, &[b"\x04PONG", context].concat());

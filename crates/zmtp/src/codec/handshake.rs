@@ -4,7 +4,8 @@
 //! sends version 1 in the eleventh byte of its greeting. After the eleventh byte, both sides of a
 //! ZMTP 2.0 connection send their socket type in one byte and their identity in a frame. All later
 //! frames have the format of ZMTP 3. The server waits for the peer's version before it sends the
-//! rest of its own greeting, because the rest depends on that version.
+//! rest of its own greeting, because the rest depends on that version. The client does not support
+//! ZMTP 2.0.
 
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, socket_type};
@@ -29,10 +30,39 @@ const TYPE_AND_IDENTITY: &[u8] = b"\x04\0\0";
 /// The READY command of a REP socket.
 pub const READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REP";
 
+/// The READY command of a REQ socket.
+pub const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+
 /// The position of the major version in the greeting.
 const VERSION: usize = 10;
 /// The position of the security mechanism in [`REST`].
 const MECHANISM: std::ops::Range<usize> = 1..21;
+
+/// The socket type of this side of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Rep,
+    Req,
+}
+
+impl Role {
+    /// Returns the READY command of this side.
+    const fn ready(self) -> &'static [u8] {
+        match self {
+            Self::Rep => READY,
+            Self::Req => REQ_READY,
+        }
+    }
+
+    /// Checks the socket type of the peer.
+    fn check_peer(self, socket_type: &[u8]) -> Result<(), ProtocolError> {
+        match (self, socket_type) {
+            (Self::Rep, b"REQ" | b"DEALER") | (Self::Req, b"REP" | b"ROUTER") => Ok(()),
+            (Self::Rep, _) => Err(ProtocolError::SocketType),
+            (Self::Req, _) => Err(ProtocolError::ServerSocketType),
+        }
+    }
+}
 
 /// The part of the handshake that the peer sends next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,7 +87,7 @@ type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
     /// Decodes the next part of the handshake from the beginning of `input`.
-    pub(crate) fn decode<'i>(self, input: &[u8]) -> Result<Next<'i>, ProtocolError> {
+    pub(crate) fn decode<'i>(self, input: &[u8], role: Role) -> Result<Next<'i>, ProtocolError> {
         let incomplete = Ok((0, self, Event::Incomplete));
         match self {
             Self::Signature => {
@@ -73,6 +103,7 @@ impl Handshake {
             }
             Self::Version => match input.first() {
                 None => incomplete,
+                Some(1) if role == Role::Req => Err(ProtocolError::Version),
                 Some(1) => Ok((1, Self::SocketType, Event::Send(TYPE_AND_IDENTITY))),
                 Some(3..) => Ok((1, Self::Greeting, Event::Send(REST))),
                 Some(_) => Err(ProtocolError::Greeting),
@@ -80,16 +111,14 @@ impl Handshake {
             Self::Greeting => match input.get(..REST.len()) {
                 None => incomplete,
                 Some(rest) if rest[MECHANISM] != REST[MECHANISM] => Err(ProtocolError::Mechanism),
-                Some(rest) => Ok((rest.len(), Self::Ready, Event::Send(READY))),
+                Some(rest) => Ok((rest.len(), Self::Ready, Event::Send(role.ready()))),
             },
             Self::Ready => {
                 let Some(frame) = Frame::read(input)? else { return incomplete };
                 let properties = frame.body.strip_prefix(b"\x05READY");
                 let properties = properties.filter(|_| frame.header.is_command());
-                match socket_type(properties.ok_or(ProtocolError::Ready)?)? {
-                    b"REQ" | b"DEALER" => Ok((frame.whole.len(), Self::Complete, Event::Ready)),
-                    _ => Err(ProtocolError::SocketType),
-                }
+                role.check_peer(socket_type(properties.ok_or(ProtocolError::Ready)?)?)?;
+                Ok((frame.whole.len(), Self::Complete, Event::Ready))
             }
             Self::SocketType => match input.first() {
                 None => incomplete,
@@ -172,7 +201,7 @@ mod tests {
             let events = events(&mut decoder, &hello);
             assert_eq!(events[1], format!("{:?}", Event::Send(TYPE_AND_IDENTITY)));
             assert_eq!(decoder.phase() == Phase::Ready, good);
-            let request = format!("{:?}", Event::Request { last: b"ping".into(), frames: 1 });
+            let request = format!("{:?}", Event::Message { last: b"ping".into(), frames: 1 });
             let end = if good { request } else { ProtocolError::SocketType.to_string() };
             assert_eq!(events.last(), Some(&end));
         }

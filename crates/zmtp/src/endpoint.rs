@@ -1,0 +1,108 @@
+//! Endpoints such as `tcp://127.0.0.1:6574`, and the resolution of host names.
+
+use std::fmt;
+use std::io;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::str::FromStr;
+
+/// The TCP endpoint of a server: a host and a port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Endpoint {
+    /// A host name or an IP address. An IPv6 address may be in brackets.
+    host: String,
+    port: u16,
+}
+
+/// An error from parsing an [`Endpoint`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EndpointError {
+    /// The endpoint does not begin with `tcp://`.
+    #[error("expected tcp:// and an address, the only supported transport, found {0:?}")]
+    Transport(String),
+    /// The port is missing or not a number from 1 to 65535.
+    #[error("expected a port from 1 to 65535, found {0:?}")]
+    Port(String),
+    /// The host is missing or a wildcard.
+    #[error("expected a host name or an IP address, found {0:?}")]
+    Host(String),
+}
+
+impl FromStr for Endpoint {
+    type Err = EndpointError;
+
+    fn from_str(endpoint: &str) -> Result<Self, EndpointError> {
+        let address = endpoint.strip_prefix("tcp://");
+        let address = address.ok_or_else(|| EndpointError::Transport(endpoint.into()))?;
+        let (host, port) = address.rsplit_once(':').unwrap_or(("", address));
+        let number = port.parse().ok().filter(|&port| port > 0);
+        let port = number.ok_or_else(|| EndpointError::Port(port.into()))?;
+        if matches!(host, "" | "*") {
+            return Err(EndpointError::Host(host.into()));
+        }
+        Ok(Self { host: host.into(), port })
+    }
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tcp://{}:{}", self.host, self.port)
+    }
+}
+
+impl Endpoint {
+    /// Returns the addresses of the host, IPv4 addresses first.
+    pub(crate) fn resolve(&self) -> io::Result<Vec<SocketAddr>> {
+        resolve(&self.host, self.port)
+    }
+}
+
+/// Returns the addresses of `host`, which may be an IPv6 address in brackets. IPv4 addresses come
+/// first, because most ZeroMQ peers try IPv4 first.
+pub(crate) fn resolve(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
+    let host = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
+    let mut addresses: Vec<_> = (host, port).to_socket_addrs()?.collect();
+    addresses.sort_by_key(SocketAddr::is_ipv6);
+    Ok(addresses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endpoint_is_parsed_and_resolved() {
+        for (text, addresses) in [
+            ("tcp://127.0.0.1:6574", &["127.0.0.1:6574"][..]),
+            ("tcp://[::1]:65535", &["[::1]:65535"]),
+            ("tcp://::1:1", &["[::1]:1"]),
+        ] {
+            let endpoint: Endpoint = text.parse().unwrap();
+            assert_eq!(endpoint.to_string(), text);
+            let addresses: Vec<SocketAddr> = addresses.iter().map(|a| a.parse().unwrap()).collect();
+            assert_eq!(endpoint.resolve().unwrap(), addresses);
+        }
+        let local = "tcp://localhost:7".parse::<Endpoint>().unwrap().resolve().unwrap();
+        assert_eq!(local[0], "127.0.0.1:7".parse().unwrap());
+        assert!("tcp://no such host:7".parse::<Endpoint>().unwrap().resolve().is_err());
+    }
+
+    #[test]
+    fn invalid_endpoint_is_refused() {
+        let error = |text: &str| text.parse::<Endpoint>().unwrap_err().to_string();
+        for text in ["ipc:///tmp/maze", "inproc://maze", "127.0.0.1:6574", "TCP://host:1", ""] {
+            let expected = "expected tcp:// and an address, the only supported transport, found ";
+            assert_eq!(error(text), format!("{expected}{text:?}"));
+        }
+        for port in ["99999", "0", "http", "127.0.0.1", ""] {
+            let expected = format!("expected a port from 1 to 65535, found {port:?}");
+            assert_eq!(error(&format!("tcp://host:{port}")), expected);
+        }
+        assert_eq!(
+            error("tcp://127.0.0.1"),
+            "expected a port from 1 to 65535, found \"127.0.0.1\""
+        );
+        assert_eq!(error("tcp://*:6574"), "expected a host name or an IP address, found \"*\"");
+        assert_eq!(error("tcp://:6574"), "expected a host name or an IP address, found \"\"");
+    }
+}
