@@ -31,6 +31,8 @@ use crate::usage::UsageError;
 /// reports only the walls around the mouse and stores every state that a client sends.
 #[derive(Debug, Parser)]
 #[command(
+    // Otherwise it has the extension .exe on Windows.
+    bin_name = "mmsim",
     version,
     long_version = env!("MMSIM_LONG_VERSION"),
     args_conflicts_with_subcommands = true,
