@@ -30,7 +30,14 @@ use crate::usage::UsageError;
 /// A micromouse maze simulator. Without a command, mmsim serves a maze to search clients. It
 /// reports only the walls around the mouse and stores every state that a client sends.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
+#[command(
+    // Otherwise it has the extension .exe on Windows.
+    bin_name = "mmsim",
+    version,
+    long_version = env!("MMSIM_LONG_VERSION"),
+    args_conflicts_with_subcommands = true,
+    after_help = AFTER_HELP
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,

@@ -28,6 +28,7 @@ mod page;
 mod parallel;
 mod phase_table;
 mod playback;
+mod process_group;
 mod progress;
 mod recording_transport;
 mod render;
@@ -132,11 +133,14 @@ fn configure_messages(verbosity: VerbosityArgs) {
     if verbosity.quiet {
         output::set_quiet();
     }
+    // Consoles of Windows interpret escape codes only if a program asks for it. This is needed for
+    // the pictures of `solve` and `replay` too.
+    let has_escape_codes = anstyle_query::windows::enable_ansi_colors() != Some(false);
     let is_colourless = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| Stderr)
         .fmt_fields(debug_fn(write_field).delimited(" "))
-        .with_ansi(io::stderr().is_terminal() && !is_colourless)
+        .with_ansi(io::stderr().is_terminal() && has_escape_codes && !is_colourless)
         .with_target(false)
         // A log that cannot be written must not stop a server.
         .log_internal_errors(false)

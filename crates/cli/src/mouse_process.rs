@@ -13,6 +13,7 @@ use mmsim_viewer::{MouseControl, StopReason};
 
 use crate::interrupt::Interrupt;
 use crate::mms::child::MAX_LINE_BYTES;
+use crate::process_group::ProcessGroup;
 
 /// The maximum interval between checks whether a mouse has exited.
 const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -100,15 +101,12 @@ pub(crate) fn cut(text: &mut String, max_bytes: usize) {
     text.truncate(end.unwrap_or(0));
 }
 
-/// A running mouse. Dropping it kills the process and, on Unix, its child processes.
-pub(crate) struct MouseProcess(pub(crate) Child);
+/// A running mouse. Dropping it kills the process and its child processes.
+pub(crate) struct MouseProcess(pub(crate) Child, ProcessGroup);
 
 impl MouseProcess {
     pub(crate) fn start(command: &mut Command) -> Result<Self, String> {
-        // The mouse gets a process group, so its child processes can be killed too.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(command, 0);
-        command.spawn().map(Self).map_err(|error| {
+        ProcessGroup::spawn(command).map(|(child, group)| Self(child, group)).map_err(|error| {
             let needs_path =
                 " (if the program is not on the PATH, give its path, such as ./my-mouse)";
             let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
@@ -121,13 +119,9 @@ impl MouseProcess {
         self.0.try_wait()
     }
 
-    /// On Unix, kills the process and its child processes, which may keep its pipes open after it has
-    /// exited.
-    pub(crate) fn kill_group(&self) {
-        #[cfg(unix)]
-        if let Some(group) = rustix::process::Pid::from_raw(self.0.id().cast_signed()) {
-            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
-        }
+    /// Kills the process and its child processes, which may keep its pipes open after it has exited.
+    pub(crate) fn kill_group(&mut self) {
+        self.1.kill();
     }
 
     /// Waits until the mouse exits. Returns an error as soon as the mouse must stop.

@@ -3,6 +3,7 @@
 mod harness;
 
 use std::fs;
+use std::process::Command;
 
 use harness::Home;
 use mmsim_tests::output;
@@ -32,6 +33,23 @@ fn generates_completions() {
         }
     }
     assert_eq!(home.run(&["completions", "dos"]).code, Some(2));
+}
+
+#[test]
+fn the_version_names_the_commit_and_the_target() {
+    let home = Home::new();
+    let short = concat!("mmsim ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(home.run(&["-V"]).stdout.trim_end(), short);
+    let long = home.run(&["--version"]).stdout;
+    let details = long.strip_prefix(&format!("{short} (")).and_then(|rest| rest.split_once(", "));
+    let (commit, target) = details.unwrap_or_else(|| panic!("{long}"));
+    assert!(target.starts_with(std::env::consts::ARCH) && target.ends_with(")\n"), "{long}");
+    // A checkout without git, or of an archive, has no commit.
+    let git = Command::new("git").args(["log", "-1", "--abbrev=9", "--format=%h %cs"]).output();
+    let head = git.ok().filter(|git| git.status.success() && commit != "unknown commit");
+    if let Some(head) = head {
+        assert_eq!(commit, String::from_utf8_lossy(&head.stdout).trim_end());
+    }
 }
 
 #[test]
@@ -161,7 +179,7 @@ fn no_color_disables_colours() {
     let on_terminal = |no_colour: &str| {
         let mmsim = env!("CARGO_BIN_EXE_mmsim");
         let lines = format!("{mmsim} -v mazes show harbour; {mmsim} --nonsense");
-        let mut script = std::process::Command::new("script");
+        let mut script = Command::new("script");
         let script = script.args(["-qc", &lines, "/dev/null"]).env("NO_COLOR", no_colour);
         let output = output(script.env("HOME", home.path()).env("TERM", "xterm"));
         String::from_utf8_lossy(&output.stdout).into_owned()

@@ -8,8 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use std::{fs, thread};
 
-use harness::noise::{send_until_refused, state};
-use harness::{Home, Serving, check_mouse_message, limited, mouse_messages, recorded};
+use harness::noise::state;
+use harness::{Home, check_mouse_message, mouse_messages, recorded};
+#[cfg(unix)]
+use harness::{Serving, limited, noise::send_until_refused};
 use mmsim_recording::{Integrity, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
 use serde_json::json;
@@ -137,6 +139,7 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
 }
 
 #[test]
+#[cfg_attr(not(unix), allow(unused_mut))]
 fn each_search_is_a_recording_that_can_be_replayed() {
     let home = Home::new();
     let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "recordings"]);

@@ -346,6 +346,7 @@ fn a_trial_is_sent_as_states() {
 }
 
 #[test]
+#[cfg_attr(not(unix), allow(unused_mut))]
 fn a_trial_is_served_until_interrupted() {
     let home = Home::new();
     home.write("a.txt", MAZE);

@@ -263,6 +263,8 @@ mod tests {
         let original = File::options().write(true).open(&unpacked.path).unwrap();
         original.set_modified(then).unwrap();
         let before = (Recording::open(&unpacked.path).unwrap(), original.metadata().unwrap());
+        // Windows does not replace an open file.
+        drop(original);
         unpacked.pack(&Packing::default()).unwrap();
 
         let after = Recording::open(&unpacked.path).unwrap();
@@ -357,7 +359,10 @@ mod tests {
         assert_eq!(files(folder.path()), 2);
         packing.is_cancelled.store(true, Ordering::SeqCst);
         packing.abandon();
-        assert_eq!(files(folder.path()), 1);
+        // Before Windows 10, an open file is removed when it is closed.
+        if cfg!(not(windows)) {
+            assert_eq!(files(folder.path()), 1);
+        }
         assert!(packing.start(&recording).is_err());
         assert!(target.persist(&recording).is_err(), "too late");
         assert_eq!(Recording::open(&recording).unwrap().history().len(), 100);

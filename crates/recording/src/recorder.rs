@@ -30,7 +30,8 @@ pub struct Recorder {
     current: Option<RecordingWriter>,
     has_json: bool,
     /// A temporary file that reserves a file descriptor for the next recording. Without this file,
-    /// connections could use up all file descriptors.
+    /// connections could use up all file descriptors. `None` on Windows, which has no such limit,
+    /// and would show the file.
     spare: Option<File>,
     /// `None` if the thread could not be created.
     packer: Option<Packer>,
@@ -53,7 +54,7 @@ impl Recorder {
             number: 0,
             current: None,
             has_json: false,
-            spare: Some(spare),
+            spare: Some(spare).filter(|_| cfg!(unix)),
             // The thread starts before states take memory.
             packer: Packer::start().ok(),
         })
@@ -114,7 +115,7 @@ impl Recorder {
     }
 
     fn reserve_descriptor(&mut self) {
-        if self.spare.is_none() && self.current.is_none() {
+        if cfg!(unix) && self.spare.is_none() && self.current.is_none() {
             self.spare = tempfile::tempfile_in(&self.folder).or_else(|_| tempfile::tempfile()).ok();
         }
     }

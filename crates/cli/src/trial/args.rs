@@ -17,7 +17,7 @@ use crate::render::args::{Picture, PictureFormat, parse_picture, themes};
 use crate::usage::UsageError;
 
 /// The program that runs a robot with the published interface.
-const PUBLISHED_ROBOT: &str = include_str!("../../../../examples/python/published_robot.py");
+const PUBLISHED_ROBOT: &str = include_str!("published_robot.py");
 
 const AFTER_HELP: &str = "\
 Examples:

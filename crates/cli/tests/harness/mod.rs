@@ -3,6 +3,7 @@
 
 pub mod mice;
 pub mod noise;
+#[cfg(not(windows))]
 pub mod wrong_server;
 
 use std::io::{BufRead, BufReader, Read};
