@@ -32,7 +32,7 @@ type Observations<'py> = (
 type Results<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>);
 
-/// Several search environments that take their steps together.
+/// Several search environments that take their steps together; see `micromouse_sim.gym`.
 #[pyclass(module = "micromouse_sim")]
 pub(crate) struct SearchBatch {
     pool: MazePool,
@@ -45,8 +45,8 @@ pub(crate) struct SearchBatch {
 
 #[pymethods]
 impl SearchBatch {
-    /// Without `mazes`, each episode generates a maze. Without `max_steps`, an episode is truncated
-    /// after four actions for each cell.
+    // Without `mazes`, each episode generates a maze. Without `max_steps`, an episode is truncated
+    // after four actions for each cell.
     #[new]
     fn new(
         py: Python<'_>,
@@ -97,8 +97,7 @@ impl SearchBatch {
         Ok((reward, is_terminated, is_truncated))
     }
 
-    /// Takes one action in each environment. An environment whose episode is over ignores its
-    /// action and begins a new episode instead, with a reward of 0.
+    /// Takes one action in each environment, or begins a new episode where one is over.
     #[expect(clippy::needless_pass_by_value, reason = "PyO3 extracts a value")]
     fn step<'py>(
         &mut self,
@@ -141,7 +140,7 @@ impl SearchBatch {
         ))
     }
 
-    /// The observation of one environment.
+    /// Returns walls, openings, goals and the pose of one environment.
     fn observation<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Observation<'py>> {
         let env = self.env(index)?;
         let shape = (self.size.width().into(), self.size.height().into());
@@ -153,7 +152,7 @@ impl SearchBatch {
         Ok((array(env.walls())?, array(env.openings())?, array(env.goals())?, pose))
     }
 
-    /// The observations of all environments.
+    /// Returns walls, openings, goals and poses of all environments.
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
         let count = self.envs.len();
         let shape = (count, self.size.width().into(), self.size.height().into());
@@ -175,7 +174,7 @@ impl SearchBatch {
         ))
     }
 
-    /// The action mask of one environment, and whether its mouse has been in the goal.
+    /// Returns the action mask of one environment, and whether its mouse was in the goal.
     fn info<'py>(
         &self,
         py: Python<'py>,
@@ -185,7 +184,7 @@ impl SearchBatch {
         Ok((PyArray1::from_slice(py, &env.action_mask()), env.is_goal_reached()))
     }
 
-    /// The action masks of all environments, and whether each mouse has been in the goal.
+    /// Returns the action masks of all environments, and whether each mouse was in the goal.
     #[expect(clippy::type_complexity, reason = "two arrays")]
     fn infos<'py>(
         &self,
@@ -197,12 +196,12 @@ impl SearchBatch {
         Ok((masks.into_pyarray(py), goals.into_pyarray(py)))
     }
 
-    /// The true maze of an environment.
+    /// Returns the true maze of an environment.
     fn maze(&self, index: usize) -> PyResult<PyMaze> {
         Ok(PyMaze { name: "episode".into(), maze: self.env(index)?.maze().clone() })
     }
 
-    /// A copy of the map that the mouse of an environment has made.
+    /// Returns a copy of the map that the mouse of an environment has made.
     fn known(&self, index: usize) -> PyResult<PyKnownMaze> {
         Ok(self.env(index)?.known().clone().into())
     }

@@ -91,3 +91,13 @@ def test_unreadable_files_are_reported(tmp_path: Path) -> None:
         mm.compare("nowhere")
     with pytest.raises(ValueError, match="expected one of flood-fill"):
         mm.compare("01-harbour", "luck")
+
+
+def test_a_function_that_never_stops_ends_after_a_default_limit() -> None:
+    def wait(simulator: mm.Simulator) -> None:
+        while True:
+            simulator.state(0, 0, "N", [[0, 0]] * 2, [[0, 0]] * 2)
+
+    maze = mm.Maze.parse("o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n")
+    [row] = mm.compare(maze, {"endless": wait})
+    assert row["ending"] == "step_limit" and "10000 states" in row["error"]

@@ -9,6 +9,7 @@ from importlib.metadata import metadata, version
 import pytest
 
 import micromouse_sim as mm
+from micromouse_sim import _native
 
 
 def test_numpy_is_imported_with_the_first_array() -> None:
@@ -26,11 +27,11 @@ def test_help_shows_the_documentation_of_the_stubs() -> None:
     compared = 0
     for node in stubs.body:
         if isinstance(node, ast.ClassDef):
-            assert ast.get_docstring(node) == inspect.getdoc(getattr(mm, node.name))
+            assert ast.get_docstring(node) == inspect.getdoc(getattr(_native, node.name))
         for member in ast.walk(node):
             if not isinstance(member, ast.FunctionDef) or member.name.startswith("_"):
                 continue
-            owner = getattr(mm, node.name) if isinstance(node, ast.ClassDef) else mm
+            owner = getattr(_native, node.name) if isinstance(node, ast.ClassDef) else _native
             if expected := ast.get_docstring(member):
                 assert expected == inspect.getdoc(getattr(owner, member.name)), member.name
                 compared += 1
@@ -44,13 +45,15 @@ def test_every_public_name_is_documented() -> None:
 
 def test_the_code_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pandas")
+    pytest.importorskip("gymnasium")
     monkeypatch.chdir(tmp_path)
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    [mouse, table] = re.findall("```python\n(.*?)```", readme, re.DOTALL)
+    [mouse, table, gym] = re.findall("```python\n(.*?)```", readme, re.DOTALL)
     assert len([line for line in mouse.splitlines() if line.strip()]) <= 15
     names: dict[str, object] = {}
     exec(mouse, names)
     exec(table, names)
+    exec(gym, names)
     assert list(mm.load_recording("search.mcap").states) == list(
         mm.search(mm.Maze.bundled("01-harbour")).states
     )

@@ -8,6 +8,9 @@ from typing import Any, Callable, Iterable, Mapping, Union
 from . import _native
 from ._native import Maze, Simulator, bundled_mazes
 
+# As many as the bundled strategies with the most states. An endless search must end.
+MAX_STATES = 10_000
+
 MazeLike = Union[Maze, str, "os.PathLike[str]"]
 Mouse = Callable[[Simulator], object]
 
@@ -27,7 +30,8 @@ def compare(
     their name says otherwise.
 
     An exception of a function becomes the error of its row. Unreadable files of a folder are
-    skipped with a warning. After `max_states` states, a simulator refuses further states.
+    skipped with a warning. A search ends after `max_states` states: the simulator of a function
+    refuses further ones. By default, functions may report 10,000 states.
     """
     found = [maze for item in _items(mazes) for maze in _load(item)]
     if isinstance(mice, str):
@@ -70,12 +74,12 @@ def _load(item: MazeLike) -> list[Maze]:
 
 def _run(name: str, mouse: Mouse, maze: Maze, max_states: int | None) -> dict[str, Any]:
     """Runs a function and returns the figures of the states that it has reported."""
-    simulator = Simulator(maze, max_states=max_states)
+    limit = MAX_STATES if max_states is None else max_states
+    simulator = Simulator(maze, max_states=limit)
     error = ending = None
     try:
         mouse(simulator)
     except Exception as exception:
         error = f"{type(exception).__name__}: {exception}"
-        is_limit = max_states is not None and len(simulator.history) >= max_states
-        ending = "step_limit" if is_limit else "failed"
+        ending = "step_limit" if len(simulator.history) >= limit else "failed"
     return _native.history_row(simulator, name, error, ending)
