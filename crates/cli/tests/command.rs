@@ -6,6 +6,7 @@ use std::fs;
 use std::process::Command;
 
 use harness::Home;
+#[cfg(target_os = "linux")]
 use mmsim_tests::output;
 use serde_json::json;
 

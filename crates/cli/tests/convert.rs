@@ -7,7 +7,9 @@ use std::io::Write;
 use std::process::Stdio;
 
 use harness::Home;
-use mmsim_tests::{output, wait_with_output, within};
+use mmsim_tests::wait_with_output;
+#[cfg(unix)]
+use mmsim_tests::{output, within};
 
 /// A 2x2 maze, in which all cells are goal cells.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";

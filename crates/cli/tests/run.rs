@@ -2,8 +2,11 @@
 
 mod harness;
 
-use harness::{Home, Output, Serving, read_on, recorded, while_default_port_is_in_use};
+use harness::{Home, Output, recorded, while_default_port_is_in_use};
+#[cfg(unix)]
+use harness::{Serving, read_on};
 use mmsim_recording::Recording;
+#[cfg(unix)]
 use mmsim_tests::{ask, connect_to, wait_for};
 
 const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";

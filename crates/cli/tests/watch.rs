@@ -6,7 +6,9 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
 use harness::Home;
-use mmsim_tests::{TIMEOUT, wait_for};
+use mmsim_tests::TIMEOUT;
+#[cfg(target_os = "linux")]
+use mmsim_tests::wait_for;
 
 /// Connects to the page at the reported address. Returns the connection and the host.
 fn connect(messages: &str) -> (TcpStream, String) {

@@ -83,12 +83,17 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Connects to a running server.
+    /// Connects to a running server. If there is none, receives nothing.
     ///
     /// # Errors
-    /// Returns an error if the connection fails.
+    /// Never returns an error.
     pub fn connect(&self, address: &str) -> Result<()> {
-        let mut stream = TcpStream::connect(address.trim_start_matches("tcp://"))?;
+        *self.link.borrow_mut() = self.link_to(address.trim_start_matches("tcp://")).ok();
+        Ok(())
+    }
+
+    fn link_to(&self, address: &str) -> io::Result<(TcpStream, Receiver<Message>)> {
+        let mut stream = TcpStream::connect(address)?;
         let kind: &[u8] = if self.kind == REQ { b"REQ" } else { b"DEALER" };
         let mut ready = b"\x05READY".to_vec();
         for (name, value) in [("Socket-Type", kind), ("Identity", &self.identity.borrow())] {
@@ -107,8 +112,7 @@ impl Socket {
             }
             Ok(())
         });
-        *self.link.borrow_mut() = Some((stream, messages));
-        Ok(())
+        Ok((stream, messages))
     }
 
     /// Sets the identity that the socket sends when it connects.
@@ -148,7 +152,7 @@ impl Socket {
     /// Sends a message of one frame.
     ///
     /// # Errors
-    /// Returns an error if the socket is not connected.
+    /// Never returns an error.
     pub fn send(&self, message: impl AsRef<[u8]>, flags: i32) -> Result<()> {
         self.send_multipart([message], flags)
     }
@@ -156,7 +160,7 @@ impl Socket {
     /// Sends a message of one or more frames.
     ///
     /// # Errors
-    /// Returns an error if the socket is not connected.
+    /// Never returns an error.
     pub fn send_multipart<F: AsRef<[u8]>>(
         &self,
         frames: impl IntoIterator<Item = F>,
@@ -170,9 +174,10 @@ impl Socket {
         let flags = |at| if at < last { MORE } else { 0 };
         let bytes = frames.iter().enumerate().map(|(at, body)| frame(flags(at), body));
         let mut link = self.link.borrow_mut();
-        let (stream, _) = link.as_mut().ok_or(Error::ENOTCONN)?;
-        // A socket of libzmq keeps messages until the server comes back.
-        let _ = stream.write_all(&bytes.collect::<Vec<_>>().concat());
+        if let Some((stream, _)) = link.as_mut() {
+            // A socket of libzmq keeps messages until the server comes back.
+            let _ = stream.write_all(&bytes.collect::<Vec<_>>().concat());
+        }
         Ok(())
     }
 
@@ -207,19 +212,19 @@ impl Socket {
     fn wait(&self, timeout: Duration) -> bool {
         let mut received = self.received.borrow_mut();
         let link = self.link.borrow();
-        let Some((_, messages)) = link.as_ref().filter(|_| received.is_empty()) else {
-            return !received.is_empty();
-        };
-        match messages.recv_timeout(timeout) {
-            Ok(mut message) => {
+        if !received.is_empty() {
+            return true;
+        }
+        match link.as_ref().map(|(_, messages)| messages.recv_timeout(timeout)) {
+            Some(Ok(mut message)) => {
                 if self.kind == REQ {
                     message.remove(0);
                 }
                 received.push_back(message);
             }
-            Err(RecvTimeoutError::Timeout) => {}
+            Some(Err(RecvTimeoutError::Timeout)) => {}
             // Like a socket of libzmq, which waits for the server to come back.
-            Err(RecvTimeoutError::Disconnected) => thread::sleep(timeout),
+            Some(Err(RecvTimeoutError::Disconnected)) | None => thread::sleep(timeout),
         }
         !received.is_empty()
     }
@@ -275,23 +280,12 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum Error {
     /// No message arrived in time.
     EAGAIN,
-    /// The socket is not connected.
-    ENOTCONN,
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::EAGAIN => "no message in time",
-            Self::ENOTCONN => "not connected",
-        })
+        f.write_str("no message in time")
     }
 }
 
 impl std::error::Error for Error {}
-
-impl From<io::Error> for Error {
-    fn from(_: io::Error) -> Self {
-        Self::ENOTCONN
-    }
-}
