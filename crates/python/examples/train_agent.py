@@ -4,8 +4,8 @@
     python train_agent.py
 
 The agent is a table: for each of the four directions it sees whether there is a wall, how often it has
-been in the cell beyond (0, 1, 2, 3, 4 or more times), and whether that cell is nearer to the goal as the crow
-flies. SARSA fills the table with the value of each action. The table has no map, so the agent cannot
+been in the cell beyond (0, 1, 2, 3, 4 or more times), and whether that cell is nearer to the goal in
+Manhattan distance. SARSA fills the table with the value of each action. The table has no map, so the agent cannot
 plan: it learns to avoid cells that it knows and to head for the goal. Flood fill plans on its map, and
 needs far fewer steps.
 """

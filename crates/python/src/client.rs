@@ -21,7 +21,7 @@ const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 /// The default timeout in seconds.
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A connection to a running simulator, which may be started later.
+/// A connection to a simulator. The simulator may be started later.
 ///
 /// Ctrl-C interrupts the wait for a reply.
 #[pyclass(extends = Connection, frozen, module = "micromouse_sim")]

@@ -1,20 +1,22 @@
 //! Comparing bundled strategies over many mazes.
 
+use std::num::NonZero;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
+use std::time::Instant;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::Maze;
 use mmsim_solvers::BundledStrategy;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use rayon::prelude::*;
 
 use crate::connection::{Link, lock};
 use crate::error::{Error, read_error, value_error};
 use crate::figures::Figures;
+use crate::geometry::limit;
 use crate::maze::PyMaze;
 use crate::signals;
 use crate::simulator::Simulator;
@@ -39,19 +41,19 @@ pub(crate) fn load_folder(py: Python<'_>, path: PathBuf) -> PyResult<(Vec<PyMaze
 /// maze.
 #[pyfunction]
 #[pyo3(signature = (mazes, strategies, max_states = None))]
-pub(crate) fn compare_strategies(
-    py: Python<'_>,
+pub(crate) fn compare_strategies<'py>(
+    py: Python<'py>,
     mazes: Vec<Py<PyMaze>>,
     strategies: Vec<String>,
-    max_states: Option<u32>,
-) -> PyResult<Bound<'_, PyList>> {
+    max_states: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyList>> {
     let strategies = strategies.iter().map(|name| name.parse().map_err(value_error));
     let strategies: Vec<BundledStrategy> = strategies.collect::<PyResult<_>>()?;
     let searches: Vec<(&Maze, BundledStrategy)> = mazes
         .iter()
         .flat_map(|maze| strategies.iter().map(|&strategy| (&maze.get().maze, strategy)))
         .collect();
-    let figures = search_all(py, &searches, max_states)?;
+    let figures = search_all(py, &searches, limit(max_states)?)?;
     let rows = PyList::empty(py);
     let names = mazes.iter().flat_map(|maze| strategies.iter().map(move |&one| (maze, one)));
     for ((maze, strategy), figures) in names.zip(figures) {
@@ -71,30 +73,55 @@ fn search_all(
         let max_states = max_states.unwrap_or_else(|| strategy.max_states());
         Figures::search(maze, strategy, max_states, &is_cancelled)
     };
-    let (figures, interrupted) = py.detach(|| {
+    let next = AtomicUsize::new(0);
+    let work = |results: mpsc::Sender<_>| {
+        while let Some((index, one)) = take(searches, &next) {
+            // The receiver waits for all senders.
+            let _ = results.send((index, search(one)));
+        }
+    };
+    let (mut figures, interrupted) = py.detach(|| {
         thread::scope(|scope| {
-            let (over, ended) = mpsc::channel();
-            let searching = scope.spawn(move || {
-                let figures: Option<Vec<_>> = searches.par_iter().map(search).collect();
-                let _ = over.send(());
-                figures
-            });
-            let mut interrupted = None;
-            while ended.recv_timeout(signals::INTERVAL) == Err(mpsc::RecvTimeoutError::Timeout) {
-                if interrupted.is_none()
-                    && let Err(error) = signals::check()
-                {
-                    is_cancelled.store(true, Ordering::Relaxed);
-                    interrupted = Some(error);
+            let (sender, results) = mpsc::channel();
+            let threads = thread::available_parallelism().map_or(1, NonZero::get);
+            for _ in 0..threads.min(searches.len()) {
+                let (sender, work) = (sender.clone(), &work);
+                // If the system cannot create a thread, the others do its work.
+                let _ = thread::Builder::new().spawn_scoped(scope, move || work(sender));
+            }
+            drop(sender);
+            let (mut found, mut interrupted, mut checked) = (Vec::new(), None, Instant::now());
+            loop {
+                match results.recv_timeout(signals::INTERVAL) {
+                    Ok(result) => found.push(result),
+                    Err(mpsc::RecvTimeoutError::Disconnected) => break (found, interrupted),
+                    Err(mpsc::RecvTimeoutError::Timeout) => {}
+                }
+                if checked.elapsed() >= signals::INTERVAL && interrupted.is_none() {
+                    checked = Instant::now();
+                    if let Err(error) = signals::check() {
+                        is_cancelled.store(true, Ordering::Relaxed);
+                        interrupted = Some(error);
+                    }
                 }
             }
-            (searching.join().ok().flatten(), interrupted)
         })
     });
-    match interrupted {
-        Some(error) => Err(error),
-        None => figures.ok_or_else(|| Error::new_err("a search has failed unexpectedly")),
+    if let Some(error) = interrupted {
+        return Err(error);
     }
+    figures.sort_unstable_by_key(|&(index, _)| index);
+    let figures: Vec<_> = figures.into_iter().filter_map(|(_, figures)| figures).collect();
+    if figures.len() < searches.len() {
+        return Err(Error::new_err("a search has failed unexpectedly"));
+    }
+    Ok(figures)
+}
+
+/// Takes the next item and its index.
+fn take<'a, T>(items: &'a [T], next: &AtomicUsize) -> Option<(usize, &'a T)> {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    items.get(index).map(|item| (index, item))
 }
 
 /// Creates the row for a search.

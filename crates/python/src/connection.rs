@@ -246,7 +246,7 @@ impl Connection {
         walls: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
         let pose = pose(x, y, heading)?;
-        let weights = Bytes::read(weights)?;
+        let weights = Bytes::read("weights", weights)?;
         let walls = match walls.cast::<PyKnownMaze>() {
             Ok(known) => {
                 let known = known.get().lock(py)?;
@@ -254,7 +254,7 @@ impl Connection {
                     [known.size().width(), known.size().height()].map(usize::from);
                 Bytes { width, height, cells: flags(&known) }
             }
-            Err(_) => Bytes::read(walls)?,
+            Err(_) => Bytes::read("walls", walls)?,
         };
         if let Some(size) = self.link.size(py)? {
             weights.check_size(size)?;
@@ -337,7 +337,7 @@ impl Connection {
         self.annotate(Annotation::Strategy(&printable(strategy)))
     }
 
-    /// Says that the mouse was put back at its start, and did not drive there.
+    /// Reports that the mouse was put back at the start by hand.
     fn restart(&self) -> PyResult<()> {
         self.annotate(Annotation::Restart)
     }

@@ -81,6 +81,11 @@ pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<u64> {
     integer(value, "an integer from 0 to 2**64 - 1")
 }
 
+/// Reads a limit on states or steps, or `None` for the default.
+pub(crate) fn limit(value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<u32>> {
+    value.map(|value| integer(value, "a limit from 0 to 4294967295")).transpose()
+}
+
 /// Reads an integer. If it does not fit the type, the `ValueError` says what was expected.
 fn integer<'py, T>(value: &Bound<'py, PyAny>, expected: &str) -> PyResult<T>
 where

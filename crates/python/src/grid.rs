@@ -3,11 +3,15 @@
 use mmsim_maze::{Cell, MazeSize};
 use mmsim_solvers::Distances;
 use numpy::ndarray::Array2;
-use numpy::{Element, IntoPyArray, PyArray2, PyReadonlyArray2};
+use numpy::{
+    Element, IntoPyArray, PyArray2, PyArrayMethods as _, PyReadonlyArray2,
+    PyUntypedArrayMethods as _,
+};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyAnyMethods;
 
-use crate::error::value_error;
+use crate::error::{type_error, value_error};
 
 /// The number for a cell from which no target can be reached.
 pub(crate) const UNREACHABLE: u16 = u16::MAX;
@@ -57,8 +61,8 @@ pub(crate) struct Bytes {
 
 impl Bytes {
     /// Reads a two-dimensional array or nested sequences of integers. Integers above 255 become
-    /// 255.
-    pub(crate) fn read(grid: &Bound<'_, PyAny>) -> PyResult<Self> {
+    /// 255. Errors begin with the name of the argument.
+    pub(crate) fn read(name: &str, grid: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Some(bytes) = Self::from_array::<u16>(grid)
             .or_else(|| Self::from_array::<u8>(grid))
             .or_else(|| Self::from_array::<i64>(grid))
@@ -67,10 +71,20 @@ impl Bytes {
             return bytes;
         }
         let (mut width, mut height, mut cells) = (0, None, Vec::new());
-        for column in grid.try_iter()? {
-            let start = cells.len();
-            for cell in column?.try_iter()? {
-                cells.push(clipped(&cell?)?);
+        let expected = |what: &str, found: &Bound<'_, PyAny>, error: PyErr| {
+            if error.is_instance_of::<PyTypeError>(found.py()) {
+                type_error(&format!("{name} to be {what}"), found)
+            } else {
+                error
+            }
+        };
+        for column in grid.try_iter().map_err(|error| expected("an array", grid, error))? {
+            let (column, start) = (column?, cells.len());
+            let column_cells =
+                column.try_iter().map_err(|error| expected("a list of columns", &column, error));
+            for cell in column_cells? {
+                let cell = cell?;
+                cells.push(clipped(&cell).map_err(|error| expected("integers", &cell, error))?);
             }
             width += 1;
             let found = cells.len() - start;
@@ -92,6 +106,10 @@ impl Bytes {
             return None;
         }
         let array = grid.extract::<PyReadonlyArray2<'_, T>>().ok()?;
+        // `as_array` cannot express the strides of packed structures.
+        if !array.is_contiguous() || !array.data().is_aligned() {
+            return None;
+        }
         let array = array.as_array();
         let (width, height) = array.dim();
         let cells = array.iter().map(|&cell| {

@@ -122,15 +122,16 @@ impl History {
         let length = self.__len__(py)?;
         if let Ok(slice) = index.cast::<PySlice>() {
             let range = slice.indices(isize::try_from(length)?)?;
-            let positions = iter::successors(Some(range.start), |at| Some(at + range.step));
+            let positions = iter::successors(Some(range.start), |at| at.checked_add(range.step));
             let indices = positions.take(range.slicelength).filter_map(|at| at.try_into().ok());
             return Ok(self.states(py, indices)?.into_any());
         }
         let Ok(number) = index.extract::<isize>() else {
             return Err(type_error("an index or a slice", index));
         };
-        let out_of_range =
-            || PyIndexError::new_err(format!("no state {number}: there are {length} states"));
+        let out_of_range = || {
+            PyIndexError::new_err(format!("state {number} out of range, the history has {length}"))
+        };
         let index =
             if number < 0 { length.checked_add_signed(number) } else { number.try_into().ok() };
         let index = index.ok_or_else(out_of_range)?;

@@ -100,13 +100,19 @@ impl PyMaze {
         Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
     }
 
-    /// Writes a maze file. By default, the extension determines the format.
+    /// Writes a maze file. The extension determines the format: text without one.
     #[pyo3(signature = (path, format = None))]
     fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let format = match format {
             Some(format) => format.parse().map_err(value_error)?,
-            None => extension.parse().unwrap_or(Format::Text),
+            None if extension.is_empty() => Format::Text,
+            None => extension.parse().map_err(|_| {
+                value_error(format_args!(
+                    "unknown format of {} (use .txt, .trial, .maz or .num, or pass format=...)",
+                    path.display()
+                ))
+            })?,
         };
         let content = format.write(&self.maze).map_err(maze_error)?;
         fs::write(&path, content).map_err(|error| {

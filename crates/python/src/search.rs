@@ -17,6 +17,7 @@ use pyo3::types::PyDict;
 use crate::animation::{self, Frame};
 use crate::connection::{Link, lock};
 use crate::error::{Error, Refused, SimulatorError, type_error, value_error};
+use crate::geometry::limit;
 use crate::history::{History, Place, draw};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
@@ -42,7 +43,7 @@ pub(crate) fn search(
     py: Python<'_>,
     maze: &Bound<'_, PyAny>,
     strategy: &str,
-    max_states: Option<u32>,
+    max_states: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Search> {
     let strategy: BundledStrategy = strategy.parse().map_err(value_error)?;
     let simulator = if let Ok(simulator) = maze.cast::<Simulator>() {
@@ -53,7 +54,7 @@ pub(crate) fn search(
         return Err(type_error("a Maze or a Simulator", maze));
     };
     let place = Arc::clone(simulator.get().place());
-    let max_states = max_states.unwrap_or_else(|| strategy.max_states());
+    let max_states = limit(max_states)?.unwrap_or_else(|| strategy.max_states());
     let found = simulate(&simulator, &place, strategy, max_states)?;
     let Found { run, known, error, history } = found;
     let maze = simulator.get().true_maze().clone_ref(py);

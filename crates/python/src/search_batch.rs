@@ -11,6 +11,10 @@ use crate::geometry;
 use crate::known::PyKnownMaze;
 use crate::maze::{PyMaze, style};
 use crate::search_env::{EpisodeRules, MazePool, Outcome, SearchEnv};
+use crate::signals;
+
+/// The maximum number of environments in a batch. Each one takes a few kilobytes.
+const MAX_ENVS: usize = 65_536;
 
 /// The walls, openings and goals of one environment, of the shape (width, height), and its pose.
 type Observation<'py> = (
@@ -54,7 +58,7 @@ impl SearchBatch {
         size: &Bound<'_, PyAny>,
         style: &str,
         until_proven: bool,
-        max_steps: Option<u32>,
+        max_steps: Option<&Bound<'_, PyAny>>,
         count: usize,
     ) -> PyResult<Self> {
         // The crate `numpy` panics if NumPy is missing.
@@ -65,9 +69,22 @@ impl SearchBatch {
             let size = geometry::size(size)?;
             (MazePool::Generated(size, self::style(style)?), size)
         };
-        let max_steps = max_steps.unwrap_or_else(|| 4 * geometry::area(size));
+        let max_steps = geometry::limit(max_steps)?.unwrap_or_else(|| 4 * geometry::area(size));
+        if max_steps == 0 {
+            return Err(value_error("expected at least one step in max_steps, found 0"));
+        }
         let rules = EpisodeRules { until_proven, max_steps };
-        let envs = (0..count as u64).map(|seed| SearchEnv::new(&pool, seed)).collect();
+        if count > MAX_ENVS {
+            let reason = "environments in one batch";
+            return Err(value_error(format_args!(
+                "expected at most {MAX_ENVS} {reason}, found {count}"
+            )));
+        }
+        let mut envs = Vec::new();
+        for seed in 0..count as u64 {
+            signals::check()?;
+            envs.push(SearchEnv::new(&pool, seed));
+        }
         Ok(Self { pool, size, rules, envs, is_over: vec![false; count] })
     }
 
@@ -80,7 +97,9 @@ impl SearchBatch {
     /// Begins a new episode. A seed also determines the mazes of later episodes.
     fn reset(&mut self, index: usize, seed: Option<u64>) -> PyResult<()> {
         let Self { pool, envs, is_over, .. } = self;
-        let (env, is_over) = envs.get_mut(index).zip(is_over.get_mut(index)).ok_or_else(no_env)?;
+        let count = envs.len();
+        let (env, is_over) =
+            envs.get_mut(index).zip(is_over.get_mut(index)).ok_or_else(|| no_env(index, count))?;
         match seed {
             Some(seed) => *env = SearchEnv::new(pool, seed),
             None => env.reset(pool),
@@ -92,7 +111,7 @@ impl SearchBatch {
     /// Takes one action in the first environment.
     fn step_one(&mut self, action: i64) -> PyResult<(f64, bool, bool)> {
         let quarters = quarters(action)?;
-        let env = self.envs.first_mut().ok_or_else(no_env)?;
+        let env = self.envs.first_mut().ok_or_else(|| no_env(0, 0))?;
         let Outcome { reward, is_terminated, is_truncated } = env.act(quarters, self.rules);
         Ok((reward, is_terminated, is_truncated))
     }
@@ -209,7 +228,7 @@ impl SearchBatch {
 
 impl SearchBatch {
     fn env(&self, index: usize) -> PyResult<&SearchEnv> {
-        self.envs.get(index).ok_or_else(no_env)
+        self.envs.get(index).ok_or_else(|| no_env(index, self.envs.len()))
     }
 }
 
@@ -232,6 +251,6 @@ fn quarters(action: i64) -> PyResult<u8> {
         .ok_or_else(|| value_error(format_args!("expected an action from 0 to 3, found {action}")))
 }
 
-fn no_env() -> PyErr {
-    PyIndexError::new_err("no such environment")
+fn no_env(index: usize, count: usize) -> PyErr {
+    PyIndexError::new_err(format!("environment {index} out of range (0 to {})", count.max(1) - 1))
 }

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::connection::{Connection, Link, ON, Simulated, lock};
 use crate::error::io_error;
-use crate::geometry::to_pose;
+use crate::geometry::{limit, to_pose};
 use crate::history::{History, Place};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
@@ -52,8 +52,12 @@ impl Simulator {
 impl Simulator {
     #[new]
     #[pyo3(signature = (maze, max_states = None))]
-    fn new(maze: Py<PyMaze>, max_states: Option<usize>) -> PyClassInitializer<Self> {
-        Self::initializer(maze, max_states)
+    fn new(
+        maze: Py<PyMaze>,
+        max_states: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let max_states = limit(max_states)?.map(|states| states as usize);
+        Ok(Self::initializer(maze, max_states))
     }
 
     /// The true maze.
@@ -73,7 +77,7 @@ impl Simulator {
         self.place.unexplored.clone().into()
     }
 
-    /// The states since the last reset. They change while the mouse drives.
+    /// The states since the last reset. They change while the mouse runs.
     #[getter]
     fn history(simulator: Bound<'_, Self>) -> History {
         let place = Arc::clone(&simulator.get().place);

@@ -153,12 +153,15 @@ def test_invalid_arguments_are_refused() -> None:
         (ValueError, {"style": "round"}),
         (ValueError, {"render_mode": "human"}),
         (TypeError, {"mazes": ["harbour"]}),
-        (OverflowError, {"max_steps": -1}),
+        (ValueError, {"max_steps": -1}),
+        (ValueError, {"max_steps": 0}),
     ]:
         with pytest.raises(error):
             SearchEnv(**arguments)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="at least one environment"):
         SearchVectorEnv(0)
+    with pytest.raises(ValueError, match="at most 65536 environments"):
+        SearchVectorEnv(2**62)
     env, envs = SearchEnv(), SearchVectorEnv(3)
     for action in (4, -1):
         with pytest.raises(ValueError, match="from 0 to 3"):

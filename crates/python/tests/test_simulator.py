@@ -1,5 +1,6 @@
 import threading
 from pathlib import Path
+from typing import Callable
 
 import numpy as np
 import pytest
@@ -140,3 +141,47 @@ def test_threads_can_share_a_simulator() -> None:
     for thread in threads:
         thread.join(60)
     assert len(simulator.history) == 1200
+
+
+def test_invalid_grids_are_named_in_the_message() -> None:
+    simulator = mm.Simulator(mm.Maze.bundled("01"))
+    known = simulator.unexplored()
+    for weights, message in [
+        (np.zeros((16, 16)), "weights to be integers, found float64"),
+        ([1], "weights to be a list of columns, found int"),
+        (None, "weights to be an array, found NoneType"),
+    ]:
+        with pytest.raises(TypeError, match=message):
+            simulator.state(0, 0, "N", weights, known)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="walls to be an array, found Maze"):
+        simulator.state(0, 0, "N", [[0] * 16] * 16, simulator.maze)  # type: ignore[arg-type]
+
+
+def test_arrays_of_any_layout_are_read_correctly() -> None:
+    simulator = mm.Simulator(mm.Maze.bundled("01"))
+    weights = np.arange(256, dtype=np.uint16).reshape(16, 16)
+    packed = np.zeros((16, 16), dtype=[("seen", "u1"), ("weight", "<u2")])
+    packed["weight"] = weights
+    wide = np.zeros((32, 32), np.uint16)
+    wide[::2, ::2] = weights
+    for grid in (packed["weight"], wide[::2, ::2], np.asfortranarray(weights), weights.tolist()):
+        simulator.state(0, 0, "N", grid, simulator.unexplored())
+        assert np.array_equal(simulator.history[-1].weights, weights)
+    assert len(simulator.history[1 :: 2**63 - 1]) == 1
+
+
+def test_invalid_limits_are_refused() -> None:
+    maze = mm.Maze.bundled("01")
+    calls: list[Callable[[], object]] = [
+        lambda: mm.search(maze, max_states=-1),
+        lambda: mm.compare(maze, max_states=-1),
+        lambda: mm.Simulator(maze, max_states=-1),
+    ]
+    for call in calls:
+        with pytest.raises(ValueError, match="expected a limit from 0 to 4294967295, found -1"):
+            call()
+    for mice in (lambda _: None, [lambda _: None], {"a": 5}):
+        with pytest.raises(TypeError):
+            mm.compare(maze, mice)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="unknown format of maze.unknown"):
+        maze.save("maze.unknown")

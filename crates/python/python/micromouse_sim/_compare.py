@@ -24,7 +24,7 @@ def compare(
 
     `mazes` holds mazes, paths of files and folders, and names of bundled mazes; by default, it is
     all bundled mazes. `mice` holds names of bundled strategies, or is a dict of names and
-    strategies or functions. A function takes a `Simulator` and drives through its maze; its
+    strategies or functions. A function takes a `Simulator` and searches its maze; its
     figures come from the states that it reports. The keys of a row are those of
     `mmsim compare --json` where they exist there. The figures are those before the fast run, unless
     their name says otherwise.
@@ -33,10 +33,19 @@ def compare(
     skipped with a warning. A search ends after `max_states` states: the simulator of a function
     refuses further ones. By default, functions may report 10,000 states.
     """
-    found = [maze for item in _items(mazes) for maze in _load(item)]
+    found: list[Maze] = []
+    for item in _items(mazes):
+        found += _load(item)
     if isinstance(mice, str):
         mice = [mice]
+    if callable(mice):
+        raise TypeError('expected a name for a function (try mice={"mine": function})')
     named = dict(mice) if isinstance(mice, Mapping) else {name: name for name in mice}
+    for mouse in named.values():
+        if not isinstance(mouse, str) and not callable(mouse):
+            raise TypeError(f"expected a strategy or a function, found {type(mouse).__name__}")
+    if not all(isinstance(name, str) for name in named):
+        raise TypeError('expected names (functions need one: mice={"mine": function})')
     strategies = [mouse for mouse in named.values() if isinstance(mouse, str)]
     rows = iter(_native.compare_strategies(found, strategies, max_states))
     table = []

@@ -78,7 +78,7 @@ class Maze:
         """
 
     def save(self, path: _Path, format: _Format | None = None) -> None:
-        """Writes a maze file. By default, the extension determines the format."""
+        """Writes a maze file. The extension determines the format: text without one."""
 
     def write(self, format: _Format = "text") -> bytes:
         """Returns the content of a maze file."""
@@ -307,7 +307,7 @@ class Connection:
         """Names the mouse and its strategy, in at most 100 bytes each."""
 
     def restart(self) -> None:
-        """Says that the mouse was put back at its start, and did not drive there."""
+        """Reports that the mouse was put back at the start by hand."""
 
 @final
 class Simulator(Connection):
@@ -329,14 +329,14 @@ class Simulator(Connection):
 
     @property
     def history(self) -> History:
-        """The states since the last reset. They change while the mouse drives."""
+        """The states since the last reset. They change while the mouse runs."""
 
     def save(self, path: _Path) -> None:
         """Writes the states to a recording, which `mmsim replay` shows."""
 
 @final
 class Client(Connection):
-    """A connection to a running simulator, which may be started later.
+    """A connection to a simulator. The simulator may be started later.
 
     Ctrl-C interrupts the wait for a reply.
     """

@@ -182,7 +182,7 @@ class SearchVectorEnv(VectorEnv[Observation, NDArray[Any], NDArray[Any]]):
         self, actions: NDArray[Any]
     ) -> tuple[Observation, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Takes one action in each environment. `actions` has the shape (num_envs,)."""
-        results = self._batch.step(np.ascontiguousarray(actions, dtype=np.int64))
+        results = self._batch.step(np.require(actions, np.int64, ["C", "A"]))
         return self._observation(), *results, self._info()
 
     def _observation(self) -> Observation:

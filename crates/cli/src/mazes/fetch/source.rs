@@ -57,6 +57,11 @@ fn file_path(url: &str) -> Option<PathBuf> {
     let path: std::ffi::OsString = std::os::unix::ffi::OsStringExt::from_vec(bytes.collect());
     #[cfg(not(unix))]
     let path = bytes.decode_utf8().ok()?.into_owned();
+    #[cfg(windows)]
+    if !is_local {
+        // A path of the network, such as \\server\share.
+        return Some(PathBuf::from(format!(r"\\{host}\{}", path.replace('/', r"\"))));
+    }
     is_local.then(|| PathBuf::from(path))
 }
 
