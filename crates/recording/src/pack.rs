@@ -351,6 +351,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(windows, ignore = "Wine renames an open file that has been removed")]
     fn an_abandoned_packer_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let recording = unpacked(folder.path(), 100).path;
@@ -359,10 +360,7 @@ mod tests {
         assert_eq!(files(folder.path()), 2);
         packing.is_cancelled.store(true, Ordering::SeqCst);
         packing.abandon();
-        // Before Windows 10, an open file is removed when it is closed.
-        if cfg!(not(windows)) {
-            assert_eq!(files(folder.path()), 1);
-        }
+        assert_eq!(files(folder.path()), 1);
         assert!(packing.start(&recording).is_err());
         assert!(target.persist(&recording).is_err(), "too late");
         assert_eq!(Recording::open(&recording).unwrap().history().len(), 100);
