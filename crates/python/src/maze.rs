@@ -106,7 +106,7 @@ impl PyMaze {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let format = match format {
             Some(format) => format.parse().map_err(value_error)?,
-            None if extension.is_empty() => Format::Text,
+            None if matches!(&extension[..], "" | "txt") => Format::Text,
             None => extension.parse().map_err(|_| {
                 value_error(format_args!(
                     "unknown format of {} (use .txt, .trial, .maz or .num, or pass format=...)",

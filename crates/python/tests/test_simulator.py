@@ -25,7 +25,7 @@ def test_states_are_kept_until_reset() -> None:
     assert state.known.wall(0, 0, "E") is False and "<svg" in state._repr_svg_()
     assert [one.index for one in history] == [0, 1] == [one.index for one in history[-9:9]]
     assert [one.index for one in history[::-1]] == [1, 0] and history[5:] == []
-    with pytest.raises(IndexError, match="no state 2: there are 2 states"):
+    with pytest.raises(IndexError, match="state 2 out of range, the history has 2"):
         history[2]
     with pytest.raises(IndexError):
         history[-3]

@@ -38,7 +38,7 @@ def compare(
         found += _load(item)
     if isinstance(mice, str):
         mice = [mice]
-    if callable(mice):
+    if not isinstance(mice, Iterable):
         raise TypeError('expected a name for a function (try mice={"mine": function})')
     named = dict(mice) if isinstance(mice, Mapping) else {name: name for name in mice}
     for mouse in named.values():

@@ -220,7 +220,7 @@ def _batch_seed(rng: np.random.Generator) -> int:
     return int(rng.integers(2**63))
 
 
-def _observation_space(batch: SearchBatch) -> spaces.Dict:
+def _observation_space(batch: SearchBatch) -> spaces.Space[Any]:
     width, height = batch.size
     return spaces.Dict(
         {
