@@ -170,6 +170,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(windows, ignore = "Wine may connect more slowly than a stopping server waits")]
     fn requests_before_the_stop_are_answered() {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let clients: Vec<zmq::Socket> = (0..20)

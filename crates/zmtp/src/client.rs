@@ -276,11 +276,10 @@ fn is_connected(stream: &TcpStream) -> io::Result<bool> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
 
-    #[cfg(target_os = "linux")]
     #[test]
     fn connection_to_itself_is_refused() {
         use socket2::{Domain, Socket, Type};

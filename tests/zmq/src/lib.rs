@@ -277,6 +277,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// An error with its name in `zmq`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Error {
     /// No message arrived in time.
     EAGAIN,

@@ -139,7 +139,9 @@ mod tests {
         }
         #[cfg(unix)]
         assert_eq!(file_path("file:///%ff").unwrap().as_os_str().len(), 2, "any bytes");
-        for other in ["file://host/a.zip", "file://a.zip", "file://", "file://?/a"] {
+        let shared = cfg!(windows).then(|| PathBuf::from(r"\\host\a\b.zip"));
+        assert_eq!(file_path("file://host/a/b.zip"), shared);
+        for other in ["file://a.zip", "file://", "file://?/a"] {
             assert_eq!(file_path(other), None, "{other}");
         }
     }
