@@ -30,8 +30,10 @@ fn checked_out_commit() -> Option<String> {
     if git(&["rev-parse", "--show-prefix"])? != "crates/cli/" {
         return None;
     }
-    // Git appends to the log each time another commit is checked out or a commit is added.
-    for file in ["HEAD", "logs/HEAD"] {
+    // Git appends to the log each time another commit is checked out or a commit is added. Without a
+    // log, at least the file of the branch changes.
+    let branch = git(&["symbolic-ref", "-q", "HEAD"]);
+    for file in ["HEAD", "logs/HEAD"].into_iter().chain(branch.as_deref()) {
         let path = git(&["rev-parse", "--git-path", file])?;
         // Cargo would run this script each time if the file did not exist.
         if Path::new(&path).exists() {

@@ -3,7 +3,6 @@
 use std::env;
 use std::time::Duration;
 
-use mmsim_client::Timeout;
 use mmsim_maze::{Cell, KnownMaze, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use pyo3::prelude::*;
@@ -30,7 +29,8 @@ pub(crate) struct Client {}
 /// The argument `timeout`, which may be missing.
 enum TimeoutArgument {
     Default,
-    Given(Timeout),
+    /// `None` for no limit.
+    Given(Option<Duration>),
 }
 
 impl<'py> FromPyObject<'_, 'py> for TimeoutArgument {
@@ -38,13 +38,13 @@ impl<'py> FromPyObject<'_, 'py> for TimeoutArgument {
 
     fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         if value.is_none() {
-            return Ok(Self::Given(Timeout::Never));
+            return Ok(Self::Given(None));
         }
         let Ok(seconds) = value.extract::<f64>() else {
             return Err(type_error("a timeout in seconds, or None", &value));
         };
         Duration::try_from_secs_f64(seconds)
-            .map(|timeout| Self::Given(Timeout::After(timeout)))
+            .map(|timeout| Self::Given(Some(timeout)))
             .map_err(|_| value_error(format_args!("invalid timeout: {seconds} s")))
     }
 }
@@ -76,15 +76,15 @@ impl Client {
         let timeout = match timeout {
             TimeoutArgument::Given(timeout) => timeout,
             // `mmsim run` holds replies while the mouse is paused.
-            TimeoutArgument::Default if is_run => Timeout::Never,
-            TimeoutArgument::Default => Timeout::After(DEFAULT_TIMEOUT),
+            TimeoutArgument::Default if is_run => None,
+            TimeoutArgument::Default => Some(DEFAULT_TIMEOUT),
         };
         let annotations = match annotations {
             Some(true) => UNKNOWN,
             None if is_run => ON,
             Some(false) | None => OFF,
         };
-        let link = Link::Socket(Socket::connect(endpoint, timeout)?);
+        let link = Link::Socket(Box::new(Socket::connect(endpoint, timeout)?));
         Ok(PyClassInitializer::from(Connection::new(link, annotations)).add_subclass(Self {}))
     }
 

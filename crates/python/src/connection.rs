@@ -42,7 +42,7 @@ pub(crate) const ON: u8 = 2;
 pub(crate) enum Link {
     /// A simulation in this process. The lock is never held while Python code runs.
     Process(Box<Mutex<Simulated>>),
-    Socket(Socket),
+    Socket(Box<Socket>),
 }
 
 /// A simulation, the times of its states, and the buffer of its last reply.

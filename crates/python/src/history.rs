@@ -139,9 +139,11 @@ impl History {
         Ok(Bound::new(py, self.state(index, bytes))?.into_any())
     }
 
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let length = self.__len__(py)?;
-        Ok(self.states(py, 0..length)?.try_iter()?.into_any())
+    fn __iter__<'py>(history: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        // Unpacks one state at a time: a packed history may hold millions.
+        let builtins = history.py().import("builtins")?;
+        let indices = builtins.call_method1("range", (history.len()?,))?;
+        builtins.call_method1("map", (history.getattr("__getitem__")?, indices))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

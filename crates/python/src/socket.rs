@@ -1,39 +1,45 @@
 //! A connection over a socket, whose waits Ctrl-C interrupts.
 
 use std::process;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use mmsim_client::{Timeout, Transport, TransportError, Zmq};
+use mmsim_client::TransportError;
+use mmsim_zmtp::{Endpoint, EndpointError, ReqClient};
 use pyo3::prelude::*;
 
 use crate::error::{NoReply, SimulatorError};
 use crate::signals;
 
-/// A socket in a thread of its own. A thread that waits for Python's signals cannot wait for the
-/// socket at the same time.
+/// A socket that several threads may use.
 pub(crate) struct Socket {
     endpoint: String,
-    timeout: Timeout,
-    /// The idle worker, if there is one. A thread that finds none starts another one.
-    idle: Mutex<Option<Worker>>,
+    address: Endpoint,
+    /// The limit for each reply, or `None` for no limit.
+    timeout: Option<Duration>,
+    /// The connection that no thread uses, if there is one. A thread that finds none opens another.
+    idle: Mutex<Option<Connected>>,
 }
 
-struct Worker {
-    requests: Sender<Vec<u8>>,
-    replies: Receiver<Result<Vec<u8>, TransportError>>,
-    is_cancelled: Arc<AtomicBool>,
-    /// The process of the thread, which a fork does not copy.
+struct Connected {
+    client: ReqClient,
+    /// The process that opened the connection. After a fork, both processes have a copy.
     process: u32,
+}
+
+impl Connected {
+    fn open(endpoint: &str, address: &Endpoint) -> PyResult<Self> {
+        let client = ReqClient::new(address.clone()).map_err(|error| failed(endpoint, &error))?;
+        Ok(Self { client, process: process::id() })
+    }
 }
 
 impl Socket {
     /// Connects to a simulator, which may be started later.
-    pub(crate) fn connect(endpoint: String, timeout: Timeout) -> PyResult<Self> {
-        let idle = Some(Worker::start(&endpoint, timeout)?);
-        Ok(Self { endpoint, timeout, idle: Mutex::new(idle) })
+    pub(crate) fn connect(endpoint: String, timeout: Option<Duration>) -> PyResult<Self> {
+        let address = endpoint.parse().map_err(|error: EndpointError| failed(&endpoint, &error))?;
+        let idle = Mutex::new(Some(Connected::open(&endpoint, &address)?));
+        Ok(Self { endpoint, address, timeout, idle })
     }
 
     pub(crate) fn endpoint(&self) -> &str {
@@ -41,29 +47,35 @@ impl Socket {
     }
 
     /// Sends a request and returns the reply. A signal handler that raises an exception ends the
-    /// wait; the next request uses a new connection.
+    /// wait. After an error, the next request uses a new connection.
     pub(crate) fn exchange(&self, py: Python<'_>, request: &[u8]) -> PyResult<Vec<u8>> {
-        let mut worker = match self.take_idle() {
-            Some(worker) => worker,
-            None => Worker::start(&self.endpoint, self.timeout)?,
+        let mut connected = match self.take_idle() {
+            Some(connected) => connected,
+            None => Connected::open(&self.endpoint, &self.address)?,
         };
-        let gone = || SimulatorError::new_err("the connection has failed unexpectedly");
-        worker.requests.send(request.to_vec()).map_err(|_| gone())?;
-        loop {
-            let reply;
-            (worker, reply) = py.detach(move || {
-                let reply = worker.replies.recv_timeout(signals::INTERVAL);
-                (worker, reply)
-            });
-            match reply {
-                Ok(reply) => {
-                    *self.idle.lock().unwrap_or_else(PoisonError::into_inner) = Some(worker);
-                    return reply.map_err(|error| transport_error(&error));
-                }
-                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
-                Err(RecvTimeoutError::Disconnected) => return Err(gone()),
+        let client = &mut connected.client;
+        client.send(&[request]);
+        let (start, mut reply) = (Instant::now(), Vec::new());
+        let frames = loop {
+            let left = self.timeout.map(|timeout| timeout.saturating_sub(start.elapsed()));
+            let wait = left.unwrap_or(signals::INTERVAL).min(signals::INTERVAL);
+            let received = py.detach(|| client.receive(&mut reply, wait));
+            py.check_signals()?;
+            if let Some(frames) = received.map_err(|reason| self.disconnected(&reason))? {
+                break frames;
             }
+            if let Some(after) = self.timeout.filter(|&timeout| start.elapsed() >= timeout) {
+                let error = TransportError::NoReply { endpoint: self.endpoint.clone(), after };
+                let hint = "start a simulator with `mmsim`";
+                return Err(NoReply::new_err(format!("{error} ({hint})")));
+            }
+        };
+        if frames != 1 {
+            let endpoint = self.endpoint.clone();
+            return Err(simulator_error(&TransportError::Frames { endpoint, found: frames }));
         }
+        *self.idle.lock().unwrap_or_else(PoisonError::into_inner) = Some(connected);
+        Ok(reply)
     }
 
     /// Closes the connection. A further request uses a new one.
@@ -71,59 +83,22 @@ impl Socket {
         drop(self.take_idle());
     }
 
-    fn take_idle(&self) -> Option<Worker> {
+    fn take_idle(&self) -> Option<Connected> {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).take();
-        idle.filter(|worker| worker.process == process::id())
+        idle.filter(|connected| connected.process == process::id())
+    }
+
+    fn disconnected(&self, reason: &impl ToString) -> PyErr {
+        let (endpoint, reason) = (self.endpoint.clone(), reason.to_string());
+        simulator_error(&TransportError::Disconnected { endpoint, reason })
     }
 }
 
-impl Worker {
-    fn start(endpoint: &str, timeout: Timeout) -> PyResult<Self> {
-        let (requests, to_send) = mpsc::channel::<Vec<u8>>();
-        let (received, replies) = mpsc::channel();
-        let is_cancelled = Arc::new(AtomicBool::new(false));
-        let (is_over, endpoint) = (Arc::clone(&is_cancelled), endpoint.to_string());
-        let (connected, connection) = mpsc::channel();
-        let run = move || {
-            let on_wait = move |_: mmsim_client::Waiting<'_>| {
-                if is_over.load(Ordering::Relaxed) {
-                    // Ends this thread without a message: nobody waits for the reply.
-                    std::panic::resume_unwind(Box::new(()));
-                }
-            };
-            let mut socket = match Zmq::connect(&endpoint, timeout, on_wait) {
-                Ok(socket) => socket,
-                Err(error) => return drop(connected.send(Err(error))),
-            };
-            drop(connected.send(Ok(())));
-            for request in to_send {
-                let mut reply = Vec::new();
-                let result = socket.exchange(&request, &mut reply).map(|()| reply);
-                if received.send(result).is_err() {
-                    break;
-                }
-            }
-        };
-        let thread = thread::Builder::new().name("micromouse-sim client".into());
-        let failed = |reason| SimulatorError::new_err(format!("cannot start a thread: {reason}"));
-        thread.spawn(run).map_err(|error| failed(error.to_string()))?;
-        let connection = connection.recv().map_err(|error| failed(error.to_string()))?;
-        connection.map_err(|error| transport_error(&error))?;
-        Ok(Self { requests, replies, is_cancelled, process: process::id() })
-    }
+fn failed(endpoint: &str, reason: &impl ToString) -> PyErr {
+    let (endpoint, reason) = (endpoint.into(), reason.to_string());
+    simulator_error(&TransportError::Failed { endpoint, reason })
 }
 
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.is_cancelled.store(true, Ordering::Relaxed);
-    }
-}
-
-fn transport_error(error: &TransportError) -> PyErr {
-    match error {
-        TransportError::NoReply { .. } => {
-            NoReply::new_err(format!("{error} (start a simulator with `mmsim`)"))
-        }
-        _ => SimulatorError::new_err(error.to_string()),
-    }
+fn simulator_error(error: &TransportError) -> PyErr {
+    SimulatorError::new_err(error.to_string())
 }

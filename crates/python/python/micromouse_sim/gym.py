@@ -16,9 +16,9 @@ If there is a wall, the mouse only turns. An observation is a dictionary of arra
 - `goals`, same shape: 1 for each goal cell.
 - `pose`, shape (3,), int64: x, y and the heading of the mouse (0 to 3: north, east, south, west).
 
-Each action costs a reward of -1. The first arrival in the goal is rewarded with the number of cells of
-the maze, and so is a proof that the best known path is the shortest one. An episode ends at the goal, or
-with `until="proof"` when the shortest path is proven after the mouse was in the goal.
+The reward of each action is -1. Reaching the goal for the first time adds the number of cells of the
+maze, and so does the proof that the best known path is the shortest one. An episode ends at the goal, or
+with `until="proof"`, when the shortest path is proven and the mouse has been in the goal.
 
 `info["action_mask"]` holds, for each action, 1 if there is no wall in that direction, else 0.
 `info["goal_reached"]` says whether the mouse has been in the goal.
@@ -82,7 +82,7 @@ class SearchEnv(gymnasium.Env[Observation, Union[int, np.integer[Any]]]):
 
     @property
     def known(self) -> KnownMaze:
-        """A copy of the map that the mouse has made. It draws itself in a notebook."""
+        """A copy of the map of the mouse. A notebook displays it as a picture."""
         return self._batch.known(0)
 
     def reset(
