@@ -223,6 +223,19 @@ impl Trajectory {
         }
     }
 
+    /// Returns states of the mouse at regular distances, `spacing` mm apart, and the last one.
+    ///
+    /// # Panics
+    /// Panics if the spacing is not positive.
+    pub fn samples_along(&self, spacing: f64) -> impl Iterator<Item = MotionState> {
+        assert!(spacing > 0.0, "expected a positive spacing, found {spacing} mm");
+        (0_u32..)
+            .map(move |index| f64::from(index) * spacing)
+            .take_while(|&distance| distance < self.end.distance)
+            .map(|distance| self.at_distance(distance))
+            .chain([self.end])
+    }
+
     /// Returns states of the mouse at regular times, `interval` s apart, and the last one.
     ///
     /// # Panics
@@ -251,8 +264,7 @@ impl Trajectory {
     /// Returns the first time in s at which `is_past` holds, to 0.1 µs. Looks at one moment per mm.
     fn first(&self, is_past: impl Fn(&MotionState) -> bool) -> f64 {
         let mut low = 0.0;
-        let millimetres = (0_u32..).map(f64::from).take_while(|&mm| mm < self.length());
-        for state in millimetres.map(|mm| self.at_distance(mm)).chain([self.end]) {
+        for state in self.samples_along(1.0) {
             if !is_past(&state) {
                 low = state.time;
                 continue;

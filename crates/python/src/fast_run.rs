@@ -77,12 +77,8 @@ impl FastRun {
             heading,
             speed,
         };
-        let distances = (0_u32..)
-            .map(|index| f64::from(index) * pitch / POINTS_PER_CELL)
-            .take_while(|&distance| distance < self.trajectory.length())
-            .map(|distance| self.trajectory.at_distance(distance));
-        let last = self.trajectory.at(self.trajectory.duration());
-        DrivenPath::new(&self.vehicle, distances.chain([last]).map(point).collect())
+        let states = self.trajectory.samples_along(pitch / POINTS_PER_CELL);
+        DrivenPath::new(&self.vehicle, states.map(point).collect())
     }
 }
 

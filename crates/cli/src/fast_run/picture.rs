@@ -126,11 +126,8 @@ pub(crate) fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
         heading,
         speed,
     };
-    let distances = (0_u32..).map(|index| f64::from(index) * pitch / POINTS_PER_CELL);
-    let regular = distances.take_while(|&distance| distance < trajectory.length());
-    let moments = regular.map(|distance| trajectory.at_distance(distance));
-    let last = trajectory.at(trajectory.duration());
-    DrivenPath::new(name, moments.chain([last]).map(point).collect())
+    let states = trajectory.samples_along(pitch / POINTS_PER_CELL);
+    DrivenPath::new(name, states.map(point).collect())
 }
 
 #[cfg(test)]
