@@ -70,8 +70,9 @@ mod system {
 mod tests {
     use std::io::{BufRead, BufReader};
     use std::process::Stdio;
-
-    use mmsim_tests::within;
+    use std::sync::mpsc;
+    use std::thread;
+    use std::time::Duration;
 
     use super::*;
 
@@ -90,13 +91,16 @@ mod tests {
         let command = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let (mut child, mut group) = ProcessGroup::spawn(command).unwrap();
         let mut output = BufReader::new(child.stdout.take().unwrap());
-        within("the end of the output", move || {
+        let (sender, end) = mpsc::channel();
+        thread::spawn(move || {
             let mut line = String::new();
             output.read_line(&mut line).unwrap();
             assert_eq!(line.trim_end(), "started");
             group.kill();
             while output.read_line(&mut line).unwrap() > 0 {}
+            sender.send(()).unwrap();
         });
+        end.recv_timeout(Duration::from_secs(300)).expect("the end of the output");
         child.wait().unwrap();
     }
 }

@@ -12,11 +12,12 @@ pub(crate) struct Description {
     /// `states` is 0.
     pub(crate) info: Info,
     pub(crate) size: MazeSize,
+    /// `None` until the message with the maze is read.
     pub(crate) maze: Option<Maze>,
 }
 
 /// Parses the description of the simulation.
-pub(crate) fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Description, ReadError> {
+pub(crate) fn describe(info: Option<&str>) -> Result<Description, ReadError> {
     let invalid = ReadError::InvalidDescription;
     let info = info.ok_or_else(|| invalid("info is missing".into()))?;
     let mut info: Info = serde_json::from_str(info)
@@ -28,9 +29,8 @@ pub(crate) fn describe(info: Option<&str>, maze: Option<&str>) -> Result<Descrip
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
         return Err(invalid(format!("the start is outside the maze of {size} cells")));
     }
-    let maze = maze.map(|text| read_maze(text.as_bytes(), size)).transpose()?;
     info.name = Escaped(&info.name).to_string();
-    Ok(Description { info, size, maze })
+    Ok(Description { info, size, maze: None })
 }
 
 /// Parses the text of a maze. Fails if the maze does not have this size.
@@ -50,8 +50,10 @@ pub(crate) fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> 
 mod tests {
     use std::fs;
 
+    use mcap::records::MessageHeader;
+
     use super::*;
-    use crate::layout::METADATA;
+    use crate::layout::{MAZES, METADATA};
     use crate::reader::Integrity;
     use crate::recording::Recording;
     use crate::writer::RecordingWriter;
@@ -60,12 +62,15 @@ mod tests {
 
     #[test]
     fn invalid_descriptions_are_errors() {
-        let other = |description: &[(&str, &str)]| {
+        let other = |info: Option<&str>, maze: &str| {
             let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
-            let metadata = description.iter().map(|&(key, text)| (key.into(), text.into()));
+            let metadata = info.map(|info| ("info".into(), info.into())).into_iter().collect();
             let name = METADATA.into();
-            let metadata = mcap::records::Metadata { name, metadata: metadata.collect() };
-            mcap.write_metadata(&metadata).unwrap();
+            mcap.write_metadata(&mcap::records::Metadata { name, metadata }).unwrap();
+            let [topic, encoding] = MAZES;
+            let channel_id = mcap.add_channel(0, topic, encoding, &[].into()).unwrap();
+            let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };
+            mcap.write_to_known_channel(&header, maze.as_bytes()).unwrap();
             mcap.finish().unwrap();
             Recording::read(&mcap.into_inner().into_inner()[..]).unwrap_err().to_string()
         };
@@ -74,12 +79,12 @@ mod tests {
                 r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
             )
         };
-        insta::assert_snapshot!(other(&[]), @"the description of the maze is invalid: info is missing");
-        insta::assert_snapshot!(other(&[("info", "{}")]), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
-        insta::assert_snapshot!(other(&[("info", &info(40, 0))]), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
-        insta::assert_snapshot!(other(&[("info", &info(2, 2))]), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
-        insta::assert_snapshot!(other(&[("info", &info(2, 0)), ("maze", "rubbish")]), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
-        insta::assert_snapshot!(other(&[("info", &info(3, 0)), ("maze", MAZE)]), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
+        insta::assert_snapshot!(other(None, MAZE), @"the description of the maze is invalid: info is missing");
+        insta::assert_snapshot!(other(Some("{}"), MAZE), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(Some(&info(40, 0)), MAZE), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
+        insta::assert_snapshot!(other(Some(&info(2, 2)), MAZE), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
+        insta::assert_snapshot!(other(Some(&info(2, 0)), "rubbish"), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(Some(&info(3, 0)), MAZE), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
     /// Fuzzing found that the reader reserved as much memory as a length field claimed.

@@ -15,9 +15,6 @@ pub(crate) const PROTOCOL: &str = "protocol";
 pub(crate) const MOUSE: &str = "mmsim-mouse";
 pub(crate) const MOUSE_KEYS: [&str; 2] = ["mouse", "strategy"];
 
-/// The metadata key under which earlier versions of mmsim stored the true maze as text.
-pub(crate) const MAZE: &str = "maze";
-
 /// The topic and message encoding of the channel for states. Each message holds one state.
 pub(crate) const STATES: [&str; 2] = ["/state", "mmsim-state"];
 

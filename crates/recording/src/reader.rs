@@ -8,7 +8,7 @@ use mmsim_protocol::Request;
 use crate::chunk;
 use crate::description::{Description, describe, read_maze};
 use crate::error::ReadError;
-use crate::layout::{INFO, MAZE, MAZES, METADATA, STATES, UPDATES};
+use crate::layout::{INFO, MAZES, METADATA, STATES, UPDATES};
 use crate::mcap_reader::{End, RecordReader};
 use crate::mcap_record::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
 use crate::memory;
@@ -174,7 +174,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
             },
             kind::METADATA if is_short => match (Metadata::decode(body), &self.description) {
                 (Ok(record), None) if record.name == METADATA => {
-                    self.description = Some(describe(record.get(INFO), record.get(MAZE))?);
+                    self.description = Some(describe(record.get(INFO))?);
                     Ok(())
                 }
                 (decoded, _) => decoded.map(drop),
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_of_earlier_versions_are_those_at_the_poses() {
+    fn states_without_updates_have_readings_at_their_poses() {
         let mut file = std::io::Cursor::new(Vec::new());
         let states = (0..3).map(|number| (u64::from(number), [], state(number)));
         crate::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states).unwrap();

@@ -29,8 +29,7 @@ pub struct Update<'a> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Readings<'a> {
     /// Unless the run is [`Untracked`](Self::Untracked), the client has read the walls around the
-    /// pose of the state, as most clients do. Recordings made by earlier versions of mmsim contain
-    /// only such readings.
+    /// pose of the state, as most clients do.
     #[default]
     AtPose,
     /// The client has not read any walls since the reset. It knows walls from another source, so

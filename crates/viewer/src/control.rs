@@ -282,10 +282,9 @@ mod tests {
     use std::sync::Arc;
     use std::thread;
 
-    use mmsim_tests::{TIMEOUT, wait_for, within};
-
     use super::*;
     use crate::mouse_status::EndingKind;
+    use crate::wait::{TIMEOUT, wait_for, within};
 
     pub(super) fn own() -> OwnMouse {
         OwnMouse { name: "mouse".into(), has_reset_button: true }

@@ -132,10 +132,10 @@ mod tests {
     use std::time::Instant;
 
     use futures_util::future::join3;
-    use mmsim_tests::TIMEOUT;
     use tokio::runtime;
 
     use super::*;
+    use crate::wait::TIMEOUT;
 
     fn run<T>(test: impl Future<Output = T>) -> T {
         runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)

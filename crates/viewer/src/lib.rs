@@ -48,6 +48,8 @@ mod transfer;
 mod trial;
 mod vehicles;
 mod viewer;
+#[cfg(test)]
+mod wait;
 
 pub use config::ViewerConfig;
 pub use control::MouseControl;

@@ -97,11 +97,12 @@ fn search(
 
 #[cfg(test)]
 mod tests {
+    use mmsim_client::{Timeout, Transport, Zmq};
     use mmsim_server::{Background, Server, Simulation};
-    use mmsim_tests::{TIMEOUT, ask, connect, stop, wait_for};
 
     use super::*;
     use crate::throttle::Pace;
+    use crate::wait::{TIMEOUT, wait_for, within};
 
     const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -110,6 +111,10 @@ mod tests {
         let monitor = server.monitor();
         let server = server.spawn(Simulation::new("small", maze.parse().unwrap()));
         (server, monitor, Arc::new(MouseControl::new(pace, None)))
+    }
+
+    fn stop(server: Background) -> Simulation {
+        within("the server to stop", || server.stop()).unwrap()
     }
 
     fn wait(control: &MouseControl) -> Ending {
@@ -164,12 +169,18 @@ mod tests {
         start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
         wait_for("the first state", || (monitor.status().states == 1).then_some(()));
         assert_eq!(monitor.served().unwrap().strategy.as_deref(), Some("flood-fill"));
-        let client = connect(&server, zmq::REQ);
+        let timeout = Timeout::After(TIMEOUT);
+        let mut client = Zmq::connect(server.address(), timeout, |_| {}).unwrap();
+        let mut ask = |request: &[u8]| {
+            let mut reply = Vec::new();
+            client.exchange(request, &mut reply).unwrap();
+            reply
+        };
         let state = b"S\x00\x00NC\x01\x00C\x0d\x00";
-        assert_eq!(ask(&client, b"info").first(), Some(&b'{'));
+        assert_eq!(ask(b"info").first(), Some(&b'{'));
         assert!(!monitor.has_client() && !monitor.has_client_states());
         for request in [&b"reset"[..], state] {
-            assert_eq!(ask(&client, request), b"ok");
+            assert_eq!(ask(request), b"ok");
         }
         assert!(monitor.has_client() && monitor.has_client_states());
         control.throttle().set_pace(Pace::UNLIMITED);

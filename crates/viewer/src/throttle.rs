@@ -234,9 +234,8 @@ mod tests {
     use std::sync::mpsc::{self, Receiver};
     use std::thread;
 
-    use mmsim_tests::{TIMEOUT, wait_for};
-
     use super::*;
+    use crate::wait::{TIMEOUT, wait_for};
 
     const HOURLY: Pace = Pace(Duration::from_secs(3600));
 

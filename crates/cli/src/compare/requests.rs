@@ -123,7 +123,7 @@ mod tests {
     use std::sync::mpsc;
     use std::time::Duration;
 
-    use mmsim_tests::{ask, connect_to};
+    use mmsim_client::{Timeout, Transport, Zmq};
 
     use super::*;
     use crate::compare::own_search::{EndSignal, Progress, SearchLimits};
@@ -138,8 +138,15 @@ mod tests {
         let limits = SearchLimits { time: Duration::MAX, states: 3 };
         let progress = Arc::new(Mutex::new(Progress::new(&maze, limits, sender)));
         let endpoint = Endpoint::start(&maze, &progress).unwrap();
-        let socket = connect_to(endpoint.address(), zmq::REQ);
-        let replies = requests.iter().map(|request| ask(&socket, request)).collect();
+        let mut client =
+            Zmq::connect(endpoint.address(), Timeout::After(Duration::from_secs(300)), |_| {})
+                .unwrap();
+        let ask = |request: &&[u8]| {
+            let mut reply = Vec::new();
+            client.exchange(request, &mut reply).unwrap();
+            reply
+        };
+        let replies = requests.iter().map(ask).collect();
         (replies, progress, over)
     }
 

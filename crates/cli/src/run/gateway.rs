@@ -208,12 +208,13 @@ impl Service for Forwarder {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_server::{Background, Server, Simulation, listen};
-    use mmsim_tests::{ask, connect_to, stop, within};
+    use mmsim_server::{Server, Simulation, listen};
     use mmsim_viewer::{Ending, EndingKind, OwnMouse, Pace, StartReason};
+    use mmsim_zmtp::ReqClient;
 
     use super::*;
 
+    const TIMEOUT: Duration = Duration::from_secs(300);
     const STATE: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
 
     /// A gateway for a mouse that is not a process.
@@ -221,7 +222,6 @@ mod tests {
         gateway: Gateway,
         monitor: Monitor,
         control: Arc<MouseControl>,
-        server: Background,
     }
 
     impl Run {
@@ -229,12 +229,12 @@ mod tests {
             let server = Server::bind("127.0.0.1", 0).unwrap();
             let monitor = server.monitor();
             let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
-            let server = server.spawn(Simulation::new("small", maze));
+            server.spawn(Simulation::new("small", maze));
             let own = OwnMouse { name: "mouse".into(), has_reset_button: false };
             let control = Arc::new(MouseControl::new(pace, Some(own)));
             let listener = listen("127.0.0.1", 0).unwrap();
             let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control)).unwrap();
-            Self { gateway, monitor, control, server }
+            Self { gateway, monitor, control }
         }
 
         fn begin(&self) {
@@ -249,9 +249,16 @@ mod tests {
             self.monitor.reserve(false);
         }
 
-        fn connect(&self) -> zmq::Socket {
-            connect_to(self.gateway.address(), zmq::REQ)
+        fn connect(&self) -> ReqClient {
+            ReqClient::new(self.gateway.address().parse().unwrap()).unwrap()
         }
+    }
+
+    fn ask(client: &mut ReqClient, request: &[u8]) -> Vec<u8> {
+        let mut reply = Vec::new();
+        client.send(&[request]);
+        assert_eq!(client.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
+        reply
     }
 
     #[test]
@@ -259,52 +266,53 @@ mod tests {
         let run = Run::new(Pace::UNLIMITED);
         run.begin();
         run.end();
-        let other = run.connect();
+        let mut other = run.connect();
         for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
-            assert_eq!(ask(&other, request), b"ok");
+            assert_eq!(ask(&mut other, request), b"ok");
         }
         run.begin();
-        let mouse = run.connect();
-        assert_eq!(ask(&mouse, STATE), b"ok");
-        assert!(ask(&mouse, &STATE[1..]).starts_with(b"error: "));
+        let mut mouse = run.connect();
+        assert_eq!(ask(&mut mouse, STATE), b"ok");
+        assert!(ask(&mut mouse, &STATE[1..]).starts_with(b"error: "));
         for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
-            assert!(ask(&other, request).starts_with(b"error: the simulator is running its own "));
+            assert!(
+                ask(&mut other, request).starts_with(b"error: the simulator is running its own ")
+            );
         }
-        assert_eq!(ask(&other, b"ping"), b"pong");
+        assert_eq!(ask(&mut other, b"ping"), b"pong");
         let expected = Progress { requests: 2, refused: 1, states: 1, is_goal_reached: false };
         assert_eq!(run.gateway.progress(), expected);
         assert_eq!(run.monitor.status().states, 1);
         run.end();
-        assert_eq!(ask(&other, STATE), b"ok");
-        stop(run.server);
+        assert_eq!(ask(&mut other, STATE), b"ok");
     }
 
     #[test]
     fn annotations_of_a_run_without_states_are_dropped() {
         let run = Run::new(Pace::UNLIMITED);
         run.begin();
-        assert_eq!(ask(&run.connect(), b"AL\x04\0died"), b"ok");
+        assert_eq!(ask(&mut run.connect(), b"AL\x04\0died"), b"ok");
         run.end();
         run.begin();
-        assert_eq!(ask(&run.connect(), STATE), b"ok");
+        assert_eq!(ask(&mut run.connect(), STATE), b"ok");
         let now = run.monitor.status().run;
         assert_eq!(run.monitor.log(now, 0, 10, |_| true), Ok(vec![]));
-        stop(run.server);
     }
 
     #[test]
     fn a_stopped_mouse_receives_no_reply_while_it_runs() {
         let run = Run::new(Pace::from_interval(Duration::from_secs(3600)));
         run.begin();
-        let mouse = run.connect();
-        mouse.send(STATE, 0).unwrap();
-        mmsim_tests::wait_for("the state", || (run.monitor.status().states == 1).then_some(()));
+        let (mut mouse, mut reply, start) = (run.connect(), Vec::new(), Instant::now());
+        mouse.send(&[STATE]);
+        while run.monitor.status().states == 0 {
+            assert!(start.elapsed() < TIMEOUT, "waited {TIMEOUT:?} for the state");
+            assert_eq!(mouse.receive(&mut reply, Duration::from_millis(1)).unwrap(), None);
+        }
         run.control.close();
-        let held = mouse.poll(zmq::POLLIN, 200).unwrap();
-        assert_eq!(held, 0);
+        assert_eq!(mouse.receive(&mut reply, Duration::from_millis(200)).unwrap(), None);
         run.end();
-        let reply = within("the reply", move || mouse.recv_bytes(0)).unwrap();
+        assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
         assert_eq!(reply, b"ok");
-        stop(run.server);
     }
 }

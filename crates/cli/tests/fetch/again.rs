@@ -77,17 +77,6 @@ fn cleans_up_after_a_killed_fetch() {
     assert_eq!(fs::read_dir(&mazes).unwrap().count(), 2, "the folder and the lock");
 }
 
-/// Before the first release, fetched mazes were stored directly in the folder that the user chose.
-/// Another fetch into that folder would list each maze twice, so it fails.
-#[test]
-fn mazes_of_unreleased_versions_are_not_fetched_again() {
-    let home = Home::new();
-    home.write("mazes/same.txt", MAZE);
-    home.write("mazes/.mmsim-fetched", "00000000 same.txt\n");
-    home.write("new.tar.gz", tar_gz(&[("same.txt", MAZE)]));
-    insta::assert_snapshot!(fetch_fails(&home, "new.tar.gz"), @"mmsim: mazes contains mazes from an unreleased version of mmsim (move it away or fetch into another folder)");
-}
-
 #[test]
 fn folders_and_files_of_the_user_are_not_replaced() {
     let home = Home::new();

@@ -51,12 +51,11 @@ mod tests {
     use std::sync::Arc;
     use std::thread;
 
-    use mmsim_tests::{TIMEOUT, wait_for, within};
-
     use super::*;
     use crate::control::tests::{ending, own};
     use crate::mouse_status::StartReason;
     use crate::throttle::Pace;
+    use crate::wait::{TIMEOUT, wait_for, within};
 
     #[test]
     fn no_requested_run_starts_before_the_maze_changes() {

@@ -143,14 +143,11 @@ fn carry_over(folder: &Path, new: &Path, files: &Files) -> Result<Changes, Strin
 fn check_owned(parent: &Path) -> Result<(), String> {
     let [folder, lock] = [FOLDER, LOCK].map(|name| parent.join(name));
     let is_foreign = folder.exists() && !folder.join(MANIFEST).is_file();
-    let is_old = parent.join(MANIFEST).exists();
-    let problems: [(bool, &Path, &str); 5] = [
+    let problems: [(bool, &Path, &str); 4] = [
         (folder.is_symlink(), &folder, "is a link"),
         (folder.exists() && !folder.is_dir(), &folder, "is a file"),
         (is_foreign, &folder, "was not created by mmsim"),
         (lock.is_symlink() || lock.exists() && !lock.is_file(), &lock, "is not a regular file"),
-        // After another fetch, each maze would be listed twice.
-        (is_old, parent, "contains mazes from an unreleased version of mmsim"),
     ];
     match problems.iter().find(|(is_present, ..)| *is_present) {
         Some((_, path, problem)) => Err(in_the_way(path, problem)),
