@@ -11,7 +11,8 @@ fn main() {
     let commit = commit.as_deref().unwrap_or("unknown commit");
     let variable = |name| env::var(name).expect("cargo sets this variable");
     let (version, target) = (variable("CARGO_PKG_VERSION"), variable("TARGET"));
-    println!("cargo:rustc-env=MMSIM_LONG_VERSION={version} ({commit}, {target})");
+    let library = if env::var_os("CARGO_FEATURE_LIBZMQ").is_some() { ", libzmq" } else { "" };
+    println!("cargo:rustc-env=MMSIM_LONG_VERSION={version} ({commit}, {target}{library})");
 }
 
 /// Returns the abbreviated hash of the commit that this package was made from. Returns `None` if

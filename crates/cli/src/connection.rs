@@ -13,6 +13,12 @@ use crate::usage::UsageError;
 /// The environment variable with the address to which a mouse of `mmsim run` connects.
 pub(crate) const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 
+/// The form of the addresses of simulators.
+#[cfg(not(feature = "libzmq"))]
+pub(crate) const ENDPOINT_FORM: &str = "tcp://HOST:PORT";
+#[cfg(feature = "libzmq")]
+pub(crate) const ENDPOINT_FORM: &str = "tcp://HOST:PORT or ipc://PATH";
+
 /// What a mouse knows about a simulator before it starts.
 pub(crate) struct KnownSimulator {
     /// The name of the maze, if the simulator has sent it.
@@ -37,7 +43,11 @@ pub(crate) fn connect(
 ) -> Result<Zmq<'static>, TransportError> {
     let is_run = env::var(ENDPOINT_VARIABLE).is_ok_and(|variable| variable == endpoint);
     let default = if is_run { Timeout::Never } else { Timeout::Default };
-    Zmq::connect(endpoint, timeout.map_or(default, Timeout::After), move |waiting| {
+    #[cfg(not(feature = "libzmq"))]
+    let connect = Zmq::connect;
+    #[cfg(feature = "libzmq")]
+    let connect = Zmq::connect_with_libzmq;
+    connect(endpoint, timeout.map_or(default, Timeout::After), move |waiting: Waiting<'_>| {
         if !(is_run && waiting.answered) {
             report_waiting(&waiting, asks_server);
         }

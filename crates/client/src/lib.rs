@@ -1,8 +1,9 @@
 //! A micromouse's search run against a maze simulator.
 //!
 //! [`search_run`] runs a [`Mouse`](mmsim_solvers::Mouse) with any strategy. A [`Transport`]
-//! connects the mouse to a simulator. [`Zmq`] connects to a server. [`InMemory`] passes requests to
-//! a function in the same process.
+//! connects the mouse to a simulator. [`Zmq`] connects to a server, with the client of `mmsim-zmtp`
+//! or, with the feature `libzmq`, with libzmq. [`InMemory`] passes requests to a function in the same
+//! process.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -23,6 +24,8 @@
 #![forbid(unsafe_code)]
 
 mod exchange;
+#[cfg(feature = "libzmq")]
+mod libzmq;
 mod named;
 mod run;
 mod transport;

@@ -1,10 +1,11 @@
-//! Requests over a ZeroMQ REQ socket.
+//! Requests over a ZeroMQ REQ socket, of `mmsim-zmtp` or of libzmq.
 
 use std::time::{Duration, Instant};
 
-use mmsim_zmtp::connection::DisconnectReason;
 use mmsim_zmtp::{EndpointError, ReqClient};
 
+#[cfg(feature = "libzmq")]
+use crate::libzmq::LibzmqClient;
 use crate::transport::{Transport, TransportError};
 
 /// The time between two calls of `on_wait`.
@@ -39,8 +40,12 @@ impl Timeout {
 }
 
 /// A ZeroMQ REQ socket that connects to a simulator.
+///
+/// After a timeout, the next request uses a new connection, so a late reply is never taken for the
+/// reply to another request. No request is sent twice: if the connection ends before the reply
+/// arrives, the request fails.
 pub struct Zmq<'a> {
-    client: ReqClient,
+    client: Box<dyn Client>,
     endpoint: String,
     timeout: Timeout,
     answered: bool,
@@ -60,6 +65,27 @@ pub struct Waiting<'a> {
     pub answered: bool,
 }
 
+/// A socket that keeps at most one request. Errors are reasons for error messages.
+pub(crate) trait Client {
+    /// Sends a request. If an earlier request has no reply yet, uses a new connection.
+    fn send(&mut self, frames: &[&[u8]]) -> Result<(), String>;
+
+    /// Waits for the reply, for at most `wait`. Replaces the contents of `reply` with the last frame
+    /// of the reply, and returns the number of its frames, or `None` if it has not arrived in time.
+    fn receive(&mut self, reply: &mut Vec<u8>, wait: Duration) -> Result<Option<usize>, String>;
+}
+
+impl Client for ReqClient {
+    fn send(&mut self, frames: &[&[u8]]) -> Result<(), String> {
+        Self::send(self, frames);
+        Ok(())
+    }
+
+    fn receive(&mut self, reply: &mut Vec<u8>, wait: Duration) -> Result<Option<usize>, String> {
+        Self::receive(self, reply, wait).map_err(|reason| reason.to_string())
+    }
+}
+
 impl<'a> Zmq<'a> {
     /// Connects to a simulator at `endpoint`, such as `tcp://127.0.0.1:6574`. The simulator may be
     /// started later.
@@ -74,10 +100,38 @@ impl<'a> Zmq<'a> {
         timeout: Timeout,
         on_wait: impl FnMut(Waiting<'_>) + 'a,
     ) -> Result<Self, TransportError> {
-        let failed = |reason: String| TransportError::Failed { endpoint: endpoint.into(), reason };
-        let address = endpoint.parse().map_err(|error: EndpointError| failed(error.to_string()))?;
-        let client = ReqClient::new(address).map_err(|error| failed(error.to_string()))?;
-        let on_wait = Box::new(on_wait);
+        let client = endpoint
+            .parse()
+            .map_err(|error: EndpointError| error.to_string())
+            .and_then(|address| ReqClient::new(address).map_err(|error| error.to_string()));
+        Self::new(client, endpoint, timeout, on_wait)
+    }
+
+    /// Like [`connect`](Self::connect), but with a socket of libzmq, which also supports endpoints
+    /// such as `ipc:///tmp/maze`.
+    ///
+    /// libzmq does not recognize a server that speaks another protocol than that of ZeroMQ, so
+    /// requests to such a server end with the timeout.
+    ///
+    /// # Errors
+    /// Returns an error if `endpoint` is not a valid endpoint of the transports TCP and IPC.
+    #[cfg(feature = "libzmq")]
+    pub fn connect_with_libzmq(
+        endpoint: &str,
+        timeout: Timeout,
+        on_wait: impl FnMut(Waiting<'_>) + 'a,
+    ) -> Result<Self, TransportError> {
+        Self::new(LibzmqClient::new(endpoint), endpoint, timeout, on_wait)
+    }
+
+    fn new(
+        client: Result<impl Client + 'static, String>,
+        endpoint: &str,
+        timeout: Timeout,
+        on_wait: impl FnMut(Waiting<'_>) + 'a,
+    ) -> Result<Self, TransportError> {
+        let failed = |reason| TransportError::Failed { endpoint: endpoint.into(), reason };
+        let (client, on_wait) = (Box::new(client.map_err(failed)?), Box::new(on_wait));
         Ok(Self { client, endpoint: endpoint.into(), timeout, answered: false, on_wait })
     }
 
@@ -91,34 +145,31 @@ impl<'a> Zmq<'a> {
         request: &[&[u8]],
         reply: &mut Vec<u8>,
     ) -> Result<(), TransportError> {
-        self.client.send(request);
-        let timeout = self.timeout.limit(self.answered);
+        let Self { client, endpoint, timeout, answered, on_wait } = self;
+        let named = || endpoint.clone();
+        let failed = |reason| TransportError::Failed { endpoint: named(), reason };
+        let disconnected = |reason| TransportError::Disconnected { endpoint: named(), reason };
+        client.send(request).map_err(failed)?;
+        let timeout = timeout.limit(*answered);
         let (start, mut notices) = (Instant::now(), 0);
         let frames = loop {
             let left = timeout.map(|timeout| timeout.saturating_sub(start.elapsed()));
             let wait = left.unwrap_or(NOTICE_INTERVAL).min(NOTICE_INTERVAL);
-            let received = self.client.receive(reply, wait);
-            if let Some(frames) = received.map_err(|reason| self.disconnected(&reason))? {
+            if let Some(frames) = client.receive(reply, wait).map_err(disconnected)? {
                 break frames;
             }
-            let Self { endpoint, answered, .. } = self;
             let elapsed = start.elapsed();
             if let Some(after) = timeout.filter(|&timeout| elapsed >= timeout) {
-                return Err(TransportError::NoReply { endpoint: endpoint.clone(), after });
+                return Err(TransportError::NoReply { endpoint: named(), after });
             }
             notices += 1;
-            (self.on_wait)(Waiting { endpoint, elapsed, notices, answered: *answered });
+            on_wait(Waiting { endpoint, elapsed, notices, answered: *answered });
         };
         if frames != 1 {
-            return Err(TransportError::Frames { endpoint: self.endpoint.clone(), found: frames });
+            return Err(TransportError::Frames { endpoint: named(), found: frames });
         }
-        self.answered = true;
+        *answered = true;
         Ok(())
-    }
-
-    fn disconnected(&self, reason: &DisconnectReason) -> TransportError {
-        let (endpoint, reason) = (self.endpoint.clone(), reason.to_string());
-        TransportError::Disconnected { endpoint, reason }
     }
 }
 
@@ -130,10 +181,6 @@ impl Transport for Zmq<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::{Read, Write};
-    use std::net::TcpListener;
-    use std::thread;
-
     use super::*;
 
     #[test]
@@ -143,74 +190,5 @@ mod tests {
         let limit = Duration::from_secs(3);
         assert_eq!(limits(Timeout::After(limit)), [Some(limit); 2]);
         assert_eq!(limits(Timeout::Never), [None; 2]);
-    }
-
-    #[test]
-    fn waits_for_a_missing_simulator_until_the_timeout() {
-        let (mut notices, timeout) = (Vec::new(), Timeout::After(Duration::from_millis(2500)));
-        let mut transport = Zmq::connect("tcp://127.0.0.1:1", timeout, |waiting| {
-            assert!(!waiting.answered);
-            notices.push(waiting.notices);
-        })
-        .unwrap();
-        let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err();
-        assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
-        drop(transport);
-        assert_eq!(notices[0], 1);
-    }
-
-    #[cfg(not(windows))]
-    #[test]
-    fn a_request_after_a_timeout_succeeds() {
-        let simulator = zmq::Context::new().socket(zmq::REP).unwrap();
-        simulator.set_rcvtimeo(60_000).unwrap();
-        simulator.bind("tcp://127.0.0.1:*").unwrap();
-        let endpoint = simulator.get_last_endpoint().unwrap().unwrap();
-        let timeout = Timeout::After(Duration::from_millis(300));
-        let mut transport = Zmq::connect(&endpoint, timeout, |_| {}).unwrap();
-        let mut reply = Vec::new();
-        let error = transport.exchange(b"slow", &mut reply).unwrap_err();
-        assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
-        let answering = thread::spawn(move || {
-            for expected in [&b"slow"[..], b"ping"] {
-                assert_eq!(simulator.recv_bytes(0).unwrap(), expected);
-                simulator.send(expected, 0).unwrap();
-            }
-        });
-        transport.timeout = Timeout::After(Duration::from_secs(60));
-        transport.exchange(b"ping", &mut reply).unwrap();
-        assert_eq!(reply, b"ping", "not the late reply");
-        answering.join().unwrap();
-    }
-
-    #[test]
-    fn an_invalid_endpoint_is_an_error() {
-        let error =
-            Zmq::connect("127.0.0.1:6574", Timeout::Default, |_| {}).err().unwrap().to_string();
-        assert!(error.starts_with("cannot reach 127.0.0.1:6574: "), "{error}");
-        for port in ["99999", "0", "http", "127.0.0.1"] {
-            let endpoint = format!("tcp://host:{port}");
-            let error = Zmq::connect(&endpoint, Timeout::Default, |_| {}).err().unwrap();
-            assert!(error.to_string().contains("expected a port from 1 to 65535"), "{error}");
-        }
-        let error = Zmq::connect("ipc:///tmp/maze", Timeout::Default, |_| {}).err().unwrap();
-        assert!(error.to_string().contains("expected tcp://"), "{error}");
-    }
-
-    #[test]
-    fn another_protocol_is_an_error() {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let endpoint = format!("tcp://{}", listener.local_addr().unwrap());
-        let server = thread::spawn(move || {
-            let mut stream = listener.accept().unwrap().0;
-            stream.write_all(b"HTTP/1.1 400 Bad Request\r\n").unwrap();
-            // Waits until the client closes the connection.
-            let _ = stream.read_to_end(&mut Vec::new());
-        });
-        let mut transport = Zmq::connect(&endpoint, Timeout::Never, |_| {}).unwrap();
-        let error = transport.exchange(b"ping", &mut Vec::new()).unwrap_err().to_string();
-        let reason = "expected a ZMTP greeting, found other bytes";
-        assert_eq!(error, format!("no reply from {endpoint}: {reason}"));
-        server.join().unwrap();
     }
 }

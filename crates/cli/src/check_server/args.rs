@@ -8,7 +8,7 @@ use mmsim_maze::MazeSize;
 use mmsim_protocol::DEFAULT_PORT;
 
 use crate::args::{parse_seconds, parse_size};
-use crate::connection::{ENDPOINT_VARIABLE, endpoint};
+use crate::connection::{ENDPOINT_FORM, ENDPOINT_VARIABLE, endpoint};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -27,14 +27,13 @@ reference server: after a malformed request, it replies to no client until it is
 
 The exit code is 0 if all replies are right, and 1 otherwise.";
 
-const ENDPOINT_HELP: &str = "\
-    Address of the server as tcp://HOST:PORT [default: the environment variable MMSIM_ENDPOINT, or \
-    else tcp://127.0.0.1:6574]";
-
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CheckServerArgs {
-    #[arg(help = ENDPOINT_HELP)]
+    #[arg(help = format!(
+        "Address of the server as {ENDPOINT_FORM} [default: the environment variable {ENDPOINT_VARIABLE}, \
+        or else tcp://127.0.0.1:{DEFAULT_PORT}]"
+    ))]
     endpoint: Option<String>,
     /// Width and height of the server's maze in cells
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "16x16")]

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_mms::ScoreRules;
 
 use crate::args::{KnownMazeArgs, MouseArgs, PORT_HELP, ServerArgs, VIEWER_PORT_HELP, one_of};
+use crate::connection::ENDPOINT_FORM;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -60,10 +61,12 @@ pub(crate) struct MmsArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options for --connect")]
 pub(crate) struct RemoteArgs {
-    /// Run the mouse in the maze of a simulator at tcp://HOST:PORT instead of serving a maze
     #[arg(
         long,
         value_name = "ENDPOINT",
+        help = format!(
+            "Run the mouse in the maze of a simulator at {ENDPOINT_FORM} instead of serving a maze"
+        ),
         conflicts_with_all = [
             "stay",
             "watch",

@@ -10,6 +10,7 @@ use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
 use crate::args::{KnownMazeArgs, one_of, parse_seconds};
+use crate::connection::ENDPOINT_FORM;
 use crate::exploration::Exploration;
 use crate::usage::UsageError;
 use crate::vehicle::{VEHICLES, parse_vehicle};
@@ -20,8 +21,12 @@ pub(crate) struct SolveArgs {
     /// Search strategy
     #[arg(value_parser = one_of(BundledStrategy::ALL.iter().copied(), strategy_value))]
     pub(crate) strategy: BundledStrategy,
-    /// Address of the simulator as tcp://HOST:PORT; the simulator may start later
-    #[arg(long, value_name = "ENDPOINT", default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"))]
+    #[arg(
+        long,
+        value_name = "ENDPOINT",
+        default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"),
+        help = format!("Address of the simulator as {ENDPOINT_FORM}; the simulator may start later")
+    )]
     pub(crate) connect: String,
     #[command(flatten)]
     pub(crate) known: KnownMazeArgs,
