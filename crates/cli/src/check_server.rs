@@ -6,7 +6,7 @@ mod readings;
 
 use std::io;
 
-use mmsim_client::{TransportError, Zmq};
+use mmsim_client::TransportError;
 use mmsim_maze::{Cell, Escaped, Heading, MazeSize, Pose};
 use mmsim_protocol::{Info, MAX_STATE_BYTES, Matrix, Order, Reply, Request, State};
 use serde::Serialize;
@@ -20,18 +20,10 @@ use readings::Readings;
 
 pub(crate) fn run(args: &CheckServerArgs) -> CommandResult {
     let endpoint = args.endpoint();
-    let transport = connect(&endpoint, Some(args.timeout), false)?;
-    let mut checker =
-        Checker { transport, size: args.size, json: args.json, checks: Vec::new(), stopped: false };
-    checker.ping()?;
-    checker.reset()?;
-    checker.walls()?;
-    checker.states()?;
-    if args.malformed {
-        checker.info()?;
-        checker.malformed()?;
-    }
-    checker.reset()?;
+    let mut transport = connect(&endpoint, Some(args.timeout), false)?;
+    let exchange = |frames: &[&[u8]], reply: &mut _| transport.exchange_frames(frames, reply);
+    let mut checker = Checker::new(exchange, args.size, args.json);
+    checker.check_all(args.malformed)?;
     let Checker { checks, stopped, .. } = checker;
     let faults = checks.iter().filter(|check| check.fault.is_some()).count();
     if args.json {
@@ -40,12 +32,18 @@ pub(crate) fn run(args: &CheckServerArgs) -> CommandResult {
         let number = counted(checks.len() as u64, "check");
         print(&format!("{number}, {}\n", counted(faults as u64, "fault")))?;
     }
-    if stopped && checks.iter().all(|check| check.reply.is_none()) {
-        warn(format_args!("no reply from {endpoint} (start a simulator with {})", own_command("")));
-    } else if stopped {
-        warn(format_args!("stopped, because {endpoint} no longer replies (restart the server)"));
+    if stopped {
+        warn(why_stopped(&endpoint, &checks));
     }
     Ok(faults == 0)
+}
+
+/// Explains why no further checks were made.
+fn why_stopped(endpoint: &str, checks: &[Check]) -> String {
+    if checks.iter().any(|check| check.reply.is_some()) {
+        return format!("stopped, because {endpoint} no longer replies (restart the server)");
+    }
+    format!("no reply from {endpoint} (start a simulator with {})", own_command(""))
 }
 
 /// A request, its reply, and what is wrong with the reply.
@@ -64,9 +62,10 @@ const ORDERS: [[Order; 2]; 4] =
 /// The verdict on a reply. An error says what is wrong.
 type Verdict = Result<(), String>;
 
-/// A connection to a server, and the results of the checks.
-struct Checker {
-    transport: Zmq<'static>,
+/// The results of the checks of a server. `exchange` sends the frames of a request and receives the
+/// reply.
+struct Checker<E> {
+    exchange: E,
     size: MazeSize,
     json: bool,
     checks: Vec<Check>,
@@ -74,7 +73,23 @@ struct Checker {
     stopped: bool,
 }
 
-impl Checker {
+impl<E: FnMut(&[&[u8]], &mut Vec<u8>) -> Result<(), TransportError>> Checker<E> {
+    fn new(exchange: E, size: MazeSize, json: bool) -> Self {
+        Self { exchange, size, json, checks: Vec::new(), stopped: false }
+    }
+
+    fn check_all(&mut self, malformed: bool) -> io::Result<()> {
+        self.ping()?;
+        self.reset()?;
+        self.walls()?;
+        self.states()?;
+        if malformed {
+            self.info()?;
+            self.malformed()?;
+        }
+        self.reset()
+    }
+
     fn ping(&mut self) -> io::Result<()> {
         self.check("ping", &[&encoded(&Request::Ping)], |reply| expect(Reply::Pong, reply))
     }
@@ -202,7 +217,7 @@ impl Checker {
         verdict: impl FnOnce(&[u8]) -> Verdict,
     ) -> Check {
         let mut reply = Vec::new();
-        let (reply, verdict) = match self.transport.exchange_frames(frames, &mut reply) {
+        let (reply, verdict) = match (self.exchange)(frames, &mut reply) {
             Ok(()) => (Some(shown(&reply)), verdict(&reply)),
             Err(TransportError::Frames { found, .. }) => {
                 let found = counted(found as u64, "frame");
@@ -300,7 +315,61 @@ fn shown(reply: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use mmsim_formats::read_maze;
+    use mmsim_server::Simulation;
+    use mmsim_tests::bundled_mazes;
+
     use super::*;
+
+    /// Checks a server that does not reply to some of the requests.
+    fn check_silent(
+        mut is_silent: impl FnMut(&[u8]) -> bool,
+        malformed: bool,
+    ) -> (Vec<Check>, bool) {
+        let maze = read_maze(&bundled_mazes().join("01-harbour.txt")).unwrap();
+        let mut simulation = Simulation::new("harbour", maze);
+        let exchange = |frames: &[&[u8]], reply: &mut Vec<u8>| {
+            if is_silent(frames[0]) {
+                let after = Duration::from_secs(10);
+                return Err(TransportError::NoReply {
+                    endpoint: "tcp://127.0.0.1:1".into(),
+                    after,
+                });
+            }
+            simulation.handle(frames[0], reply);
+            Ok(())
+        };
+        let mut checker = Checker::new(exchange, MazeSize::CLASSIC, true);
+        checker.check_all(malformed).unwrap();
+        (checker.checks, checker.stopped)
+    }
+
+    #[test]
+    fn a_missing_reply_is_a_fault() {
+        let faults = |checks: &[Check]| -> Vec<String> {
+            checks.iter().filter_map(|check| check.fault.clone()).collect()
+        };
+        let fault = |request: &str| format!("no reply to {request} within 10 s");
+        let (checks, stopped) = check_silent(|_| true, false);
+        assert_eq!((faults(&checks), checks.len(), stopped), (vec![fault("ping")], 1, true));
+        assert!(why_stopped("tcp://a:1", &checks).starts_with("no reply from tcp://a:1 (start"));
+        // The server serves the other requests.
+        let (checks, stopped) = check_silent(|request| request == b"W\x01\x00E", false);
+        let expected = vec![fault("W at (1, 0) heading east")];
+        assert_eq!((faults(&checks), checks.len(), stopped), (expected, 71, false));
+        // Like the reference server, which replies neither to an unknown request nor afterwards.
+        let mut is_stuck = false;
+        let silent = |request: &[u8]| {
+            is_stuck |= request == b"info";
+            is_stuck
+        };
+        let (checks, stopped) = check_silent(silent, true);
+        let expected = vec![fault("info"), fault("ping")];
+        assert_eq!((faults(&checks), checks.len(), stopped), (expected, 72, true));
+        assert!(why_stopped("tcp://a:1", &checks).contains("tcp://a:1 no longer replies"));
+    }
 
     #[test]
     fn cells_are_distinct_cells_of_the_maze() {

@@ -6,6 +6,7 @@ import { Chart } from "./chart.js";
 import { Marks } from "./marks.js";
 
 export class Overview {
+  #timeline;
   #chart;
   #marks;
   /** Number of states in the chart. */
@@ -14,6 +15,7 @@ export class Overview {
 
   /** @param {HTMLElement} panel @param {import("./timeline.js").Timeline} timeline */
   constructor(panel, timeline) {
+    this.#timeline = timeline;
     this.#chart = new Chart(panel, timeline.axis, (index) => timeline.seek(index));
     this.#marks = new Marks(panel, timeline);
   }
@@ -30,11 +32,12 @@ export class Overview {
   }
 
   /**
-   * Loads and draws a run, unless this is done already or in progress. Returns false if this fails.
+   * Loads and draws a run, unless this is done already. Returns false if this fails or is in progress.
    * @param {api.Source} source @param {number} states @param {boolean} isTrial @param {AbortSignal} signal
    */
   async update(source, states, isTrial, signal) {
-    if (this.#states === states || this.#isLoading) return true;
+    if (this.#isLoading) return false;
+    if (this.#states === states) return true;
     this.#isLoading = true;
     const requests = Promise.all([api.distances(source, signal), api.runEvents(source, signal)]);
     const [history, events] = (await requests.catch(() => null)) ?? [];
@@ -47,6 +50,9 @@ export class Overview {
     if (signal.aborted) return false;
     this.#isLoading = false;
     this.#states = states;
+    // The history may be newer than the last event.
+    this.#timeline.grow(history.states);
+    if (!this.#timeline.following) this.#timeline.show();
     this.#chart.draw(history, view ?? null, isTrial);
     this.#marks.draw(events);
     return true;

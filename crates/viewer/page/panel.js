@@ -311,7 +311,7 @@ export class Panel {
         const isTrial = source.robot !== null || this.#shown?.view.trial != null;
         if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
         if (source !== this.#source) return;
-        const isSettled = this.#settled === index;
+        const isSettled = this.#settled === index && index === (this.#shown?.index ?? -1);
         if (isSettled && this.#announced !== index) announce(this.element, this.#shown, this.#overview.describe(index));
         if (isSettled) this.#announced = index;
         this.#settled = index;

@@ -1,9 +1,10 @@
 //! Controlling a browser: actions, queries and logs.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
-use std::{fs, path::PathBuf};
 
 use fantoccini::actions::{InputSource, KeyAction, KeyActions};
 use fantoccini::elements::Element;
@@ -18,24 +19,24 @@ use serde_json::{Value, json};
 use tokio::runtime::{self, Runtime};
 use tokio::time::timeout;
 
-use crate::driver::{Driver, missing};
+use crate::clock::SHORT_PAUSES;
+use crate::driver::{DRIVER, missing};
 use crate::http;
 use crate::simulator::Simulator;
 
 /// The size of the browser window in pixels, as on a laptop.
 pub(crate) const WINDOW_SIZE: (u32, u32) = (1280, 860);
 
-/// The browser that all tests share, because starting a browser takes longer than most tests. Only
-/// one test at a time uses the browser. The browser closes when no test is using it or waiting for
-/// it.
-static SHARED: Mutex<Weak<Mutex<Option<Browser>>>> = Mutex::new(Weak::new());
+/// The started browsers that no test is using. Starting a browser takes longer than most tests.
+static IDLE: Mutex<Vec<Browser>> = Mutex::new(Vec::new());
 
 /// A browser with one page.
 pub(crate) struct Browser {
     client: Client,
     runtime: Runtime,
-    driver: Driver,
+    /// The URL of the browser's session in chromedriver.
     session: String,
+    downloads: PathBuf,
 }
 
 /// An entry in one of the browser's logs.
@@ -45,24 +46,16 @@ pub(crate) struct LogEntry {
     pub(crate) message: String,
 }
 
-/// Runs a test in a browser and asserts that the browser logs no errors. Skips the test if no
-/// browser is installed.
+/// Runs a test in a browser that no other test uses, and asserts that the browser logs no errors. Skips
+/// the test if no browser is installed.
 pub(crate) fn with_browser(test: impl FnOnce(&Browser)) {
-    let shared = {
-        let mut shared = locked(&SHARED);
-        shared.upgrade().unwrap_or_else(|| {
-            let first = Arc::default();
-            *shared = Arc::downgrade(&first);
-            first
-        })
-    };
-    let mut slot = locked(&shared);
-    let Some(browser) = slot.take().or_else(Browser::start) else { return missing() };
+    let idle = locked(&IDLE).pop();
+    let Some(browser) = idle.or_else(Browser::start) else { return missing() };
     browser.reset();
     test(&browser);
     browser.assert_no_errors();
     // After a failed test, the browser is not reused.
-    *slot = Some(browser);
+    locked(&IDLE).push(browser);
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -83,10 +76,11 @@ pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulat
 impl Browser {
     fn start() -> Option<Self> {
         let runtime = runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        let driver = Driver::start()?;
-        let client = driver.open(&runtime, WINDOW_SIZE)?;
-        let mut browser = Self { client, runtime, driver, session: String::new() };
-        browser.session = browser.wait(browser.client.session_id()).unwrap();
+        let driver = DRIVER.as_ref()?;
+        let (client, downloads) = driver.open(&runtime, WINDOW_SIZE)?;
+        let mut browser = Self { client, runtime, session: String::new(), downloads };
+        let id = browser.wait(browser.client.session_id()).unwrap();
+        browser.session = format!("{}/session/{id}", driver.address);
         Some(browser)
     }
 
@@ -105,6 +99,8 @@ impl Browser {
         for kind in ["browser", "performance"] {
             self.take_log(kind);
         }
+        let script = json!({ "source": SHORT_PAUSES });
+        self.devtools("Page.addScriptToEvaluateOnNewDocument", &script);
     }
 
     #[track_caller]
@@ -220,7 +216,7 @@ impl Browser {
     }
 
     fn command(&self, name: &str, body: &Value) -> Value {
-        let address = format!("{}/session/{}/{name}", self.driver.address, self.session);
+        let address = format!("{}/{name}", self.session);
         let body = body.to_string();
         let headers = [("content-type", "application/json")];
         let reply = http::request("POST", &address, &headers, body.as_bytes());
@@ -248,8 +244,9 @@ impl Browser {
         assert!(errors.is_empty(), "{errors:#?}");
     }
 
-    pub(crate) fn downloads(&self) -> PathBuf {
-        self.driver.folder.path().join("downloads")
+    /// Returns the folder for downloads.
+    pub(crate) fn downloads(&self) -> &Path {
+        &self.downloads
     }
 
     /// Prints the state of the page after a failed test.

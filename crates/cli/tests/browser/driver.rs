@@ -1,7 +1,9 @@
-//! Starting and stopping chromedriver and Chromium.
+//! Starting chromedriver and Chromium.
 
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::path::PathBuf;
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::LazyLock;
 use std::{env, fs};
 
 use fantoccini::error::NewSessionError;
@@ -10,7 +12,6 @@ use fantoccini::{Client, ClientBuilder};
 use hyper_util::client::legacy::connect::HttpConnector;
 use mmsim_tests::{TIMEOUT, within};
 use serde_json::json;
-use tempfile::TempDir;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
@@ -19,41 +20,66 @@ use tokio::time::timeout;
 const NAMES: &str =
     "MAP *.example 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost";
 
-/// A running chromedriver. Dropping a `Driver` kills the process, which closes the browser.
+/// Runs chromedriver until stdin closes, then kills its process group, which includes all browsers. The
+/// operating system closes the pipe even if the test process is killed. `$1` is a folder to remove at
+/// the end.
+const SCRIPT: &str = "
+    set -m
+    trap : HUP INT TERM
+    chromedriver --port=0 </dev/null &
+    exec >&-
+    read -r end
+    kill -KILL -- -$!
+    wait
+    rm -rf \"$1\"";
+
+/// A running chromedriver.
 pub(crate) struct Driver {
-    process: Child,
-    /// The URL of chromedriver, such as `http://127.0.0.1:9515`.
+    /// The URL, such as `http://127.0.0.1:9515`.
     pub(crate) address: String,
+    /// A folder for the profiles and downloads of the browsers.
+    folder: PathBuf,
+    _stdin: ChildStdin,
     /// The output pipe, kept open so that chromedriver can write to it.
     _stdout: BufReader<ChildStdout>,
-    /// A temporary folder for the browser's profile and downloads.
-    pub(crate) folder: TempDir,
 }
 
+/// The chromedriver of all tests, or `None` if chromedriver is not installed.
+pub(crate) static DRIVER: LazyLock<Option<Driver>> = LazyLock::new(Driver::start);
+
 impl Driver {
-    /// Starts chromedriver. Returns `None` if chromedriver is not installed.
-    pub(crate) fn start() -> Option<Self> {
-        let mut command = Command::new("chromedriver");
-        command.arg("--port=0").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut process = command.spawn().ok()?;
-        let mut stdout = BufReader::new(process.stdout.take().unwrap());
+    fn start() -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap().keep();
+        let mut command = Command::new("bash");
+        command.args(["-c", SCRIPT, "bash"]).arg(&folder);
+        let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut shell = pipes.spawn().ok()?;
+        let mut stdout = BufReader::new(shell.stdout.take().unwrap());
         let (port, stdout) = within("the port of chromedriver", || {
             loop {
                 let mut line = String::new();
-                assert_ne!(stdout.read_line(&mut line).unwrap(), 0, "chromedriver exited");
+                if stdout.read_line(&mut line).unwrap() == 0 {
+                    break None;
+                }
                 if let Some(rest) = line.trim().split("successfully on port ").nth(1) {
-                    break (rest.trim_end_matches('.').to_string(), stdout);
+                    break Some((rest.trim_end_matches('.').to_string(), stdout));
                 }
             }
-        });
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("downloads")).unwrap();
-        Some(Self { process, address: format!("http://127.0.0.1:{port}"), _stdout: stdout, folder })
+        })?;
+        let address = format!("http://127.0.0.1:{port}");
+        Some(Self { address, folder, _stdin: shell.stdin.take().unwrap(), _stdout: stdout })
     }
 
-    /// Opens a browser window of this size. Returns `None` if no browser is installed.
-    pub(crate) fn open(&self, runtime: &Runtime, (width, height): (u32, u32)) -> Option<Client> {
-        let profile = self.folder.path().join("profile");
+    /// Starts a browser with a window of this size. Returns it and its folder for downloads, or `None`
+    /// if no browser is installed.
+    pub(crate) fn open(
+        &self,
+        runtime: &Runtime,
+        (width, height): (u32, u32),
+    ) -> Option<(Client, PathBuf)> {
+        let folder = tempfile::tempdir_in(&self.folder).unwrap().keep();
+        let (profile, downloads) = (folder.join("profile"), folder.join("downloads"));
+        fs::create_dir(&downloads).unwrap();
         let arguments = [
             "--headless".to_string(),
             "--no-sandbox".into(),
@@ -72,7 +98,7 @@ impl Driver {
             "browserName": "chrome",
             "goog:chromeOptions": {
                 "args": arguments,
-                "prefs": { "download.default_directory": self.folder.path().join("downloads") },
+                "prefs": { "download.default_directory": downloads },
             },
             "goog:loggingPrefs": { "browser": "ALL", "performance": "ALL" },
         });
@@ -82,7 +108,7 @@ impl Driver {
         let connected =
             runtime.block_on(async { timeout(TIMEOUT, builder.connect(&self.address)).await });
         match connected.expect("the browser to open") {
-            Ok(client) => Some(client),
+            Ok(client) => Some((client, downloads)),
             Err(NewSessionError::SessionNotCreated(error))
                 if ["cannot find", "binary"].iter().all(|part| error.message.contains(part)) =>
             {
@@ -90,13 +116,6 @@ impl Driver {
             }
             Err(error) => panic!("{error}"),
         }
-    }
-}
-
-impl Drop for Driver {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 

@@ -27,22 +27,22 @@ fn resources(browser: &Browser) -> Vec<Resource> {
     browser.run(script, &[])
 }
 
-/// Waits until the page, its list of mazes and the visible thumbnails have loaded.
+/// Waits until the page, its list of mazes, the visible thumbnails and the chart have loaded. Returns
+/// everything that the page has fetched.
 fn wait_until_loaded(browser: &Browser, mazes: usize) -> Vec<Resource> {
     wait_for("all mazes", || (Page(browser).maze_names().len() == mazes).then_some(()));
-    Panel::live(browser).wait_for_state(9);
-    let mut before = 0;
-    wait_for("the page to load", || {
-        std::thread::sleep(std::time::Duration::from_millis(300));
-        let now = resources(browser).len();
-        let is_loaded = now == before
-            && browser.run(
-                "return [...document.images].every((image) => !image.src || image.complete)",
-                &[],
-            );
-        before = now;
-        is_loaded.then_some(())
+    // A state is announced after the chart has been drawn.
+    let live = Panel::live(browser);
+    wait_for("the announcement", || {
+        live.text(".announcement").starts_with("State 10 of 10").then_some(())
     });
+    let script = "
+        const list = document.querySelector('#mazes ul').getBoundingClientRect();
+        return [...document.images].every((image) => {
+            const { top, bottom } = image.getBoundingClientRect();
+            return image.src ? image.complete : bottom <= list.top || list.bottom <= top;
+        });";
+    wait_for("the thumbnails", || browser.run::<bool>(script, &[]).then_some(()));
     resources(browser)
 }
 

@@ -11,6 +11,7 @@ mod harness;
 mod access;
 mod browser;
 mod chart;
+mod clock;
 mod drawing;
 mod driver;
 mod events;

@@ -20,8 +20,14 @@ pub(crate) const INLINE: &str = r#"
     document.body.insertAdjacentHTML("beforeend", '<a id="link" href="javascript:window.followed = true">x</a>');
     document.querySelector('#link').click();
     setTimeout("window.timer = true", 0);
-    setTimeout(() => done([window.inline ?? false, window.handler ?? false, window.followed ?? false,
-        window.timer ?? false, violations.sort().join(" ")]), 300);
+    // Each attempt either succeeds or violates the policy, except that no script notices the style.
+    const check = () => {
+        const ran = ["inline", "handler", "followed", "timer"].map((name) => name in window);
+        const over = ran.filter(Boolean).length + violations.length;
+        if (over < (violations.length > 0 ? 5 : 4)) setTimeout(check, 10);
+        else done([...ran, violations.sort().join(" ")]);
+    };
+    check();
 "#;
 
 #[test]
