@@ -317,9 +317,7 @@ fn shown(reply: &[u8]) -> String {
 mod tests {
     use std::time::Duration;
 
-    use mmsim_formats::read_maze;
     use mmsim_server::Simulation;
-    use mmsim_tests::bundled_mazes;
 
     use super::*;
 
@@ -328,8 +326,7 @@ mod tests {
         mut is_silent: impl FnMut(&[u8]) -> bool,
         malformed: bool,
     ) -> (Vec<Check>, bool) {
-        let maze = read_maze(&bundled_mazes().join("01-harbour.txt")).unwrap();
-        let mut simulation = Simulation::new("harbour", maze);
+        let mut simulation = Simulation::new("harbour", mmsim_mazes::HARBOUR.parse().unwrap());
         let exchange = |frames: &[&[u8]], reply: &mut Vec<u8>| {
             if is_silent(frames[0]) {
                 let after = Duration::from_secs(10);
