@@ -1,32 +1,42 @@
 //! Text tables.
 
-use std::fmt::Write as _;
+use std::iter::repeat_n;
 
 use mmsim_maze::Escaped;
+use unicode_width::UnicodeWidthStr as _;
 
 /// Formats rows as a table and escapes the text of the cells. The first column is left-aligned; all
 /// other columns are right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
+    let width = |column: usize| widest(rows.iter().filter_map(|row| row.get(column)));
     let widths: Vec<usize> = (0..rows.iter().map(Vec::len).max().unwrap_or(0)).map(width).collect();
     let mut text = String::new();
     for row in &rows {
         for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-            // Writing to a string cannot fail.
-            let _ = match column {
-                0 => write!(text, "{cell:<width$}"),
-                _ => write!(text, "  {cell:>width$}"),
-            };
+            if column == 0 {
+                text += &padded(cell, width);
+            } else {
+                text.extend(repeat_n(' ', 2 + width - cell.width()));
+                text += cell;
+            }
         }
         text.truncate(text.trim_end_matches(' ').len());
         text.push('\n');
     }
     text
+}
+
+/// Returns the largest number of columns that one of the texts occupies on a terminal. Wide
+/// characters occupy two columns, and combining characters none.
+pub(crate) fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>) -> usize {
+    texts.into_iter().map(|text| text.as_ref().width()).max().unwrap_or(0)
+}
+
+/// Appends spaces to a text until it occupies this many columns on a terminal.
+pub(crate) fn padded(text: &str, columns: usize) -> String {
+    format!("{text}{:1$}", "", columns.saturating_sub(text.width()))
 }
 
 #[cfg(test)]
@@ -40,5 +50,16 @@ mod tests {
         assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");
         assert_eq!(aligned(&[]), "");
         assert_eq!(aligned(&[vec!["a\nb".into(), "1".into()]]), "a\\nb  1\n");
+    }
+
+    #[test]
+    fn wide_characters_fill_two_columns_and_combining_ones_none() {
+        let rows = [["全日本2017決勝", "1"], ["e\u{301}か\u{3099}", "決勝"], ["a", "22"]];
+        let rows = rows.map(|row| row.map(String::from).to_vec());
+        let expected = "\
+            全日本2017決勝     1\n\
+            e\u{301}か\u{3099}             決勝\n\
+            a                 22\n";
+        assert_eq!(aligned(&rows), expected);
     }
 }

@@ -9,6 +9,7 @@ mod scatter;
 use std::fmt::Display;
 
 use maud::{Markup, PreEscaped, html};
+use unicode_width::UnicodeWidthStr as _;
 
 pub use self::bars::{Bar, BarChart, BarGroup};
 use crate::comparison::{Comparison, Measure};
@@ -20,8 +21,8 @@ const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 12.0;
 /// The height of a line of text.
 const LINE: f64 = 18.0;
-/// A generous estimate of the mean width of a character. The actual width depends on the reader's
-/// font.
+/// A generous estimate of the mean width of a character. Wide characters, such as `決`, are twice as
+/// wide. The actual width depends on the reader's font.
 const LETTER: f64 = 7.0;
 
 /// The style rules of the charts. All selectors begin with the class of the charts, so that they
@@ -220,6 +221,11 @@ fn decimals(number: f64) -> impl Display {
 /// Formats a value of a measure without the digits that come from rounding errors.
 fn value(number: f64) -> impl Display {
     (number * 1e6).round() / 1e6 + 0.0
+}
+
+/// Estimates the width of a text in viewBox units.
+fn text_width(text: &str) -> f64 {
+    LETTER * count(clean(text).width())
 }
 
 /// Returns the number of items.

@@ -4,6 +4,7 @@ use mmsim_maze::Escaped;
 
 use super::args::RouteChoice;
 use super::driven::{Driven, RunResult};
+use crate::grid::{padded, widest};
 use crate::output::counted;
 
 /// Formats one line per run. If there are several mazes, appends the means of each vehicle and
@@ -15,19 +16,17 @@ pub(super) fn table(results: &[RunResult]) -> String {
     let means = mean_lines(results, has_routes);
     let has_means = !means.is_empty();
     lines.extend(means);
-    let width = |head: &str, column: fn(&Line) -> &String| {
-        lines.iter().map(|line| column(line).chars().count()).fold(head.len(), usize::max)
-    };
-    let (maze_width, vehicle_width, route_width) = (
-        width("maze", |line| &line.maze),
-        width("vehicle", |line| &line.vehicle),
-        width("route", |line| &line.route),
-    );
+    let head = Line::head(has_routes);
+    let width =
+        |column: fn(&Line) -> &String| widest([&head].into_iter().chain(&lines).map(column));
+    let (maze_width, vehicle_width, route_width) =
+        (width(|line| &line.maze), width(|line| &line.vehicle), width(|line| &line.route));
     let format_line = |Line { maze, vehicle, route, figures }: &Line| {
-        let route = if has_routes { format!("{route:<route_width$}  ") } else { String::new() };
-        format!("{maze:<maze_width$}  {vehicle:<vehicle_width$}  {route}{figures}\n")
+        let route = if has_routes { padded(route, route_width) + "  " } else { String::new() };
+        let (maze, vehicle) = (padded(maze, maze_width), padded(vehicle, vehicle_width));
+        format!("{maze}  {vehicle}  {route}{figures}\n")
     };
-    let mut text = format_line(&Line::head(has_routes));
+    let mut text = format_line(&head);
     for (index, line) in lines.iter().enumerate() {
         if has_means && index == results.len() {
             text.push('\n');

@@ -6,6 +6,7 @@ use mmsim_trial::TrialOutcome;
 
 use super::contender::{Contender, Job};
 use super::outcome::TrialResult;
+use crate::grid::{padded, widest};
 
 /// A table with fixed column widths. Each line can be printed before the next line is known.
 pub(crate) struct ResultTable {
@@ -15,12 +16,13 @@ pub(crate) struct ResultTable {
 
 impl ResultTable {
     pub(crate) fn new(jobs: &[Job<'_>]) -> Self {
-        let widest = |head: &str, names: &mut dyn Iterator<Item = String>| {
-            names.map(|name| name.chars().count()).fold(head.len(), usize::max)
-        };
+        let (mazes, robots) = (
+            jobs.iter().map(|(selected, _)| selected.shown_path()),
+            jobs.iter().map(|(_, contender)| contender.name().to_string()),
+        );
         Self {
-            maze_width: widest("maze", &mut jobs.iter().map(|(selected, _)| selected.shown_path())),
-            robot_width: widest("robot", &mut jobs.iter().map(|(_, one)| one.name().to_string())),
+            maze_width: widest(mazes.chain(["maze".into()])),
+            robot_width: widest(robots.chain(["robot".into()])),
         }
     }
 
@@ -42,7 +44,8 @@ impl ResultTable {
 
     fn row(&self, maze: &str, robot: &str, results: &str) -> String {
         let Self { maze_width, robot_width } = self;
-        format!("{maze:<maze_width$}  {robot:<robot_width$}  {results}\n")
+        let (maze, robot) = (padded(maze, *maze_width), padded(robot, *robot_width));
+        format!("{maze}  {robot}  {results}\n")
     }
 }
 

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::{Frame, LETTER, MARGIN, clean, count, decimals};
+use super::{Frame, MARGIN, clean, count, decimals, text_width};
 
 /// The width of a chart in viewBox units. A unit is a pixel unless the chart is scaled.
 const WIDTH: f64 = 760.0;
@@ -93,7 +93,7 @@ impl BarChart {
         let entries = entries.chain(limit.map(|limit| ("limit", limit)));
         let entries = entries.scan(MARGIN, |right, (class, name)| {
             let left = *right;
-            *right += 12.0 + 3.0 * GAP + LETTER * count(name.chars().count());
+            *right += 12.0 + 3.0 * GAP + text_width(name);
             Some((class, name, left))
         });
         html! {
@@ -120,12 +120,12 @@ impl Scale {
     /// Chooses the largest scale that leaves enough space for the text beside the bars.
     fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
-        let widest = bars().map(|bar| LETTER * count(bar.name.chars().count())).fold(0.0, f64::max);
+        let widest = bars().map(|bar| text_width(&bar.name)).fold(0.0, f64::max);
         let left = MARGIN + widest + GAP;
         let room = (WIDTH - MARGIN - left).max(LINE);
         let beside = |bar: &Bar| {
             let length: f64 = bar.parts.as_ref()?.iter().sum();
-            Some(((room - GAP - LETTER * count(bar.value.chars().count())).max(LINE), length))
+            Some(((room - GAP - text_width(&bar.value)).max(LINE), length))
         };
         let limits = chart.groups.iter().filter_map(|group| Some((room, group.limit?)));
         let units = bars().filter_map(beside).chain(limits).map(|(room, length)| room / length);
@@ -210,6 +210,18 @@ mod tests {
                 && svg.contains("A &quot;chart")
         );
         assert_eq!(svg.matches("class=\"limit\"").count(), 2, "in the group and in the legend");
+    }
+
+    #[test]
+    fn wide_names_have_room_for_twice_as_many_letters() {
+        let scale = |name: &str| {
+            let mut chart = chart();
+            chart.groups[0].bars[0].name = name.into();
+            Scale::for_chart(&chart)
+        };
+        let (wide, narrow) = (scale("全日本決勝"), scale("10 letters"));
+        assert_eq!((wide.left, wide.unit), (narrow.left, narrow.unit));
+        assert!(scale(&"e\u{301}".repeat(10)).left <= narrow.left);
     }
 
     #[test]

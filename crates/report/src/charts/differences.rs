@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::{Chart, LETTER, LINE, MARGIN, Pair, WIDTH, class, count, decimals, value};
+use super::{Chart, LINE, MARGIN, Pair, WIDTH, class, count, decimals, text_width, value};
 use crate::text::{clean, shortened};
 
 const HEIGHT: f64 = 240.0;
@@ -23,8 +23,8 @@ pub(super) fn chart(pair: &Pair<'_>) -> Chart {
     let numbers = bars.iter().map(|&(_, difference)| difference).chain([0.0]);
     let axis = Axis::new(numbers, 5.0, (bottom, top));
     let ticks = axis.ticks();
-    let widest = ticks.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
-    let (left, right) = (MARGIN + LETTER * count(widest) + 6.0, WIDTH - MARGIN);
+    let widest = ticks.iter().map(|(_, label)| text_width(label)).fold(0.0, f64::max);
+    let (left, right) = (MARGIN + widest + 6.0, WIDTH - MARGIN);
     let pitch = ((right - left) / count(bars.len())).min(MAX_BAR);
     let width = if pitch > 3.0 { pitch - 1.0 } else { pitch };
     let zero = axis.at(0.0);

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::{Chart, LETTER, LINE, MARGIN, Pair, WIDTH, class, count, decimals, value};
+use super::{Chart, LINE, MARGIN, Pair, WIDTH, class, decimals, text_width, value};
 use crate::text::{clean, shortened};
 
 /// Draws a point for each maze, with the reference's value as x and the candidate's value as y.
@@ -14,8 +14,8 @@ pub(super) fn chart(pair: &Pair<'_>) -> Chart {
     let points = pair.points();
     let top = legend_top + 3.0 * LINE + 12.0;
     let scale = Axis::new(points.iter().flat_map(|&(_, x, y)| [x, y]), 5.0, (0.0, 1.0));
-    let widest = scale.ticks().iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
-    let left = MARGIN + LINE + LETTER * count(widest) + 6.0;
+    let widest = scale.ticks().iter().map(|(_, label)| text_width(label)).fold(0.0, f64::max);
+    let left = MARGIN + LINE + widest + 6.0;
     let right = WIDTH - MARGIN - 8.0;
     let bottom = top + right - left;
     let x_axis = scale.with_coordinates((left, right));
