@@ -28,7 +28,7 @@ use crate::{
 };
 
 const SVG: &str = "image/svg+xml";
-const BINARY: &str = "application/octet-stream";
+pub(crate) const BINARY: &str = "application/octet-stream";
 
 /// Returns the routes of the API. Exported pages contain the responses that the page needs to show a
 /// recording (see `export::responses`).

@@ -16,7 +16,6 @@ mod api;
 mod api_error;
 mod app_state;
 mod assets;
-mod compression;
 mod config;
 mod control;
 mod distances;

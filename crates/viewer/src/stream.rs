@@ -1,4 +1,4 @@
-//! Streams a file or compressed data as the body of a response.
+//! Streams a file as the body of a response.
 
 use std::io::{self, Read};
 

@@ -15,11 +15,12 @@ use tokio::net::TcpListener;
 use tokio::runtime;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::sleep;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 use tracing::{debug, warn};
 
 use crate::access::{Access, guard};
 use crate::app_state::AppState;
-use crate::compression::compress;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
 use crate::transfer::Connection;
@@ -28,6 +29,10 @@ use crate::{api, jobs};
 /// The delay before accepting connections again after an error, such as running out of file
 /// descriptors.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
+
+/// The minimum size, in bytes, at which a text is compressed if the client accepts gzip. Frequent
+/// responses, such as the view of a single state, are smaller and therefore not compressed.
+const MIN_COMPRESSED_BYTES: u64 = 4096;
 
 /// A web server that is already listening. [`spawn`](Self::spawn) starts serving requests.
 ///
@@ -134,8 +139,12 @@ impl ViewerHandle {
 }
 
 fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
+    let is_compressed = SizeAbove::new(MIN_COMPRESSED_BYTES)
+        .and(NotForContentType::IMAGES)
+        .and(NotForContentType::SSE)
+        .and(NotForContentType::const_new(api::BINARY));
     api::router(Arc::new(AppState::new(config, limits)))
-        .layer(middleware::from_fn(compress))
+        .layer(CompressionLayer::new().compress_when(is_compressed))
         .layer(middleware::from_fn_with_state(Arc::new(access), guard))
 }
 

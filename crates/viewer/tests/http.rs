@@ -116,26 +116,116 @@ fn pictures_can_be_downloaded() {
     watched.stop();
 }
 
+/// What a client gets that sends an `Accept-Encoding` field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Coding {
+    Gzip,
+    Identity,
+    NotAcceptable,
+}
+
+/// The rules are those of RFC 9110, section 12.5.3. The server can send gzip or no coding
+/// (`identity`), and prefers gzip.
 #[test]
-fn long_texts_are_compressed_for_clients_that_accept_it() {
+fn the_content_coding_is_the_one_that_the_client_prefers() {
+    use Coding::{Gzip, Identity, NotAcceptable};
     let watched = WatchedServer::new("127.0.0.1", None);
-    let gzip = ["accept-encoding: gzip, deflate, br"];
-    let plain = watched.get("/page.css");
-    assert!(plain.head.contains("vary: accept-encoding"));
-    assert!(!plain.head.contains("content-encoding"));
-    let packed = watched.send("GET", "/page.css", &gzip, b"");
-    assert!(packed.head.contains("vary: accept-encoding\r\n"));
-    assert!(packed.head.contains("content-encoding: gzip"));
-    assert!(!packed.head.contains("content-length") && packed.body.len() < plain.body.len());
-    let mut unpacked = Vec::new();
-    GzDecoder::new(&packed.body[..]).read_to_end(&mut unpacked).unwrap();
-    assert_eq!(unpacked, plain.body);
-    watched.send_states(256);
-    let states = "/api/sources/live/states?run=1&from=0&count=256";
-    for path in [states, "/api/sources/live/picture.png?run=1&at=7", "/api/mazes"] {
-        let response = watched.send("GET", path, &gzip, b"");
-        assert_eq!(response.status, 200, "{path}");
-        assert!(!response.head.contains("content-encoding"), "{path}");
+    let plain = watched.get("/page.css").body;
+    for (fields, expected) in [
+        (&[][..], Identity),
+        (&[""], Identity),
+        (&["gzip"], Gzip),
+        (&["GZIP"], Gzip),
+        (&["x-gzip"], Gzip),
+        (&["gzip, deflate, br, zstd"], Gzip),
+        (&["br", "gzip"], Gzip),
+        (&["identity", "deflate;q=0.5", "gzip"], Gzip),
+        (&["br"], Identity),
+        (&["xgzip"], Identity),
+        (&["*"], Gzip),
+        (&["br;q=1, *;q=0.1"], Gzip),
+        (&["*;q=0, gzip"], Gzip),
+        (&["gzip;q=0"], Identity),
+        (&["gzip; q=0.000, deflate"], Identity),
+        (&["gzip;q=0, *"], Identity),
+        (&["gzip", "identity;q=0.5"], Gzip),
+        (&["gzip;q=0.1"], Gzip),
+        (&["gzip ; Q=0.001"], Gzip),
+        (&["gzip;q=0.1, identity;q=1"], Identity),
+        (&["gzip;q=0.1, identity"], Identity),
+        (&["gzip;q=0.5, *;q=0.7"], Identity),
+        (&["identity;q=0.5, *;q=0.7"], Gzip),
+        (&["identity;q=0, gzip"], Gzip),
+        (&["identity;q=0, gzip;q=0.1"], Gzip),
+        (&["identity;q=0, *"], Gzip),
+        (&["identity, *;q=0"], Identity),
+        (&["identity;q=0"], NotAcceptable),
+        (&["identity;q=0, br"], NotAcceptable),
+        (&["*;q=0"], NotAcceptable),
+        // Invalid weights are ignored, together with their codings.
+        (&["gzip;x"], Identity),
+        (&["gzip;q=2"], Identity),
+        (&["gzip;q=-1, *;q=x"], Identity),
+    ] {
+        let fields: Vec<_> =
+            fields.iter().map(|field| format!("accept-encoding: {field}")).collect();
+        let fields: Vec<&str> = fields.iter().map(String::as_str).collect();
+        let response = watched.send("GET", "/page.css", &fields, b"");
+        let is_packed = response.head.contains("\r\ncontent-encoding: gzip\r\n");
+        let found = match (response.status, is_packed) {
+            (200, true) => Gzip,
+            (200, false) => Identity,
+            (406, false) => NotAcceptable,
+            other => panic!("{other:?} for {fields:?}"),
+        };
+        assert_eq!(found, expected, "{fields:?}");
+        assert!(response.head.contains("\r\nvary: accept-encoding\r\n"), "{fields:?}");
+        if is_packed {
+            assert!(!response.head.contains("content-length"));
+            assert!(response.body.len() < plain.len() / 2);
+            let mut unpacked = Vec::new();
+            GzDecoder::new(&response.body[..]).read_to_end(&mut unpacked).unwrap();
+            assert_eq!(unpacked, plain);
+        }
+    }
+    watched.stop();
+}
+
+#[test]
+fn only_long_texts_are_compressed() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let check = |path: &str, is_packed: bool| {
+        let mut stream = watched.connect();
+        let host = &watched.host;
+        write!(stream, "GET {path} HTTP/1.1\r\nhost: {host}\r\naccept-encoding: gzip\r\n\r\n")
+            .unwrap();
+        let mut head = Vec::new();
+        // The events never end.
+        while !head.ends_with(b"\r\n\r\n") {
+            let mut byte = [0];
+            stream.read_exact(&mut byte).unwrap();
+            head.push(byte[0]);
+        }
+        let head = String::from_utf8(head).unwrap();
+        assert!(head.starts_with("HTTP/1.1 200 OK\r\n"), "{path}: {head}");
+        assert_eq!(head.contains("\r\ncontent-encoding: gzip\r\n"), is_packed, "{path}: {head}");
+        assert_eq!(head.contains("\r\nvary: accept-encoding\r\n"), is_packed, "{path}: {head}");
+    };
+    watched.send_states(9);
+    for path in ["picture.png?run=1&at=7", "animation.gif?run=1", "recording.mcap?run=1"] {
+        check(&format!("/api/sources/live/{path}"), false);
+    }
+    watched.send_states(247);
+    for (path, is_packed) in [
+        ("/", true),
+        ("/map.js", true),
+        ("/drawing.json", true),
+        ("/api/sources/live/picture.svg?run=1&at=7", true),
+        ("/api/sources/live/states?run=1&from=0&count=256", false),
+        ("/api/mazes", false),
+        ("/events", false),
+    ] {
+        check(path, is_packed);
     }
     watched.stop();
 }
