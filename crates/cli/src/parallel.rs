@@ -20,12 +20,24 @@ pub(crate) fn map_on<'a, T: Sync, R: Send>(
     items: &'a [T],
     work: impl Fn(&'a T) -> R + Sync,
 ) -> Vec<R> {
+    map_with_permits(threads, items, || (), |item, ()| work(item))
+}
+
+/// Like [`map_on`], but each thread acquires a permit before it takes an item. So the work begins in
+/// the order of the items, even if threads wait for a permit.
+pub(crate) fn map_with_permits<'a, T: Sync, P, R: Send>(
+    threads: usize,
+    items: &'a [T],
+    acquire: impl Fn() -> P + Sync,
+    work: impl Fn(&'a T, P) -> R + Sync,
+) -> Vec<R> {
     let next = AtomicUsize::new(0);
     // Each thread takes one item at a time, because neighbouring items may take a thousand times as
     // long as others.
     let take = || {
+        let permit = acquire();
         let index = next.fetch_add(1, Ordering::Relaxed);
-        items.get(index).map(|item| (index, work(item)))
+        items.get(index).map(|item| (index, work(item, permit)))
     };
     let run = || std::iter::from_fn(take).collect::<Vec<_>>();
     let mut results = thread::scope(|scope| {

@@ -1,8 +1,8 @@
 //! Runs searches of processes in parallel, so that all processors are busy.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
-use std::thread;
+
+use crate::parallel::map_with_permits;
 
 /// The number of threads per slot. A search that waits for a mouse in the goal needs a thread, but no
 /// slot.
@@ -52,32 +52,17 @@ pub(super) fn map_waiting<T: Sync, R: Send>(
     slots: usize,
     work: impl Fn(&T, &mut Slot<'_>) -> R + Sync,
 ) -> Vec<R> {
-    let slots = Slots { free: Mutex::new(slots.max(1)), changed: Condvar::new() };
-    let threads = (THREADS_PER_SLOT * *slots.free.lock().unwrap_or_else(PoisonError::into_inner))
-        .min(items.len());
-    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(items.len())));
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let mut slot = slots.acquire();
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(index) else { return };
-                    let result = work(item, &mut slot);
-                    let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
-                    results.push((index, result));
-                }
-            });
-        }
-    });
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|&(index, _)| index);
-    results.into_iter().map(|(_, result)| result).collect()
+    let count = slots.max(1);
+    let slots = Slots { free: Mutex::new(count), changed: Condvar::new() };
+    let acquire = || slots.acquire();
+    map_with_permits(THREADS_PER_SLOT * count, items, acquire, |item, mut slot| {
+        work(item, &mut slot)
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::time::Duration;
 
     use super::*;
