@@ -41,13 +41,14 @@ mod serve;
 mod solve;
 mod stderr;
 mod suggest;
+mod terminal;
 mod trial;
 mod usage;
 mod vehicle;
 
 use std::env;
 use std::fmt::{self, Debug};
-use std::io::{self, IsTerminal};
+use std::io;
 use std::process::{self, ExitCode};
 
 use args::VerbosityArgs;
@@ -59,7 +60,7 @@ use stderr::Stderr;
 use tracing::Level;
 use tracing::field::Field;
 use tracing_subscriber::field::MakeExt as _;
-use tracing_subscriber::filter::Targets;
+use tracing_subscriber::filter::{ParseError, Targets};
 use tracing_subscriber::fmt::format::{Writer, debug_fn};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
@@ -125,7 +126,11 @@ fn configure_messages(verbosity: VerbosityArgs) {
     let filter = match verbosity {
         VerbosityArgs { quiet: true, .. } => Targets::new().with_default(Level::ERROR),
         VerbosityArgs { verbose: 0, .. } => (env::var("RUST_LOG").ok())
-            .and_then(|directives| parse_targets(&directives))
+            .and_then(|directives| {
+                let ignored =
+                    |error: &_| warn(format_args!("ignoring RUST_LOG={directives}: {error}"));
+                parse_targets(&directives).inspect_err(ignored).ok()
+            })
             .unwrap_or_else(|| Targets::new().with_default(Level::WARN)),
         VerbosityArgs { verbose: 1, .. } => Targets::new().with_default(Level::INFO),
         VerbosityArgs { .. } => Targets::new().with_default(Level::DEBUG),
@@ -133,14 +138,10 @@ fn configure_messages(verbosity: VerbosityArgs) {
     if verbosity.quiet {
         output::set_quiet();
     }
-    // Consoles of Windows interpret escape codes only if a program asks for it. This is needed for
-    // the pictures of `solve` and `replay` too.
-    let has_escape_codes = anstyle_query::windows::enable_ansi_colors() != Some(false);
-    let is_colourless = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| Stderr)
         .fmt_fields(debug_fn(write_field).delimited(" "))
-        .with_ansi(io::stderr().is_terminal() && has_escape_codes && !is_colourless)
+        .with_ansi(terminal::has_colours(&io::stderr()))
         .with_target(false)
         // A log that cannot be written must not stop a server.
         .log_internal_errors(false)
@@ -148,11 +149,11 @@ fn configure_messages(verbosity: VerbosityArgs) {
     tracing_subscriber::registry().with(lines).with(filter).init();
 }
 
-/// Parses a value of `RUST_LOG`, such as `warn,mmsim_zmtp=debug`, or returns `None` if it is not
-/// valid. Without a level for all targets, no others are logged.
-fn parse_targets(directives: &str) -> Option<Targets> {
+/// Parses a value of `RUST_LOG`, such as `warn,mmsim_zmtp=debug`. Without a level for all targets, no
+/// others are logged.
+fn parse_targets(directives: &str) -> Result<Targets, ParseError> {
     let directives = directives.split(',').map(str::trim).filter(|one| !one.is_empty());
-    directives.collect::<Vec<_>>().join(",").parse().ok()
+    directives.collect::<Vec<_>>().join(",").parse()
 }
 
 /// Writes a field of a log line. The text is escaped, because it may come from a file or a client.
@@ -181,6 +182,6 @@ mod tests {
         assert_eq!(targets.map(|target| enabled(directives, target)), [2, 4, 0]);
         assert_eq!(enabled("mmsim_zmtp=debug", "mmsim_server"), 0);
         assert_eq!(enabled("", "mmsim_server"), 1, "errors only");
-        assert!(parse_targets("mmsim=loud").is_none());
+        assert!(parse_targets("mmsim=loud").is_err());
     }
 }

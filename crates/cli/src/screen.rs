@@ -12,6 +12,7 @@ use terminal_size::{Height, Width, terminal_size};
 
 use crate::output::{counted, print};
 use crate::phase_table;
+use crate::terminal::can_redraw;
 
 /// The default time between two steps on a terminal, in milliseconds.
 pub(crate) const DEFAULT_PACE_MS: u64 = 50;
@@ -30,18 +31,18 @@ pub(crate) fn ending(run: &SearchRun) -> &'static str {
     if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
 }
 
-/// Returns the delay after each step. For `None`, returns [`DEFAULT_PACE_MS`] on a terminal, so
-/// that each step is visible, and zero otherwise.
+/// Returns the delay after each step. For `None`, returns [`DEFAULT_PACE_MS`] if stdout is a terminal
+/// that shows each step, and zero otherwise.
 pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
-    let default = if io::stdout().is_terminal() { DEFAULT_PACE_MS } else { 0 };
+    let default = if can_redraw(&io::stdout()) { DEFAULT_PACE_MS } else { 0 };
     Duration::from_millis(milliseconds.unwrap_or(default))
 }
 
 impl Screen {
     /// Creates a screen for a mouse with this strategy. If `is_live` is true and stdout is a
-    /// terminal, the screen shows the map during the search.
+    /// terminal that can replace the map, the screen shows the map during the search.
     pub(crate) fn new(strategy: BundledStrategy, is_live: bool) -> Self {
-        Self { strategy, is_live: is_live && io::stdout().is_terminal(), drawn: false }
+        Self { strategy, is_live: is_live && can_redraw(&io::stdout()), drawn: false }
     }
 
     /// Draws the current map, with the weights if the terminal is large enough. Does nothing if

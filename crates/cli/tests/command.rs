@@ -6,7 +6,6 @@ use std::fs;
 use std::process::Command;
 
 use harness::Home;
-#[cfg(target_os = "linux")]
 use mmsim_tests::output;
 use serde_json::json;
 
@@ -172,21 +171,16 @@ fn json_reports_the_address() {
     assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
 }
 
-/// The `script` tool runs the command in its own pseudo-terminal.
-#[cfg(target_os = "linux")]
 #[test]
-fn no_color_disables_colours() {
+fn an_invalid_log_filter_is_reported_and_ignored() {
     let home = Home::new();
-    let on_terminal = |no_colour: &str| {
-        let mmsim = env!("CARGO_BIN_EXE_mmsim");
-        let lines = format!("{mmsim} -v mazes show harbour; {mmsim} --nonsense");
-        let mut script = Command::new("script");
-        let script = script.args(["-qc", &lines, "/dev/null"]).env("NO_COLOR", no_colour);
-        let output = output(script.env("HOME", home.path()).env("TERM", "xterm"));
-        String::from_utf8_lossy(&output.stdout).into_owned()
+    let messages = |filter: &str| {
+        let output = output(home.command(&["mazes", "show", "harbour"]).env("RUST_LOG", filter));
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8(output.stderr).unwrap()
     };
-    assert!(on_terminal("").contains('\u{1b}'));
-    let plain = on_terminal("1");
-    assert!(plain.contains("bundled mazes") && plain.contains("--nonsense"), "{plain}");
-    assert!(!plain.contains('\u{1b}'), "{plain:?}");
+    let warning = messages("mmsim=loud");
+    assert!(warning.starts_with("ignoring RUST_LOG=mmsim=loud: "), "{warning}");
+    assert_eq!(messages("mmsim=warn"), "");
+    assert!(messages("mmsim=info").contains("files in the bundled mazes"));
 }
