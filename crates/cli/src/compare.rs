@@ -24,6 +24,7 @@ use std::thread;
 use args::CompareArgs;
 use candidate::{Candidate, NamedMouse};
 use figures::{Ending, Figures};
+use indicatif::ProgressBar;
 use measures::{MEASURES, TIMED_MEASURES};
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, Maze};
@@ -44,7 +45,7 @@ use crate::output::{
     check_folder, create_folder, print, print_csv, print_pretty_json, replace, write_charts,
 };
 use crate::parallel::{map_each, map_on};
-use crate::progress::{Progress, time_left};
+use crate::progress::progress_bar;
 use crate::selection::Selected;
 use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
@@ -136,9 +137,7 @@ pub(crate) fn search_all(
     jobs: Option<u16>,
 ) -> Result<Vec<Vec<Figures>>, Box<dyn Error>> {
     let searches = candidates.len() * mazes.len();
-    let progress = Progress::new(Some(searches as u64), |done, total, left| {
-        format!("{done} of {} searches, {} left", total.unwrap_or(done), time_left(left))
-    });
+    let progress = progress_bar(Some(searches as u64), "{pos} of {len} searches, {eta} left");
     let (mut bundled, mut own) = (Vec::new(), Vec::new());
     for candidate in candidates {
         match candidate {
@@ -166,7 +165,7 @@ fn search_bundled(
     mazes: &[Selected],
     exploration: &Exploration,
     threads: Option<u16>,
-    progress: &Progress,
+    progress: &ProgressBar,
 ) -> Vec<Figures> {
     let jobs: Vec<(BundledStrategy, &Selected)> = (strategies.iter())
         .flat_map(|&strategy| mazes.iter().map(move |maze| (strategy, maze)))
@@ -176,7 +175,7 @@ fn search_bundled(
     let work = |&(strategy, selected): &(BundledStrategy, &Selected)| {
         let mouse = || exploration.strategy(strategy);
         let figures = search(&selected.maze, mouse, strategy.max_states());
-        progress.add(1);
+        progress.inc(1);
         figures
     };
     match threads {
@@ -192,7 +191,7 @@ fn search_own(
     mazes: &[Selected],
     limits: SearchLimits,
     jobs: Option<u16>,
-    progress: &Progress,
+    progress: &ProgressBar,
 ) -> Result<Vec<Figures>, Box<dyn Error>> {
     if mice.is_empty() || mazes.is_empty() {
         return Ok(Vec::new());
@@ -214,7 +213,7 @@ fn search_own(
     let mut figures = map_waiting(&jobs, slots, |&(mouse, maze), slot| {
         let selected = &mazes[maze];
         if stop.is_set() || is_skipped((mouse, maze)) {
-            progress.add(1);
+            progress.inc(1);
             return skip(&selected.maze);
         }
         let program = &mice[mouse].program;
@@ -223,7 +222,7 @@ fn search_own(
         if is_stuck && maze < FIRST_MAZES {
             stuck[mouse].fetch_add(1, Ordering::Relaxed);
         }
-        progress.add(1);
+        progress.inc(1);
         found
     });
     // Some searches may have begun before the mouse was known to be stuck.

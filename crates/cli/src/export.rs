@@ -11,7 +11,7 @@ use mmsim_viewer::{Vehicles, export_html};
 
 use crate::output::{print, replace};
 use crate::playback::is_undamaged;
-use crate::progress::Progress;
+use crate::progress::progress_bar;
 use crate::retention::recording_budget;
 use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
@@ -31,14 +31,14 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     }
     let title = args.file.file_name().unwrap_or_default().to_string_lossy();
     let states = recording.history().len() as u64;
-    let progress = Progress::new(Some(states), |done, total, _| {
-        format!("{done} of {} states", total.unwrap_or(done))
-    });
+    let progress = progress_bar(Some(states), "{pos} of {len} states");
     let mut page = Vec::new();
     args.vehicle.iter().for_each(warn_about);
     let vehicles = Vehicles::new(args.vehicle.clone())?;
-    export_html(&title, recording, &vehicles, &mut page, |states| progress.set(states as u64))
-        .map_err(|error| format!("{}: {error}", args.file.display()))?;
+    export_html(&title, recording, &vehicles, &mut page, |states| {
+        progress.set_position(states as u64);
+    })
+    .map_err(|error| format!("{}: {error}", args.file.display()))?;
     drop(progress);
     if args.output == Path::new(STANDARD) {
         print(&page)?;

@@ -11,7 +11,7 @@ use ureq::{Agent, Timeout};
 
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::own_command;
-use crate::progress::Progress;
+use crate::progress::progress_bar;
 
 /// The timeout for connecting, for waiting for the response, and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);
@@ -95,11 +95,9 @@ fn download_from_trusted(address: &str, roots: RootCerts) -> Result<Vec<u8>, Str
         .into();
     let content = agent.get(address).call().and_then(|mut response| {
         let bytes = response.body().content_length();
-        let progress = Progress::new(bytes, |done, total, _| {
-            let total = total.map_or(String::new(), |total| format!(" of {} KiB", total >> 10));
-            format!("{} KiB{total}", done >> 10)
-        });
-        Ok(read_whole(progress.reader(response.body_mut().as_reader()), bytes)?)
+        let of_all = bytes.map_or("", |_| " of {binary_total_bytes}");
+        let progress = progress_bar(bytes, &["{binary_bytes}", of_all].concat());
+        Ok(read_whole(progress.wrap_read(response.body_mut().as_reader()), bytes)?)
     });
     content.map_err(|error| match error {
         ureq::Error::Timeout(Timeout::Global) => {

@@ -1,0 +1,243 @@
+//! Tests how commands use a terminal: columns of tables, colours and progress bars.
+
+mod harness;
+
+use harness::Home;
+
+const MAZE: &str = "o---o---o---o\n| S       G |\no   o---o   o\n|           |\no---o---o---o\n";
+
+/// File names whose characters occupy one column, two columns or none.
+const NAMES: [&str; 4] =
+    ["plain.txt", "全日本2017決勝.txt", "か\u{3099}e\u{301}.txt", "a long name.txt"];
+
+/// Returns the number of columns that a text with characters of [`NAMES`] occupies.
+fn columns(text: &str) -> usize {
+    let columns = |c: char| match c {
+        '\u{301}' | '\u{3099}' => 0,
+        _ if c.is_ascii() || c == 'µ' => 1,
+        _ => 2,
+    };
+    text.chars().map(columns).sum()
+}
+
+/// Checks that all columns of the table that begins with `head` end at the same place. The last
+/// column is right-aligned.
+#[track_caller]
+fn check_table(text: &str, head: &str, rows: usize) {
+    let mut sections = text.split("\n\n");
+    let table = sections.find(|section| section.starts_with(head)).unwrap_or_else(|| {
+        panic!("no table begins with {head:?}:\n{text}");
+    });
+    let widths: Vec<usize> = table.lines().take(rows + 1).map(columns).collect();
+    assert_eq!(widths, vec![widths[0]; rows + 1], "{table}");
+}
+
+#[test]
+fn tables_align_wide_and_combining_characters() {
+    let home = Home::new();
+    for name in NAMES {
+        home.write(&format!("mazes/{name}"), MAZE);
+    }
+    let vehicle = home.run(&["fast-run", "--print-vehicle", "--vehicle", "expert"]).stdout;
+    home.write("wide.toml", vehicle.replace("\"expert\"", "\"快速\""));
+    let stdout = |arguments: &[&str]| {
+        let ended = home.run(arguments);
+        assert_eq!(ended.stderr, "", "{arguments:?}");
+        ended.stdout
+    };
+    let runs = stdout(&["fast-run", "mazes", "--vehicle", "wide.toml", "--vehicle", "ukmars"]);
+    assert!(runs.contains("快速"), "{runs}");
+    check_table(&runs, "maze ", 2 * NAMES.len());
+    check_table(&runs, "mean of 4 mazes ", 1);
+    let runs = stdout(&["fast-run", "mazes", "--route", "all"]);
+    check_table(&runs, "maze ", 3 * NAMES.len());
+    let trials = stdout(&["trial", "mazes", "--robot", "random"]);
+    check_table(&trials, "maze ", NAMES.len());
+    let trials = stdout(&["trial", "mazes", "--compare"]);
+    check_table(&trials, "Benchmarks ", 7);
+    let strategies = ["--strategies", "flood-fill,swing"];
+    let contest = stdout(&[&["contest", "mazes"][..], &strategies].concat());
+    check_table(&contest, "maze ", NAMES.len());
+    let one = format!("mazes/{}", NAMES[1]);
+    let contest = stdout(&[&["contest", &*one][..], &strategies].concat());
+    check_table(&contest, "  ", 2);
+}
+
+/// A mouse that fails at once.
+#[cfg(unix)]
+#[test]
+fn tables_align_names_of_mice() {
+    let home = Home::new();
+    home.write("a.txt", MAZE);
+    let mouse = "全日本鼠=false";
+    let compared = home.run(&["compare", "a.txt", "--strategies", "flood-fill", "--mouse", mouse]);
+    assert!(compared.stdout.contains("\n全日本鼠 "), "{compared:?}");
+    check_table(&compared.stdout, "mouse ", 2);
+}
+
+/// The `script` tool runs commands in its own pseudo-terminal.
+#[cfg(target_os = "linux")]
+mod on_linux {
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::io::Read as _;
+    use std::process::{Command, Stdio};
+
+    use mmsim_tests::{output, wait_for_exit, within};
+
+    use super::*;
+
+    /// The variables that control escape codes.
+    const VARIABLES: [&str; 5] = ["TERM", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "CI"];
+
+    /// A log line, the messages of the argument parser, and its help.
+    const MESSAGES: &str = "$MMSIM -v mazes show harbour; $MMSIM --nonsense; $MMSIM --help";
+
+    /// A map that is redrawn during the search.
+    const MAP: &str = "$MMSIM -q demo --port 0 --once --pace 0 --maze harbour";
+
+    /// A comparison with a progress bar. The mouse waits for the file `end`.
+    const COMPARE: &str = "$MMSIM compare a.txt --strategies none --time-limit 300 \
+        --mouse \"m=sh -c 'until [ -e end ]; do sleep 0.01; done'\" >/dev/null";
+
+    /// Returns a command with only these of the [`VARIABLES`].
+    fn command(home: &Home, program: &str, environment: &[(&str, &str)]) -> Command {
+        let mut command = Command::new(program);
+        for variable in VARIABLES {
+            command.env_remove(variable);
+        }
+        command.env("MMSIM", env!("CARGO_BIN_EXE_mmsim")).env("HOME", home.path());
+        command.current_dir(home.path()).envs(environment.iter().copied());
+        command
+    }
+
+    /// Returns the output of a command.
+    fn text(mut command: Command) -> String {
+        let output = output(&mut command);
+        String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
+    }
+
+    /// Returns a command that runs shell commands on a terminal.
+    fn terminal(home: &Home, commands: &str, environment: &[(&str, &str)]) -> Command {
+        // Shells set this variable if it is missing.
+        let has_term = environment.iter().any(|(name, _)| *name == "TERM");
+        let unset = if has_term { "" } else { "unset TERM;" };
+        let commands = format!("stty cols 100 rows 60; {unset} {commands}");
+        let mut script = command(home, "script", environment);
+        script.args(["-qec", &commands, "/dev/null"]);
+        script
+    }
+
+    /// Runs shell commands on a terminal and returns their output.
+    fn on_terminal(home: &Home, commands: &str, environment: &[(&str, &str)]) -> String {
+        text(terminal(home, commands, environment))
+    }
+
+    /// Runs shell commands whose output is piped, and returns their output.
+    fn in_pipe(home: &Home, commands: &str, environment: &[(&str, &str)]) -> String {
+        let mut sh = command(home, "sh", environment);
+        sh.args(["-c", commands]);
+        text(sh)
+    }
+
+    /// Returns the final characters of all escape sequences: `m` sets a colour, others move the
+    /// cursor or erase text.
+    fn escape_codes(text: &str) -> BTreeSet<char> {
+        let sequences = text.split("\u{1b}[").skip(1);
+        assert_eq!(text.matches('\u{1b}').count(), text.matches("\u{1b}[").count(), "{text:?}");
+        sequences.map(|rest| rest.chars().find(char::is_ascii_alphabetic).unwrap()).collect()
+    }
+
+    #[test]
+    fn escape_codes_follow_the_terminal_and_the_environment() {
+        let home = Home::new();
+        let (xterm, dumb) = (("TERM", "xterm"), ("TERM", "dumb"));
+        for (environment, has_colours, can_redraw) in [
+            (&[xterm][..], true, true),
+            (&[xterm, ("NO_COLOR", "")], true, true),
+            (&[xterm, ("NO_COLOR", "1")], false, true),
+            (&[xterm, ("CLICOLOR", "0")], false, true),
+            (&[xterm, ("CLICOLOR", "1")], true, true),
+            (&[xterm, ("NO_COLOR", "1"), ("CLICOLOR_FORCE", "1")], false, true),
+            (&[dumb], false, false),
+            (&[dumb, ("CLICOLOR_FORCE", "1")], true, false),
+            (&[], false, false),
+        ] {
+            // Each kind of message follows the same rule.
+            for commands in MESSAGES.split(';') {
+                let shown = on_terminal(&home, commands, environment);
+                let expected = if has_colours { BTreeSet::from(['m']) } else { BTreeSet::new() };
+                assert_eq!(escape_codes(&shown), expected, "{environment:?}: {shown:?}");
+            }
+            let shown = on_terminal(&home, MAP, environment);
+            assert_eq!(!escape_codes(&shown).is_empty(), can_redraw, "{environment:?}: {shown:?}");
+            assert!(!escape_codes(&shown).contains(&'m'), "{environment:?}: {shown:?}");
+        }
+    }
+
+    #[test]
+    fn pipes_get_escape_codes_only_by_force() {
+        let home = Home::new();
+        for environment in [&[("TERM", "xterm")][..], &[("TERM", "xterm"), ("CLICOLOR", "1")]] {
+            for commands in [MESSAGES, MAP, "$MMSIM compare"] {
+                let piped = in_pipe(&home, commands, environment);
+                assert!(!piped.contains('\u{1b}'), "{environment:?}: {piped:?}");
+            }
+        }
+        let force = [("TERM", "xterm"), ("CLICOLOR_FORCE", "1")];
+        for commands in MESSAGES.split(';') {
+            assert_eq!(escape_codes(&in_pipe(&home, commands, &force)), BTreeSet::from(['m']));
+        }
+        for commands in [MAP, "$MMSIM compare"] {
+            assert!(!in_pipe(&home, commands, &force).contains('\u{1b}'), "{commands}");
+        }
+    }
+
+    #[test]
+    fn progress_is_shown_and_removed_on_a_terminal() {
+        for environment in [&[("TERM", "xterm")][..], &[("TERM", "xterm"), ("NO_COLOR", "1")]] {
+            let home = Home::new();
+            home.write("a.txt", MAZE);
+            let mut command = terminal(&home, COMPARE, environment);
+            let pipes = command.stdin(Stdio::null()).stdout(Stdio::piped());
+            let mut child = pipes.spawn().unwrap();
+            let mut screen = child.stdout.take().unwrap();
+            let (end, bar) = (home.path().join("end"), "0 of 1 searches, ");
+            let shown = within("the comparison", move || {
+                let (mut shown, mut buffer) = (Vec::new(), [0; 4096]);
+                loop {
+                    let count = screen.read(&mut buffer).unwrap();
+                    if count == 0 {
+                        return String::from_utf8(shown).unwrap();
+                    }
+                    shown.extend(&buffer[..count]);
+                    if String::from_utf8_lossy(&shown).contains(bar) {
+                        fs::write(&end, "").unwrap();
+                    }
+                }
+            });
+            assert!(wait_for_exit(&mut child).success(), "{shown:?}");
+            assert!(shown.contains(&format!("░ {bar}")), "{shown:?}");
+            assert!(!escape_codes(&shown).contains(&'m'), "{shown:?}");
+            let rest = shown.rsplit("\u{1b}[2K").next().unwrap();
+            assert_eq!(rest.trim(), "", "{shown:?}");
+        }
+    }
+
+    #[test]
+    fn progress_is_hidden_on_a_dumb_terminal_and_by_quiet() {
+        let home = Home::new();
+        home.write("a.txt", MAZE);
+        // Long enough for several updates of a bar.
+        let compare = COMPARE.replace("--time-limit 300", "--time-limit 0.3");
+        let quiet = compare.replace("compare", "compare -q");
+        for (commands, environment) in [
+            (&compare, &[("TERM", "dumb")][..]),
+            (&compare, &[("TERM", "dumb"), ("CLICOLOR_FORCE", "1")]),
+            (&compare, &[]),
+            (&quiet, &[("TERM", "xterm")]),
+        ] {
+            assert_eq!(on_terminal(&home, commands, environment), "", "{environment:?}");
+        }
+    }
+}
