@@ -22,37 +22,58 @@ fn mazes() -> Vec<(String, Maze)> {
     catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap())).collect()
 }
 
+/// Connects a mouse to a server, with [`TIMEOUT`] as the limit for each reply.
+type Connect = fn(&str) -> Zmq<'static>;
+
+const TRANSPORTS: &[Connect] = &[
+    |address| Zmq::connect(address, Timeout::After(TIMEOUT), |_| {}).unwrap(),
+    #[cfg(not(all(windows, target_env = "gnu")))]
+    |address| Zmq::connect_with_libzmq(address, Timeout::After(TIMEOUT), |_| {}).unwrap(),
+];
+
 #[test]
-fn flood_fill_reaches_every_reachable_goal() {
+fn mice_reach_every_reachable_goal_over_each_transport() {
     for (name, maze) in mazes() {
-        let server = serve(maze.clone());
-        let mut transport =
-            Zmq::connect(server.address(), Timeout::After(TIMEOUT), |_| {}).unwrap();
-        let info = Exchange::new(&mut transport).info().unwrap();
-        let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
-        let map = KnownMaze::new(size, start.cell, info.goal_cells());
-        assert_eq!(map, KnownMaze::unexplored(&maze), "{name}");
-        let mut mouse = Mouse::new(BundledStrategy::FloodFill.strategy(), map, start);
-        let result =
-            search_run(&mut transport, &mut mouse, 10_000, |_, _| ControlFlow::Continue(()));
-        let shortest = MazeFacts::new(&maze).shortest_path;
-        let simulation = stop(server);
-        let last = simulation.history().iter().last().unwrap();
-        let Ok(Request::State(last)) = Request::decode(&last, size) else { panic!("{name}") };
-        assert_eq!(last.pose(), mouse.pose(), "{name}");
-        if let Some(shortest) = shortest {
-            let run = result.unwrap();
-            assert!(
-                run.stats.goal_reached() && run.stats.steps() >= shortest.into(),
-                "{name}: {run:?}"
-            );
-            assert_eq!(simulation.history().len(), run.states as usize, "{name}");
-            let known = known_distance(mouse.map(), start.cell, Unknown::Closed).unwrap();
-            assert!(known >= shortest && u32::from(known) <= run.stats.steps(), "{name}");
-        } else {
-            assert!(result.is_err(), "{name}: {result:?}");
+        for strategy in
+            [BundledStrategy::FloodFill, BundledStrategy::WeightIncrement, BundledStrategy::Swing]
+        {
+            let search = |connect: &Connect| search_over_socket(&maze, strategy, *connect);
+            let histories: Vec<_> = TRANSPORTS.iter().map(search).collect();
+            assert!(histories.windows(2).all(|both| both[0] == both[1]), "{strategy} in {name}");
         }
     }
+}
+
+/// Searches a maze over a socket, checks the result, and returns the states in the history of the
+/// server.
+fn search_over_socket(maze: &Maze, strategy: BundledStrategy, connect: Connect) -> Vec<Vec<u8>> {
+    let server = serve(maze.clone());
+    let mut transport = connect(server.address());
+    let info = Exchange::new(&mut transport).info().unwrap();
+    let (size, start) = (info.size().unwrap(), info.start_pose().unwrap());
+    let map = KnownMaze::new(size, start.cell, info.goal_cells());
+    assert_eq!(map, KnownMaze::unexplored(maze));
+    let mut mouse = Mouse::new(strategy.strategy(), map, start);
+    let shortest = MazeFacts::new(maze).shortest_path;
+    // A weight-increment mouse never gives up.
+    let max_states = if shortest.is_some() { 10_000 } else { 500 };
+    let result =
+        search_run(&mut transport, &mut mouse, max_states, |_, _| ControlFlow::Continue(()));
+    let simulation = stop(server);
+    let history: Vec<_> = simulation.history().iter().collect();
+    let last = Request::decode(history.last().unwrap(), size);
+    let Ok(Request::State(last)) = last else { panic!("{last:?}") };
+    assert_eq!(last.pose(), mouse.pose());
+    if let Some(shortest) = shortest {
+        let run = result.unwrap();
+        assert!(run.stats.goal_reached() && run.stats.steps() >= shortest.into(), "{run:?}");
+        assert_eq!(history.len(), run.states as usize);
+        let known = known_distance(mouse.map(), start.cell, Unknown::Closed).unwrap();
+        assert!(known >= shortest && u32::from(known) <= run.stats.steps());
+    } else {
+        assert!(!result.is_ok_and(|run| run.stats.goal_reached()));
+    }
+    history
 }
 
 /// The phases that a viewer finds in the poses of a bundled mouse equal those in the steps that the
