@@ -12,7 +12,7 @@ use std::{net, thread};
 
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
-use mmsim_benches::{bundled_maze, median, serve};
+use mmsim_benches::{harbour, median, serve};
 
 /// The number of simultaneous clients in each measurement.
 const CLIENTS: [usize; 3] = [1, 2, 10];
@@ -136,7 +136,7 @@ fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
 fn main() {
     let is_test = std::env::args().any(|argument| argument == "--test");
     let (rounds, requests) = if is_test { (1, 100) } else { (ROUNDS, REQUESTS) };
-    let server = serve(bundled_maze("01-harbour"));
+    let server = serve(harbour());
     let listener = TcpListener::bind(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
     let plain = listener.local_addr().unwrap().to_string();
     thread::spawn(|| plain_loop(listener));

@@ -6,6 +6,7 @@ mod array_queue;
 mod searches;
 
 use std::hint::black_box;
+use std::iter;
 use std::path::Path;
 use std::time::Instant;
 
@@ -27,7 +28,7 @@ const MAX_STATES: u32 = 400;
 /// # Panics
 /// Panics if a maze cannot be read.
 pub fn classic_mazes() -> Vec<Maze> {
-    mazes_in(&["crates/formats/mazes", "../shared/mazes/classic"], |size| size == MazeSize::CLASSIC)
+    mazes(&["classic"], |size| size == MazeSize::CLASSIC)
 }
 
 /// Returns all mazes of [`classic_mazes`] and [`large_mazes`], and the mazes of other sizes beside
@@ -36,33 +37,24 @@ pub fn classic_mazes() -> Vec<Maze> {
 /// # Panics
 /// Panics if a maze cannot be read.
 pub fn all_mazes() -> Vec<Maze> {
-    let folders = [
-        "crates/formats/mazes",
-        "../shared/mazes/classic",
-        "../shared/mazes/halfsize",
-        "../shared/mazes/training",
-    ];
-    mazes_in(&folders, |_| true)
+    mazes(&["classic", "halfsize", "training"], |_| true)
 }
 
-fn mazes_in(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut mazes = Vec::new();
-    for folder in folders {
-        let Ok(catalogue) = Catalogue::from_path(&root.join(folder)) else { continue };
-        mazes.extend(catalogue.entries().iter().map(|entry| entry.maze().unwrap()));
-    }
-    mazes.retain(|maze| has_size(maze.size()));
-    mazes
+/// Returns the bundled mazes and those in these folders of the shared collection.
+fn mazes(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/mazes");
+    let folders = folders.iter().filter_map(|name| Catalogue::from_path(&shared.join(name)).ok());
+    let catalogues = iter::once(Catalogue::bundled()).chain(folders);
+    let entries = catalogues.flat_map(|catalogue| catalogue.entries().to_vec());
+    entries.map(|entry| entry.maze().unwrap()).filter(|maze| has_size(maze.size())).collect()
 }
 
-/// Reads the bundled maze with this file name (without the extension).
+/// Returns the maze of the benchmarks that need only one.
 ///
 /// # Panics
-/// Panics if there is no such maze.
-pub fn bundled_maze(name: &str) -> Maze {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/formats/mazes");
-    mmsim_formats::read_maze(&folder.join(name).with_extension("txt")).unwrap()
+/// Never.
+pub fn harbour() -> Maze {
+    mmsim_mazes::HARBOUR.parse().unwrap()
 }
 
 /// A generator of pseudorandom numbers.
@@ -88,9 +80,7 @@ impl Noise {
 /// # Panics
 /// Panics if a maze cannot be read.
 pub fn large_mazes() -> Vec<Maze> {
-    mazes_in(&["crates/formats/mazes", "../shared/mazes/halfsize"], |size| {
-        size == MazeSize::HALF_SIZE
-    })
+    mazes(&["halfsize"], |size| size == MazeSize::HALF_SIZE)
 }
 
 /// Searches a maze and returns, in order, the poses in which the mouse read the walls.

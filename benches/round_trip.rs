@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput};
-use mmsim_benches::bundled_maze;
+use mmsim_benches::harbour;
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
@@ -27,7 +27,7 @@ struct SampleExchange {
 }
 
 fn exchanges() -> [SampleExchange; 2] {
-    let maze = bundled_maze("01-harbour");
+    let maze = harbour();
     let map = KnownMaze::unexplored(&maze);
     let mut state = vec![0; 518];
     MapState::new(maze.start(), &map, |cell| cell.x.into(), Order::F).encode(&mut state).unwrap();
@@ -144,7 +144,7 @@ fn main() {
     };
     let server = |recorder: Option<Recorder>| {
         let server = Server::bind("127.0.0.1", 0).unwrap().with_recorder(recorder);
-        server.spawn(Simulation::new("served", bundled_maze("01-harbour")))
+        server.spawn(Simulation::new("served", harbour()))
     };
     let servers = [
         ("mmsim", server(None)),

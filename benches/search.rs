@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mmsim_benches::{Row, bundled_maze, classic_mazes, compare, serve};
+use mmsim_benches::{Row, classic_mazes, compare, serve};
 use mmsim_client::{InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Maze};
@@ -17,8 +17,8 @@ use mmsim_solvers::{
     SearchDriver, ShortestPathSearch, Strategy, Tolerance,
 };
 
-/// The name of a bundled maze and the number of steps that a flood-fill search of this maze takes.
-const MAZE: (&str, u32) = ("06-mirage", 220);
+/// A maze and the number of steps that a flood-fill search of this maze takes.
+const MAZE: (&str, u32) = (mmsim_mazes::MIRAGE, 220);
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
     let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(maze), maze.start());
@@ -28,7 +28,7 @@ fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {
 }
 
 fn searches(criterion: &mut Criterion) {
-    let maze = bundled_maze(MAZE.0);
+    let maze = MAZE.0.parse::<Maze>().unwrap();
     let mut group = criterion.benchmark_group(format!("search/{} steps", MAZE.1));
     let mut simulation = Simulation::new("memory", maze.clone());
     let mut memory = InMemory::new(|request, reply| simulation.handle(request, reply));

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{bundled_maze, median};
+use mmsim_benches::{harbour, median};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -56,7 +56,7 @@ impl TimedServer {
         let server = Server::bind("127.0.0.1", 0).unwrap();
         let (address, stop) = (server.address().to_string(), Some(server.stop_handle()));
         let thread = thread::spawn(|| {
-            server.run(&mut Simulation::new("served", bundled_maze("01-harbour"))).unwrap();
+            server.run(&mut Simulation::new("served", harbour())).unwrap();
             processor_time(ClockId::ThreadCPUTime)
         });
         Self { address, stop, thread }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Noise, Searches, bundled_maze, classic_mazes};
+use mmsim_benches::{Noise, Searches, classic_mazes, harbour};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_server::{Server, Simulation};
@@ -126,7 +126,7 @@ fn summarize(mut values: Vec<f64>) -> (f64, f64, f64) {
 /// Measures the rate of `S` requests under load, relative to the rate without load. Returns the
 /// median, the minimum and the maximum of the relative rates over all rounds.
 fn compare(trips: usize, rounds: usize, load: Load) -> (f64, f64, f64) {
-    let maze = bundled_maze("01-harbour");
+    let maze = harbour();
     let (map, start) = (KnownMaze::unexplored(&maze), maze.start());
     let mut state = vec![0; state_bytes(MazeSize::CLASSIC)];
     MapState::new(start, &map, |cell| cell.x.into(), Order::F).encode(&mut state).unwrap();

@@ -10,7 +10,6 @@ use mmsim_protocol::{Annotation, Colour};
 use mmsim_recording::{Block, History, Recording, RecordingWriter};
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Distances, Mouse, SearchDriver};
-use mmsim_tests::bundled_mazes;
 
 /// The maximum size of the annotations of a mouse like those of mms, in bytes per state.
 const MAX_BYTES_PER_STATE: usize = 16;
@@ -144,7 +143,7 @@ fn annotations_of_a_flood_fill_mouse_take_at_most_sixteen_bytes_per_state() {
     let folder = tempfile::tempdir().unwrap();
     let (mut states, mut history, mut recording) = (0, 0, 0);
     let mut largest = [0; 2];
-    let catalogue = Catalogue::from_path(&bundled_mazes()).unwrap();
+    let catalogue = Catalogue::bundled();
     let mazes = catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap()));
     let classic = mazes.filter(|(_, maze)| maze.size() == MazeSize::CLASSIC);
     for (name, maze) in classic {

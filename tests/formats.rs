@@ -7,11 +7,10 @@ use std::path::Path;
 
 use mmsim_formats::{Catalogue, Format, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
-use mmsim_tests::{bundled_mazes, shared};
+use mmsim_tests::shared;
 
-/// Returns the text-format mazes in a folder, with their paths.
-fn text_mazes(folder: &Path) -> Vec<(String, Maze)> {
-    let catalogue = Catalogue::from_path(folder).unwrap();
+/// Returns the text-format mazes of a collection, with their paths.
+fn text_mazes(catalogue: &Catalogue) -> Vec<(String, Maze)> {
     let entries = catalogue.entries().iter();
     let texts = entries.filter(|entry| Format::detect(&entry.content().unwrap()) == Format::Text);
     texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
@@ -36,7 +35,7 @@ fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
 
 #[test]
 fn bundled_mazes_are_unchanged_in_every_format_that_can_hold_them() {
-    let mazes = text_mazes(&bundled_mazes());
+    let mazes = text_mazes(&Catalogue::bundled());
     let expected = [("maz", 12), ("num", 13), ("text", 15), ("trial", 13)];
     assert_eq!(round_trips(&mazes), BTreeMap::from(expected));
 }
@@ -44,7 +43,7 @@ fn bundled_mazes_are_unchanged_in_every_format_that_can_hold_them() {
 #[test]
 fn real_mazes_are_unchanged_in_every_format_that_can_hold_them() {
     let Some(folder) = shared("mazes") else { return };
-    let mazes = text_mazes(&folder);
+    let mazes = text_mazes(&Catalogue::from_path(&folder).unwrap());
     let expected = [("maz", 266), ("num", 266), ("text", 281), ("trial", 266)];
     assert_eq!(round_trips(&mazes), BTreeMap::from(expected));
 }
@@ -52,7 +51,7 @@ fn real_mazes_are_unchanged_in_every_format_that_can_hold_them() {
 #[test]
 fn real_mazes_parse_from_csv() {
     let Some(folder) = shared("mazes/classic") else { return };
-    for (path, maze) in text_mazes(&folder) {
+    for (path, maze) in text_mazes(&Catalogue::from_path(&folder).unwrap()) {
         let csv = csv(&maze);
         assert_eq!(Format::detect(csv.as_bytes()), Format::Csv, "{path}");
         assert_eq!(parse_maze(csv.as_bytes()).as_ref(), Ok(&maze), "{path}");
@@ -66,7 +65,7 @@ fn real_mazes_parse_from_csv() {
 fn real_mazes_parse_from_hex_rows() {
     const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
     let Some(folder) = shared("mazes/classic") else { return };
-    let mazes = text_mazes(&folder);
+    let mazes = text_mazes(&Catalogue::from_path(&folder).unwrap());
     // The layouts are: rows from the north; columns from the west, which begin in the south; and
     // columns from the east, which begin in the north.
     let layouts: [fn(u8, u8, u8) -> Cell; 3] = [

@@ -12,7 +12,6 @@ use mmsim_maze::{KnownMaze, Maze, Pose};
 use mmsim_recording::{Recording, RecordingWriter};
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
-use mmsim_tests::bundled_mazes;
 use serde_json::{Value, json};
 
 /// What a mouse itself knows in each state.
@@ -22,10 +21,6 @@ struct Observed {
     turns: u32,
     visited: usize,
     bounds: PathBounds,
-}
-
-fn bundled_maze(name: &str) -> Maze {
-    fs::read_to_string(bundled_mazes().join(format!("{name}.txt"))).unwrap().parse().unwrap()
 }
 
 /// The messages of each topic, with their sequences and times.
@@ -92,10 +87,12 @@ fn read(path: &Path) -> Topics {
 #[test]
 fn each_state_has_a_message_with_the_figures_of_the_mouse() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, strategy) in
-        [("01-harbour", BundledStrategy::FloodFill), ("05-hedgerow", BundledStrategy::Swing)]
-    {
-        let (path, maze) = (folder.path().join(name), bundled_maze(name));
+    let path = folder.path().join("a.mcap");
+    for (maze, strategy) in [
+        (mmsim_mazes::HARBOUR, BundledStrategy::FloodFill),
+        (mmsim_mazes::HEDGEROW, BundledStrategy::Swing),
+    ] {
+        let maze = maze.parse().unwrap();
         let observed = record(&path, &maze, strategy, true);
         let (recording, topics) = (Recording::open(&path).unwrap(), read(&path));
         let mouse = &topics["/mouse"];
@@ -154,7 +151,7 @@ fn an_unreachable_goal_has_no_distance() {
 #[test]
 fn the_maze_and_the_mouse_can_be_drawn() {
     let folder = tempfile::tempdir().unwrap();
-    let (path, maze) = (folder.path().join("a.mcap"), bundled_maze("01-harbour"));
+    let (path, maze) = (folder.path().join("a.mcap"), mmsim_mazes::HARBOUR.parse().unwrap());
     let observed = record(&path, &maze, BundledStrategy::FloodFill, true);
     let topics = read(&path);
     let [(0, _, scene)] = &topics["/scene"][..] else { panic!("one message") };
@@ -214,7 +211,7 @@ fn the_maze_and_the_mouse_can_be_drawn() {
 fn viewers_accept_the_schema() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    record(&path, &bundled_maze("01-harbour"), BundledStrategy::FloodFill, true);
+    record(&path, &mmsim_mazes::HARBOUR.parse().unwrap(), BundledStrategy::FloodFill, true);
     let bytes = fs::read(&path).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     let schemas: BTreeMap<&str, Value> = summary
@@ -252,7 +249,7 @@ fn check_object(schema: &Value) {
 #[test]
 fn a_recording_without_json_contains_only_states() {
     let folder = tempfile::tempdir().unwrap();
-    let maze = bundled_maze("01-harbour");
+    let maze = mmsim_mazes::HARBOUR.parse().unwrap();
     let [with, without] = [true, false].map(|has_json| {
         let path = folder.path().join(format!("{has_json}.mcap"));
         record(&path, &maze, BundledStrategy::FloodFill, has_json);

@@ -10,7 +10,7 @@ use mmsim_protocol::{Annotation, Request, State, state_bytes};
 use mmsim_recording::{Block, History};
 use mmsim_server::{ReplyBuffer, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds, steps_between};
-use mmsim_tests::{Exchange, bundled_mazes, json_lines, shared};
+use mmsim_tests::{Exchange, json_lines, shared};
 use proptest::prelude::*;
 
 /// Calls `check` with the index of each state and the walls that are known in this state. Without
@@ -180,9 +180,10 @@ fn distances_of_the_transcripts_enclose_the_shortest_path() {
 /// A client that asks for walls before it reports them knows exactly the walls in its map.
 #[test]
 fn the_known_walls_of_bundled_strategies_are_the_walls_in_their_maps() {
-    let folder = shared("mazes").unwrap_or_else(bundled_mazes);
+    let folder = shared("mazes");
+    let mazes = folder.map_or_else(Catalogue::bundled, |it| Catalogue::from_path(&it).unwrap());
     let (mut states, mut updates) = (0, 0);
-    for entry in Catalogue::from_path(&folder).unwrap().entries() {
+    for entry in mazes.entries() {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let shortest = shortest(&maze);
         for &strategy in BundledStrategy::ALL {
@@ -271,7 +272,7 @@ fn hasty_walk(maze: &Maze, steps: usize) -> Witness {
 #[test]
 fn a_mouse_that_moves_before_it_asks_knows_only_what_it_has_read() {
     let mut wrong = 0;
-    for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
+    for entry in Catalogue::bundled().entries() {
         let (name, maze) = (entry.name(), entry.maze().unwrap());
         let witness = hasty_walk(&maze, 600);
         witness.check(&name);

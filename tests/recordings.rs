@@ -11,7 +11,6 @@ use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_recording::{Integrity, Recording, RecordingWriter};
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse};
-use mmsim_tests::bundled_mazes;
 
 /// Returns the maximum size of a recording, in bytes per state.
 const fn max_state_bytes(strategy: BundledStrategy) -> usize {
@@ -30,7 +29,7 @@ const MIN_STATES: usize = 170;
 fn a_recorded_search_takes_few_bytes_per_state() {
     let folder = tempfile::tempdir().unwrap();
     let (mut searches, mut all_states, mut all_bytes, mut all_json) = (0, 0, 0, 0);
-    for entry in Catalogue::from_path(&bundled_mazes()).unwrap().entries() {
+    for entry in Catalogue::bundled().entries() {
         let maze = entry.maze().unwrap();
         for &strategy in BundledStrategy::ALL {
             let path = folder.path().join(format!("{}-{}.mcap", entry.name(), strategy.name()));

@@ -15,10 +15,10 @@ use mmsim_solvers::{
     BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
     SearchError, ShortestPathSearch, Swing,
 };
-use mmsim_tests::{TIMEOUT, bundled_mazes, known_distance, serve, shared, stop, within};
+use mmsim_tests::{TIMEOUT, known_distance, serve, shared, stop, within};
 
 fn mazes() -> Vec<(String, Maze)> {
-    let catalogue = Catalogue::from_path(&bundled_mazes()).unwrap();
+    let catalogue = Catalogue::bundled();
     catalogue.entries().iter().map(|entry| (entry.name(), entry.maze().unwrap())).collect()
 }
 

@@ -6,7 +6,7 @@ use std::thread;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, Pose};
-use mmsim_tests::{bundled_mazes, json_lines, shared};
+use mmsim_tests::{json_lines, shared};
 use mmsim_trial::{
     Action, BundledRobot, CountExpansion, KeyPoints, Robot, Score, Settings, SwingAsPublished,
     Trial, TrialOutcome, TrialPhase, Variant, race_optimum, run_trial,
@@ -239,8 +239,7 @@ fn published_swing_gives_the_figures_of_the_report() {
 /// The figures of docs/trial.md for the maze in which the shorter path first leads away from the goal.
 #[test]
 fn robots_that_stop_at_the_goal_take_the_wrong_turn() {
-    let maze = bundled_mazes().join("trial-12-wrong-turn.txt");
-    let maze = mmsim_formats::read_maze(&maze).unwrap();
+    let maze = mmsim_formats::parse_maze(mmsim_mazes::WRONG_TURN.as_bytes()).unwrap();
     for (robot, variant, expected) in [
         (BundledRobot::CountExpansion, Variant::All, "45 + 79 = 80.500"),
         (BundledRobot::SwingAsPublished, Variant::JustArrive, "46 + 84 = 85.533"),

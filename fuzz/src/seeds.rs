@@ -1,7 +1,7 @@
 //! Writes the seed corpus of the fuzz targets. Run `seeds CORPUS` from the root folder of the
 //! project.
 //!
-//! The seeds are made from the mazes in `mazes` and, if available, from the mazes and transcripts
+//! The seeds are made from the bundled mazes and, if available, from the mazes and transcripts
 //! in `../shared`. A transcript contains the requests that a client sent to a server, and the
 //! replies.
 
@@ -59,16 +59,11 @@ fn main() -> io::Result<()> {
     for maze in MAZES {
         seeds.write(maze.as_bytes())?;
     }
-    for folder in [Path::new("crates/formats/mazes"), &shared.join("mazes")] {
-        for file in files(folder, "txt") {
-            let content = fs::read(file)?;
-            if let Ok(bytes) =
-                mmsim_formats::parse_maze(&content).map(|maze| Format::Maz.write(&maze))
-            {
-                bytes.map_or(Ok(()), |bytes| seeds.write(&bytes))?;
-            }
-            seeds.write(&content)?;
-        }
+    for (_, content) in mmsim_mazes::FILES {
+        write_maze(&mut seeds, content.as_bytes())?;
+    }
+    for file in files(&shared.join("mazes"), "txt") {
+        write_maze(&mut seeds, &fs::read(file)?)?;
     }
     let mut seeds = SeedFolder::create(&corpus.join("requests"))?;
     write_generated_requests(&mut seeds)?;
@@ -77,6 +72,14 @@ fn main() -> io::Result<()> {
     }
     write_streams(&mut SeedFolder::create(&corpus.join("zmtp"))?)?;
     write_recordings(&mut SeedFolder::create(&corpus.join("recordings"))?)
+}
+
+/// Writes a maze file as it is and, if possible, in the `maz` format.
+fn write_maze(seeds: &mut SeedFolder, content: &[u8]) -> io::Result<()> {
+    if let Ok(Ok(bytes)) = mmsim_formats::parse_maze(content).map(|maze| Format::Maz.write(&maze)) {
+        seeds.write(&bytes)?;
+    }
+    seeds.write(content)
 }
 
 /// Returns all files with this extension in a folder and its subfolders. Returns no files if the

@@ -33,11 +33,6 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// Returns the folder of bundled mazes.
-pub fn bundled_mazes() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/formats/mazes")
-}
-
 /// Reads a file that contains one JSON value per line.
 ///
 /// # Panics

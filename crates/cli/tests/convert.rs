@@ -40,7 +40,7 @@ fn the_extension_selects_the_format() {
 #[test]
 fn mazes_are_converted_through_pipes() {
     let home = Home::new();
-    let maze = fs::read(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
+    let maze = mmsim_mazes::HARBOUR.as_bytes();
     let pipe = |arguments: &[&str], input: &[u8]| {
         let mut command = home.command(arguments);
         let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -50,7 +50,7 @@ fn mazes_are_converted_through_pipes() {
         assert!(output.status.success());
         output.stdout
     };
-    let maz = pipe(&["mazes", "convert", "-", "-", "--to", "maz"], &maze);
+    let maz = pipe(&["mazes", "convert", "-", "-", "--to", "maz"], maze);
     assert_eq!((maz.len(), maz[0]), (256, 14));
     assert_eq!(pipe(&["mazes", "convert", "-", "-"], &maz), maze);
 }

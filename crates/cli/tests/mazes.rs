@@ -2,8 +2,6 @@
 
 mod harness;
 
-use std::fs;
-
 use harness::Home;
 use mmsim_formats::Format;
 use serde_json::json;
@@ -157,8 +155,7 @@ fn a_file_is_no_duplicate_of_itself() {
 #[test]
 fn check_reports_bytes_and_their_cells() {
     let home = Home::new();
-    let maze = fs::read_to_string(mmsim_tests::bundled_mazes().join("01-harbour.txt")).unwrap();
-    let bytes = Format::Maz.write(&maze.parse().unwrap()).unwrap();
+    let bytes = Format::Maz.write(&mmsim_mazes::HARBOUR.parse().unwrap()).unwrap();
     let east = 2;
     home.write("high.maz", [&bytes[..18], &[16], &bytes[19..]].concat());
     home.write("open.maz", [&bytes[..255], &[bytes[255] & !east]].concat());

@@ -159,10 +159,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     let recordings = recordings(&home.path().join("recordings"));
     let [(first, flood_fill), (second, weight_increment), _] = &recordings[..] else { panic!() };
     assert_eq!(*flood_fill.integrity(), Integrity::Closed);
-    assert_eq!(
-        flood_fill.maze().unwrap().to_string(),
-        include_str!("../../formats/mazes/05-hedgerow.txt")
-    );
+    assert_eq!(flood_fill.maze().unwrap().to_string(), mmsim_mazes::HEDGEROW);
     assert_eq!((flood_fill.info().states, weight_increment.info().states), (192, 446));
     #[cfg(unix)]
     assert_eq!(*weight_increment.integrity(), Integrity::Closed);

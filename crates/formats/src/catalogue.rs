@@ -36,6 +36,16 @@ pub struct Entry {
 }
 
 impl Catalogue {
+    /// Lists the bundled mazes, which are those of `mmsim-mazes`.
+    ///
+    /// ```
+    /// let mazes = mmsim_formats::Catalogue::bundled();
+    /// assert_eq!(mazes.entries()[0].name(), "01-harbour");
+    /// ```
+    pub fn bundled() -> Self {
+        Self::from_texts(mmsim_mazes::FILES)
+    }
+
     /// Creates a collection from the names and contents of built-in mazes.
     pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
         let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));

@@ -20,11 +20,9 @@
 //! ```
 //!
 //! [`read_maze`] reads a maze file, and [`Catalogue`] lists a folder of maze files or the bundled
-//! mazes. Errors report
-//! the location, what was expected, and what was found.
+//! mazes. Errors report the location, what was expected, and what was found.
 #![forbid(unsafe_code)]
 
-mod bundled;
 mod catalogue;
 mod cell_record;
 mod csv;
@@ -44,7 +42,6 @@ mod text;
 mod trial;
 mod write;
 
-pub use bundled::bundled_files;
 pub use catalogue::{Catalogue, Entry};
 pub use error::{Location, ParseError, ParseErrorKind};
 pub use file::{MAX_FILE_BYTES, ReadError, read_content, read_content_from, read_maze};

@@ -294,8 +294,7 @@ mod tests {
 
     /// Records a search of several blocks of states, which writes a log line before each 100th state.
     fn record() -> Vec<u8> {
-        let maze: Maze =
-            include_str!("../../formats/mazes/half-size-old-quarter.txt").parse().unwrap();
+        let maze: Maze = mmsim_mazes::OLD_QUARTER.parse().unwrap();
         let mut simulation = Simulation::new("old quarter", maze.clone());
         let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
             if request[0] == b'S' && simulation.history().len().is_multiple_of(100) {

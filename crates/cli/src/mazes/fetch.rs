@@ -9,7 +9,7 @@ use std::path::Path;
 
 use archive::{Contents, Files};
 use folder::Changes;
-use mmsim_formats::{Catalogue, bundled_files, parse_maze};
+use mmsim_formats::{Catalogue, parse_maze};
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
@@ -52,7 +52,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     let mut all = files.len() + invalid_names.len();
     let (mut files, mut mazes) = select(files);
     if from == BUNDLED || (args.from.is_none() && !mazes.is_empty()) {
-        for &(name, content) in bundled_files() {
+        for &(name, content) in mmsim_mazes::FILES {
             let path = format!("mmsim/{name}");
             mazes.push(path.clone());
             files.insert(path, content.into());

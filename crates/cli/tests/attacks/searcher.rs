@@ -2,22 +2,21 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::thread;
 use std::time::Duration;
-use std::{fs, thread};
 
 use mmsim_client::{Exchange, InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_server::Simulation;
 use mmsim_solvers::{FloodFill, Mouse};
-use mmsim_tests::{TIMEOUT, bundled_mazes};
+use mmsim_tests::TIMEOUT;
 
 /// The name of the served maze.
 pub(crate) const MAZE: &str = "01-harbour";
 
 /// Returns the served maze.
 pub(crate) fn maze() -> Maze {
-    let path = bundled_mazes().join(MAZE).with_extension("txt");
-    fs::read_to_string(path).unwrap().parse().unwrap()
+    mmsim_mazes::HARBOUR.parse().unwrap()
 }
 
 fn search(transport: &mut impl Transport, maze: &Maze) -> SearchRun {

@@ -8,15 +8,16 @@ use mmsim_formats::read_maze;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::Info;
 use mmsim_solvers::{BundledStrategy, Mouse};
-use mmsim_tests::{TIMEOUT, bundled_mazes, connect_to};
+use mmsim_tests::{TIMEOUT, connect_to};
 
 use crate::harness::{Home, Serving};
 use crate::http;
 use crate::test_state::TestState;
 
-/// Reads a bundled maze by file name.
+/// Parses a bundled maze by file name.
 pub(crate) fn bundled(name: &str) -> Maze {
-    maze_at(&bundled_mazes().join(name))
+    let mut files = mmsim_mazes::FILES.iter();
+    files.find(|(file, _)| *file == name).unwrap().1.parse().unwrap()
 }
 
 pub(crate) fn maze_at(path: &Path) -> Maze {

@@ -1,6 +1,5 @@
 //! Checks the clients' searches against `mmsim solve flood-fill`, and their error messages.
 
-use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
@@ -10,7 +9,7 @@ use mmsim_tests::output;
 
 use crate::client::{self, file};
 use crate::harness::Home;
-use crate::simulator::{Simulator, bundled};
+use crate::simulator::Simulator;
 
 /// The output of a client and the requests that it sent.
 struct ClientRun {
@@ -36,33 +35,33 @@ impl ClientRun {
     }
 }
 
-/// Returns mazes with a reachable goal: three bundled mazes, and a maze with equally short paths on
-/// the left and on the right.
-fn mazes() -> [PathBuf; 4] {
-    let own = file("crates/cli/tests/examples/left-or-right.txt");
-    [bundled("01-harbour.txt"), bundled("07-lighthouse.txt"), bundled("06-mirage.txt"), own]
-}
+/// Mazes with a reachable goal. The last one has equally short paths on the left and on the right.
+const MAZES: [&str; 4] = [
+    mmsim_mazes::HARBOUR,
+    mmsim_mazes::LIGHTHOUSE,
+    mmsim_mazes::MIRAGE,
+    include_str!("left-or-right.txt"),
+];
 
 /// Compares a client with `mmsim solve flood-fill` and checks the client's messages.
 fn check(client: impl Fn() -> Command) {
-    for maze in &mazes() {
+    for maze in MAZES {
         let (steps, run) = same_states(client(), maze);
         let message = format!("goal reached after {steps} steps");
-        assert_eq!(run.exit(), (Some(0), message, String::new()), "{}", maze.display());
+        assert_eq!(run.exit(), (Some(0), message, String::new()), "{maze}");
         assert_eq!(run.requests[..2], [b"ping".to_vec(), b"reset".to_vec()]);
     }
-    let (steps, run) = same_states(client(), &bundled("unreachable-closed-garden.txt"));
+    let (steps, run) = same_states(client(), mmsim_mazes::CLOSED_GARDEN);
     let message = format!("goal unreachable after {steps} steps");
     assert_eq!(run.exit(), (Some(1), String::new(), message));
 
-    let larger = Simulator::serve(&bundled("half-size-old-quarter.txt"));
+    let larger = Simulator::serve(mmsim_mazes::OLD_QUARTER);
     let message = "the simulator refused the request: expected a state of 2054 bytes for a maze of 32x32 cells, found 518 bytes";
     let exit = ClientRun::new(&mut client(), larger).exit();
     assert_eq!(exit, (Some(1), String::new(), message.into()));
 
-    let stopping = Simulator::start(&bundled("01-harbour.txt"), |number| {
-        (number < 20).then_some(Duration::ZERO)
-    });
+    let stopping =
+        Simulator::start(mmsim_mazes::HARBOUR, |number| (number < 20).then_some(Duration::ZERO));
     let message =
         format!("no reply from {} within 5 s (start a simulator with `mmsim`)", stopping.endpoint);
     let run = ClientRun::new(&mut client(), stopping);
@@ -78,12 +77,12 @@ fn check(client: impl Fn() -> Command) {
 
 /// Asserts that a client sends the same states as `mmsim solve flood-fill`, byte for byte. Returns
 /// the number of steps, and the client's output and requests.
-fn same_states(mut client: Command, maze: &Path) -> (usize, ClientRun) {
+fn same_states(mut client: Command, maze: &str) -> (usize, ClientRun) {
     let home = Home::new();
     let mut command = home.command(&["solve", "flood-fill", "--connect"]);
     let command_run = ClientRun::new(&mut command, Simulator::serve(maze));
     let run = ClientRun::new(&mut client, Simulator::serve(maze));
-    assert!(run.states() == command_run.states(), "different states in {}", maze.display());
+    assert!(run.states() == command_run.states(), "different states in\n{maze}");
     (command_run.states().len() - 1, run)
 }
 
@@ -169,7 +168,7 @@ with Simulator(sys.argv[1], timeout=0.3) as simulator:
 fn the_python_class_survives_errors() {
     let Some(mut python) = client::python() else { return };
     let slow_first_reply = |number| Some(Duration::from_secs(u64::from(number == 0)));
-    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow_first_reply);
+    let simulator = Simulator::start(mmsim_mazes::HARBOUR, slow_first_reply);
     let run = ClientRun::new(python.args(["-c", CLASS]), simulator);
     let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
@@ -229,7 +228,7 @@ with Simulator(sys.argv[-1], annotations={"auto": None, "on": True}[sys.argv[1]]
 #[test]
 fn the_python_class_sends_annotations() {
     let Some(mut python) = client::python() else { return };
-    let simulator = Simulator::serve(&bundled("01-harbour.txt"));
+    let simulator = Simulator::serve(mmsim_mazes::HARBOUR);
     let run = ClientRun::new(python.args(["-c", ANNOTATIONS, "on"]), simulator);
     let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
@@ -302,7 +301,7 @@ fn the_python_class_sends_annotations_after_errors() {
     let Some(mut python) = client::python() else { return };
     // The requests: info, refused annotations, a state, annotations without a reply in time.
     let slow_reply = |number| Some(Duration::from_secs(u64::from(number == 3)));
-    let simulator = Simulator::start(&bundled("01-harbour.txt"), slow_reply);
+    let simulator = Simulator::start(mmsim_mazes::HARBOUR, slow_reply);
     let run = ClientRun::new(python.args(["-c", REFUSED]), simulator);
     let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
@@ -324,7 +323,7 @@ fn the_python_class_sends_annotations_after_errors() {
 fn the_python_class_sends_annotations_only_to_mmsim() {
     let letters = |variable: fn(&str) -> Option<&str>| {
         let mut python = client::python()?;
-        let simulator = Simulator::serve(&bundled("01-harbour.txt"));
+        let simulator = Simulator::serve(mmsim_mazes::HARBOUR);
         python.env_remove("MMSIM_ENDPOINT");
         python.envs(variable(&simulator.endpoint).map(|value| ("MMSIM_ENDPOINT", value)));
         let run = ClientRun::new(python.args(["-c", ANNOTATIONS, "auto"]), simulator);

@@ -1,18 +1,11 @@
 //! A simulator that records each request, and may stop replying.
 
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
-use mmsim_tests::{bundled_mazes, within};
-
-/// Returns the path of a bundled maze.
-pub(crate) fn bundled(name: &str) -> PathBuf {
-    bundled_mazes().join(name)
-}
+use mmsim_tests::within;
 
 /// A message that ends the simulator's thread and is not part of the protocol.
 const END: &[u8] = b"end";
@@ -24,18 +17,17 @@ pub(crate) struct Simulator {
 }
 
 impl Simulator {
-    /// Serves the maze in a file.
-    pub(crate) fn serve(maze: &Path) -> Self {
+    /// Serves a maze in the text format.
+    pub(crate) fn serve(maze: &str) -> Self {
         Self::start(maze, |_| Some(Duration::ZERO))
     }
 
-    /// Serves the maze in a file. `pause` receives the number of earlier requests and returns the
+    /// Serves a maze in the text format. `pause` receives the number of earlier requests and returns the
     /// delay before the reply, or `None` to stop the simulator.
     pub(crate) fn start(
-        maze: &Path,
+        maze: &str,
         pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
     ) -> Self {
-        let maze = fs::read_to_string(maze).unwrap();
         let mut simulation = Simulation::new("captured", maze.parse::<Maze>().unwrap());
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();

@@ -4,7 +4,7 @@ use std::thread::{self, JoinHandle};
 
 use mmsim_maze::Maze;
 use mmsim_server::Simulation;
-use mmsim_tests::{TIMEOUT_MS, bundled_mazes, connect_to, within};
+use mmsim_tests::{TIMEOUT_MS, connect_to, within};
 
 /// A message that ends the server's thread and is not part of the protocol.
 const END: &[u8] = b"end";
@@ -22,8 +22,8 @@ pub struct WrongServer {
 impl WrongServer {
     /// Starts a server on a free port of the loopback interface.
     pub fn start(mut change: impl FnMut(&[u8], Vec<u8>) -> Vec<Vec<u8>> + Send + 'static) -> Self {
-        let maze = std::fs::read_to_string(bundled_mazes().join("01-harbour.txt")).unwrap();
-        let mut simulation = Simulation::new("harbour", maze.parse::<Maze>().unwrap());
+        let maze: Maze = mmsim_mazes::HARBOUR.parse().unwrap();
+        let mut simulation = Simulation::new("harbour", maze);
         // Unlike a REP socket, a ROUTER socket can skip a reply.
         let socket = zmq::Context::new().socket(zmq::ROUTER).unwrap();
         socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
