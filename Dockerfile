@@ -1,7 +1,7 @@
 # The mmsim command without an operating system. The binaries are those of the release archives for
 # Linux, because they need no libraries:
 #
-#   scripts/release
+#   .ci/release
 #   mkdir -p target/docker/linux/amd64
 #   tar -xzf target/archives/mmsim-*-x86_64-unknown-linux-musl.tar.gz --strip-components=1 \
 #       -C target/docker/linux/amd64
