@@ -103,32 +103,6 @@ fn vehicles_and_routes_are_compared_in_a_table() {
 }
 
 #[test]
-fn the_documentation_shows_a_table_a_vehicle_and_exports() {
-    let readme = include_str!("../../../README.md");
-    let page = include_str!("../../../docs/fast-run.md");
-    let home = Home::new();
-    let vehicles = ["--vehicle", "ukmars", "--vehicle", "ares", "--vehicle", "expert"];
-    let table = home.run(&[&["fast-run", "left bank"], &vehicles[..]].concat()).stdout;
-    assert!(readme.contains(&format!("```text\n{table}```\n")), "{table}");
-    let (_, toml) = readme.split_once("```toml\nbase").unwrap();
-    let (toml, _) = toml.split_once("```").unwrap();
-    home.write("my-mouse.toml", format!("base{toml}"));
-    let ended = home.run(&["fast-run", "left bank", "--vehicle", "my-mouse.toml"]);
-    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    assert!(ended.stdout.starts_with("09-left-bank.txt: fastest run of my-mouse\n"), "{ended:?}");
-    let export = |option| home.run(&["fast-run", "first steps", option, "-"]).stdout;
-    for column in export("--csv").lines().next().unwrap().split(',') {
-        assert!(page.contains(&format!("`{column}`")), "{column}");
-    }
-    let (_, array) = page.split_once("```c\n").unwrap();
-    let (array, _) = array.split_once("```").unwrap();
-    let found = home.run(&["fast-run", "first steps", "--c-array", "final.h"]);
-    assert_eq!(found.code, Some(0));
-    let header = fs::read_to_string(home.path().join("final.h")).unwrap();
-    assert!(header.contains(array), "{array}");
-}
-
-#[test]
 fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     let home = Home::new();
     home.write("mazes/a.txt", MAZE);
