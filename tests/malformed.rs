@@ -4,7 +4,7 @@
 
 use mmsim_maze::{Maze, MazeSize, Walls};
 use mmsim_protocol::Cell;
-use mmsim_server::limits::MAX_REQUEST_BYTES;
+use mmsim_server::LIMITS;
 use mmsim_tests::{TIMEOUT_MS, ask, connect, good_state, malformed_requests, serve, stop};
 
 fn open_maze(cells: usize) -> Maze {
@@ -81,7 +81,7 @@ fn a_request_over_the_limit_gets_one_error() {
     let server = serve(open_maze(16));
     let (large, other) = (connect(&server, zmq::REQ), connect(&server, zmq::REQ));
     assert_eq!(ask(&other, &good_state()), b"ok");
-    for length in [MAX_REQUEST_BYTES + 1, 1 << 20] {
+    for length in [LIMITS.max_request_bytes + 1, 1 << 20] {
         check_error(&ask(&large, &vec![b'x'; length]), "a long request");
         check_unaffected(&large, &other, "a long request");
         large.send_multipart([&b"ping"[..], &vec![b'x'; length], b"ping"], 0).unwrap();

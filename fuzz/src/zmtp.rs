@@ -12,11 +12,20 @@ use std::io::{self, ErrorKind, Read, Write};
 
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
 use mmsim_zmtp::connection::Connection;
-use mmsim_zmtp::limits::MAX_WAITING_REPLY_BYTES;
-use mmsim_zmtp::{ClientId, Service};
+use mmsim_zmtp::{ClientId, ServerConfig, Service};
 
 /// The READY command of a REQ socket.
 const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
+
+/// Limits that inputs of the fuzzer can exceed.
+const CONFIG: ServerConfig = ServerConfig {
+    max_request_bytes: 512,
+    max_envelope_bytes: 64,
+    max_command_bytes: 320,
+    max_kept_bytes: 128,
+    max_waiting_reply_bytes: 256,
+    ..ServerConfig::DEFAULT
+};
 
 /// If this bit of the first byte is set, the target prepends a valid handshake to the rest of the
 /// input.
@@ -50,7 +59,7 @@ struct Outcome {
 
 fn serve(incoming: &[u8], max_read: usize) -> Outcome {
     let mut counter = Counter { replies: 0 };
-    let mut connection = Connection::new(Wire { incoming, outgoing: Vec::new(), max_read });
+    let mut connection = Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }, &CONFIG);
     let mut error = None;
     for turn in 0.. {
         assert!(turn < MAX_TURNS, "the connection never waits for more input");
@@ -88,7 +97,7 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
             let (length, body) = rest.split_first_chunk().expect("a length field of 8 bytes");
             (usize::try_from(u64::from_be_bytes(*length)).expect("the length fits in memory"), body)
         };
-        assert!(length <= MAX_WAITING_REPLY_BYTES, "a frame has {length} bytes");
+        assert!(length <= CONFIG.max_waiting_reply_bytes, "a frame has {length} bytes");
         frames = body.get(length..).expect("the frame is complete");
         last_frames += usize::from(flags & 5 == 0);
     }

@@ -7,8 +7,7 @@ use mmsim_client::{InMemory, Transport};
 use mmsim_formats::Catalogue;
 use mmsim_protocol::{DEFAULT_PORT, ERROR_PREFIX};
 use mmsim_recording::Recorder;
-use mmsim_server::limits::MAX_CONNECTIONS;
-use mmsim_server::{Background, BindError, Monitor, Server, Simulation};
+use mmsim_server::{Background, BindError, LIMITS, Monitor, Server, Simulation};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, MouseControl, ViewerConfig};
 
@@ -28,7 +27,7 @@ const EXPOSED: &str = "anyone who can reach this port can read walls, add states
 
 /// The open-file limit to request from the system: one file per possible connection, plus 100 for
 /// everything else.
-const DESCRIPTORS: u64 = (MAX_CONNECTIONS + MAX_VIEWER_CONNECTIONS) as u64 + 100;
+const DESCRIPTORS: u64 = (LIMITS.max_connections + MAX_VIEWER_CONNECTIONS) as u64 + 100;
 
 /// A server that is ready to run.
 pub(crate) struct ReadyServer {

@@ -3,8 +3,7 @@
 use std::mem;
 use std::time::{Duration, Instant};
 
-use mmsim_zmtp::limits::{HANDSHAKE_TIME, KEEPALIVE, MAX_REPLY_BYTES};
-use mmsim_zmtp::{Endpoint, EndpointError};
+use mmsim_zmtp::{ClientConfig, Endpoint, EndpointError};
 use zmq::SocketEvent;
 
 use crate::zmq_transport::Client;
@@ -99,10 +98,11 @@ impl Link {
         // With IPv6, libzmq tries only the IPv6 address of a name that has both.
         socket.set_ipv6(endpoint.contains('['))?;
         socket.set_linger(0)?;
-        socket.set_maxmsgsize(i64::try_from(MAX_REPLY_BYTES).unwrap_or(i64::MAX))?;
-        socket.set_handshake_ivl(i32::try_from(HANDSHAKE_TIME.as_millis()).unwrap_or(i32::MAX))?;
+        let ClientConfig { max_reply_bytes, handshake_time, keepalive, .. } = ClientConfig::DEFAULT;
+        socket.set_maxmsgsize(i64::try_from(max_reply_bytes).unwrap_or(i64::MAX))?;
+        socket.set_handshake_ivl(i32::try_from(handshake_time.as_millis()).unwrap_or(i32::MAX))?;
         socket.set_tcp_keepalive(1)?;
-        socket.set_tcp_keepalive_idle(i32::try_from(KEEPALIVE.as_secs()).unwrap_or(i32::MAX))?;
+        socket.set_tcp_keepalive_idle(i32::try_from(keepalive.as_secs()).unwrap_or(i32::MAX))?;
         let reported = [
             SocketEvent::HANDSHAKE_SUCCEEDED,
             SocketEvent::HANDSHAKE_FAILED_NO_DETAIL,

@@ -27,9 +27,9 @@ mod service;
 mod simulation;
 
 pub use control::{Status, StopHandle};
-pub use mmsim_zmtp::{BindError, limits, listen};
+pub use mmsim_zmtp::{BindError, listen};
 pub use monitor::{Monitor, MonitorError, Served};
-pub use server::{Background, ServeError, Server};
+pub use server::{Background, LIMITS, ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};
 
 /// Compiles the code in the README of this crate.

@@ -5,13 +5,26 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
 
+use mmsim_protocol::{MAX_ANNOTATIONS_BYTES, MAX_STATE_BYTES};
 use mmsim_recording::Recorder;
-use mmsim_zmtp::{BindError, RepServer, listen};
+use mmsim_zmtp::{BindError, RepServer, ServerConfig, listen};
 
 use crate::control::{Control, StopHandle};
 use crate::monitor::{Monitor, Query};
 use crate::service::SimulationService;
 use crate::simulation::Simulation;
+
+/// The limits for the clients of a simulator.
+pub const LIMITS: ServerConfig = ServerConfig {
+    max_request_bytes: 64 * 1024,
+    // No valid request is longer.
+    max_kept_bytes: MAX_ANNOTATIONS_BYTES,
+    // A process can usually have 1,024 files open.
+    max_connections: 1000,
+    ..ServerConfig::DEFAULT
+};
+
+const _: () = assert!(LIMITS.check().is_ok() && LIMITS.max_kept_bytes >= MAX_STATE_BYTES);
 
 /// A bound REP socket that serves a simulation until it is stopped.
 #[must_use = "a server does nothing until it runs"]
@@ -44,7 +57,7 @@ impl Server {
     pub fn bind(host: &str, port: u16) -> Result<Self, BindError> {
         let listener = listen(host, port)?;
         let failed = |source| BindError::Listen { host: host.into(), port, source };
-        let socket = RepServer::new(listener).map_err(failed)?;
+        let socket = RepServer::with_config(listener, LIMITS).map_err(failed)?;
         let address = socket.local_address().map_err(failed)?;
         let control = Arc::new(Control::new(socket.waker()));
         Ok(Self {

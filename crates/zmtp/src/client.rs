@@ -11,17 +11,17 @@ use mio::{Events, Interest, Poll, Token};
 use socket2::{SockRef, TcpKeepalive};
 
 use crate::codec::push_request;
+use crate::config::ClientConfig;
 use crate::connection::DisconnectReason;
 use crate::endpoint::Endpoint;
-use crate::limits::{HANDSHAKE_TIME, KEEPALIVE, RETRY_INTERVAL};
 use crate::req_connection::ReqConnection;
 
 /// A REQ socket that connects to one server over TCP. All methods run on the caller's thread.
 ///
 /// Call [`send`](Self::send), and then [`receive`](Self::receive) until it returns the reply. The
 /// server may be started later, and may restart between two requests: while no connection exists,
-/// `receive` tries to connect every [`RETRY_INTERVAL`]. A request is never sent twice, because the
-/// server may have received it before the connection ended.
+/// `receive` tries to connect every [`retry_interval`](ClientConfig::retry_interval). A request is
+/// never sent twice, because the server may have received it before the connection ended.
 ///
 /// ```
 /// use std::time::Duration;
@@ -49,6 +49,7 @@ use crate::req_connection::ReqConnection;
 /// ```
 pub struct ReqClient {
     endpoint: Endpoint,
+    config: ClientConfig,
     poll: Poll,
     events: Events,
     link: Link,
@@ -79,13 +80,26 @@ enum Link {
 }
 
 impl ReqClient {
-    /// Creates a client. The first call of [`receive`](Self::receive) connects to the server.
+    /// Creates a client with the default limits. The first call of [`receive`](Self::receive)
+    /// connects to the server.
     ///
     /// # Errors
     /// Returns an error if the operating system has no resources left.
     pub fn new(endpoint: Endpoint) -> io::Result<Self> {
+        Self::with_config(endpoint, ClientConfig::DEFAULT)
+    }
+
+    /// Creates a client with other limits.
+    ///
+    /// # Errors
+    /// Returns an error if no client can work with these limits (a
+    /// [`ConfigError`](crate::ConfigError) inside an [`ErrorKind::InvalidInput`]), or if the
+    /// operating system has no resources left.
+    pub fn with_config(endpoint: Endpoint, config: ClientConfig) -> io::Result<Self> {
+        config.check()?;
         Ok(Self {
             endpoint,
+            config,
             poll: Poll::new()?,
             events: Events::with_capacity(4),
             link: Link::Down { retry_at: Instant::now() },
@@ -186,22 +200,25 @@ impl ReqClient {
                 }
                 Link::Down { .. } => {
                     if let Ok(stream) = self.connect() {
-                        self.link = Link::Connecting { stream, give_up_at: now + HANDSHAKE_TIME };
+                        let give_up_at = now + self.config.handshake_time;
+                        self.link = Link::Connecting { stream, give_up_at };
                     } else {
                         self.link = self.retry(now);
                     }
                 }
-                Link::Connecting { stream, give_up_at } => match is_connected(&stream) {
-                    Ok(true) => {
-                        let connection = ReqConnection::new(stream);
-                        self.link = Link::Up { connection, give_up_at };
+                Link::Connecting { stream, give_up_at } => {
+                    match is_connected(&stream, self.config.keepalive) {
+                        Ok(true) => {
+                            let connection = ReqConnection::new(stream, &self.config);
+                            self.link = Link::Up { connection, give_up_at };
+                        }
+                        Ok(false) if now < give_up_at => {
+                            self.link = Link::Connecting { stream, give_up_at };
+                            return Ok(None);
+                        }
+                        _ => {}
                     }
-                    Ok(false) if now < give_up_at => {
-                        self.link = Link::Connecting { stream, give_up_at };
-                        return Ok(None);
-                    }
-                    _ => {}
-                },
+                }
                 Link::Up { mut connection, give_up_at } => {
                     let was_ready = connection.is_ready();
                     if was_ready && self.state == RequestState::Unsent {
@@ -240,7 +257,8 @@ impl ReqClient {
     /// Returns the link after a failed attempt to connect.
     fn retry(&self, now: Instant) -> Link {
         let has_other_address = self.addresses.len() > 0;
-        Link::Down { retry_at: if has_other_address { now } else { now + RETRY_INTERVAL } }
+        let wait = if has_other_address { Duration::ZERO } else { self.config.retry_interval };
+        Link::Down { retry_at: now + wait }
     }
 
     /// Starts to connect to the next address of the server.
@@ -258,7 +276,7 @@ impl ReqClient {
 
 /// Returns true if the stream is connected, and prepares it. Returns false if it is still
 /// connecting.
-fn is_connected(stream: &TcpStream) -> io::Result<bool> {
+fn is_connected(stream: &TcpStream, keepalive: Duration) -> io::Result<bool> {
     if let Some(error) = stream.take_error()? {
         return Err(error);
     }
@@ -268,7 +286,7 @@ fn is_connected(stream: &TcpStream) -> io::Result<bool> {
         Ok(_) => {
             stream.set_nodelay(true)?;
             // Detects a server that has disappeared without closing the connection.
-            SockRef::from(stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
+            SockRef::from(stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(keepalive))?;
             Ok(true)
         }
         Err(error) if error.kind() == ErrorKind::NotConnected => Ok(false),
@@ -288,7 +306,8 @@ mod tests {
         socket.bind(&"127.0.0.1:0".parse::<SocketAddr>().unwrap().into()).unwrap();
         socket.connect(&socket.local_addr().unwrap()).unwrap();
         socket.set_nonblocking(true).unwrap();
-        let error = is_connected(&TcpStream::from_std(socket.into())).unwrap_err();
+        let stream = TcpStream::from_std(socket.into());
+        let error = is_connected(&stream, ClientConfig::DEFAULT.keepalive).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::ConnectionRefused);
     }
 }

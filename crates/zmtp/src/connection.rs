@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 use crate::buffered::BufferedStream;
 use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
-use crate::limits::MAX_WAITING_REPLY_BYTES;
+use crate::config::ServerConfig;
 use crate::service::{ClientId, Service};
 
 /// The maximum number of decoded events that one call of [`Connection::turn`] handles.
@@ -50,10 +50,10 @@ pub enum DisconnectReason {
 
 impl<S: Read + Write> Connection<S> {
     /// Creates a connection over a newly connected stream. The first turn sends the greeting.
-    pub fn new(stream: S) -> Self {
+    pub fn new(stream: S, config: &ServerConfig) -> Self {
         Self {
             client: ClientId::unique(),
-            decoder: Decoder::default(),
+            decoder: Decoder::new(config),
             buffered: BufferedStream::new(stream, SIGNATURE),
         }
     }
@@ -107,7 +107,7 @@ impl<S: Read + Write> Connection<S> {
     ) -> Result<Turn, DisconnectReason> {
         let (mut turn, mut reply) = (Turn::default(), Vec::new());
         for _ in 0..MAX_EVENTS {
-            if self.buffered.output.len() >= MAX_WAITING_REPLY_BYTES {
+            if self.buffered.output.len() >= self.decoder.config().max_waiting_reply_bytes {
                 self.send()?;
                 if !self.buffered.is_writable {
                     return Ok(turn);
@@ -168,13 +168,14 @@ mod tests {
     use super::*;
     use crate::buffered::READ_BYTES;
     use crate::codec::handshake::{GREETING, READY};
-    use crate::limits::MAX_REQUEST_BYTES;
     use crate::testing::{Echo, Wire};
+
+    const CONFIG: ServerConfig = ServerConfig::DEFAULT;
 
     /// Returns a new connection and its stream, which supplies a handshake and then `incoming`.
     fn connect(incoming: &[u8]) -> (Connection<Wire>, Wire) {
         let wire = Wire::new(incoming);
-        (Connection::new(wire.clone()), wire)
+        (Connection::new(wire.clone(), &CONFIG), wire)
     }
 
     /// Calls `turn` until the connection has no more work to do.
@@ -215,7 +216,7 @@ mod tests {
     #[test]
     fn version_is_sent_as_soon_as_the_signature_arrives() {
         let wire = Wire::silent();
-        let mut connection = Connection::new(wire.clone());
+        let mut connection = Connection::new(wire.clone(), &CONFIG);
         for (byte, sent) in GREETING[..10].iter().zip([10, 10, 10, 10, 10, 10, 10, 10, 10, 11]) {
             wire.push(&[*byte]);
             connection.set_ready(true, true);
@@ -287,7 +288,7 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert!(wire.has_incoming() && !connection.buffered.is_writable);
         let waiting = connection.buffered.output.len();
-        let limit = MAX_WAITING_REPLY_BYTES;
+        let limit = CONFIG.max_waiting_reply_bytes;
         assert!((limit..limit + 2 * request.len()).contains(&waiting), "{waiting}");
         // Nothing is lost: when the peer reads, it gets all replies.
         while !connection.buffered.is_writable {
@@ -300,7 +301,8 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_released() {
-        let frame = [&b"\x01\0\x02\0\0\0\0\0\x01\0\0"[..], &vec![7; MAX_REQUEST_BYTES]].concat();
+        let frame =
+            [&b"\x01\0\x02\0\0\0\0\0\x01\0\0"[..], &vec![7; CONFIG.max_request_bytes]].concat();
         let (mut connection, wire) = connect(&frame[..frame.len() - 1]);
         run_until_idle(&mut connection).unwrap();
         assert!(connection.buffered.input.capacity() <= 4 * READ_BYTES, "a long frame is not kept");
@@ -315,7 +317,8 @@ mod tests {
     #[test]
     fn oversized_frame_is_refused_and_the_next_request_answered() {
         let frame =
-            [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
+            [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; CONFIG.max_request_bytes + 1]]
+                .concat();
         let (mut connection, wire) = connect(&frame);
         run_until_idle(&mut connection).unwrap();
         assert_eq!(connection.phase(), Phase::Oversized);

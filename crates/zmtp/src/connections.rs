@@ -10,9 +10,9 @@ use std::time::Instant;
 use tracing::debug;
 
 use crate::codec::decoder::Phase;
+use crate::config::ServerConfig;
 use crate::connection::Connection;
 use crate::eviction::{Activity, choose_evicted};
-use crate::limits::{HANDSHAKE_TIME, OVERSIZED_TIME};
 use crate::service::Service;
 
 /// The maximum number of requests in one turn if no other client is waiting.
@@ -20,6 +20,7 @@ const MAX_REQUESTS_IN_A_ROW: usize = 8;
 
 /// The connections of a server, and the queue for their turns.
 pub(crate) struct Connections<S> {
+    config: ServerConfig,
     entries: HashMap<usize, Entry<S>>,
     /// The identifiers of the connections that may have work to do, in the order of their turns.
     /// The queue contains each identifier at most once.
@@ -40,8 +41,9 @@ struct Entry<S> {
 }
 
 impl<S: Read + Write> Connections<S> {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(config: ServerConfig) -> Self {
         Self {
+            config,
             entries: HashMap::new(),
             queue: VecDeque::new(),
             deadlines: BTreeSet::new(),
@@ -53,11 +55,16 @@ impl<S: Read + Write> Connections<S> {
         self.entries.len()
     }
 
+    /// Returns true if a new connection must replace another.
+    pub(crate) fn is_full(&self) -> bool {
+        self.len() >= self.config.max_connections
+    }
+
     /// Adds the connection of a new client. The identifier must not belong to another connection.
     pub(crate) fn add(&mut self, id: usize, stream: S, address: IpAddr, now: Instant) {
-        let deadline = now + HANDSHAKE_TIME;
+        let deadline = now + self.config.handshake_time;
         let entry = Entry {
-            connection: Connection::new(stream),
+            connection: Connection::new(stream, &self.config),
             activity: Activity::new(address, now),
             deadline: Some(deadline),
             is_queued: true,
@@ -125,7 +132,9 @@ impl<S: Read + Write> Connections<S> {
         let (count, mut previous) = (self.len(), None);
         while self.len() >= count {
             let activities = self.entries.iter().map(|(&id, entry)| (id, &entry.activity));
-            let Some(id) = choose_evicted(activities, newcomer, now) else { return false };
+            let Some(id) = choose_evicted(activities, newcomer, self.config.silence, now) else {
+                return false;
+            };
             // A connection with activity in its last turn is kept, but only once. Otherwise the
             // clients of one network could keep all connections by sending requests all the time.
             if previous == Some(id) || !self.give_last_turn(id, service, now) {
@@ -164,7 +173,7 @@ impl<S: Read + Write> Connections<S> {
             if let Some(deadline) = entry.deadline.take() {
                 self.deadlines.remove(&(deadline, id));
             }
-            entry.deadline = (phase == Phase::Oversized).then(|| now + OVERSIZED_TIME);
+            entry.deadline = (phase == Phase::Oversized).then(|| now + self.config.oversized_time);
             self.deadlines.extend(entry.deadline.map(|deadline| (deadline, id)));
         }
         if turn.has_more && !entry.is_queued {
@@ -200,9 +209,12 @@ mod tests {
 
     use super::*;
     use crate::codec::handshake::{GREETING, READY};
-    use crate::limits::{MAX_REQUEST_BYTES, SILENCE};
     use crate::testing::{Echo, Wire};
 
+    const CONFIG: ServerConfig = ServerConfig { max_request_bytes: 5000, ..ServerConfig::DEFAULT };
+    const HANDSHAKE_TIME: Duration = CONFIG.handshake_time;
+    const OVERSIZED_TIME: Duration = CONFIG.oversized_time;
+    const SILENCE: Duration = CONFIG.silence;
     const HERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
     const ELSEWHERE: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(192, 0, 2, 7));
     const REQUEST: &[u8] = b"\x01\0\0\x01a";
@@ -220,6 +232,11 @@ mod tests {
         let id = connections.entries.keys().max().map_or(0, |id| id + 1);
         connections.add(id, wire.clone(), HERE, now);
         id
+    }
+
+    /// Returns the beginning of a request with a frame of 5001 bytes.
+    fn oversized_header() -> Vec<u8> {
+        [&b"\x01\0\x02"[..], &5001_u64.to_be_bytes()].concat()
     }
 
     fn closed(connections: &mut Connections<Wire>) -> usize {
@@ -240,7 +257,7 @@ mod tests {
 
     #[test]
     fn handshake_has_a_deadline() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         add(&mut connections, &Wire::silent(), start);
         add(&mut connections, &Wire::new(b""), start);
         assert!(connections.has_unready());
@@ -256,7 +273,7 @@ mod tests {
 
     #[test]
     fn bytes_that_have_just_arrived_complete_a_handshake() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         let wire = Wire::silent();
         add(&mut connections, &wire, start);
         serve(&mut connections, start);
@@ -268,9 +285,8 @@ mod tests {
 
     #[test]
     fn request_must_follow_an_oversized_frame() {
-        let frame =
-            [&b"\x01\0\x02\0\0\0\0\0\x01\0\x01"[..], &vec![7; MAX_REQUEST_BYTES + 1]].concat();
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let frame = [&oversized_header()[..], &[7; 5001]].concat();
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         let (silent, active) = (Wire::new(b""), Wire::new(b""));
         let ids = [&silent, &active].map(|wire| add(&mut connections, wire, start));
         serve(&mut connections, start);
@@ -291,8 +307,8 @@ mod tests {
 
     #[test]
     fn oversized_frame_right_after_the_handshake_has_its_own_deadline() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
-        let header = [&b"\x01\0\x02"[..], &(MAX_REQUEST_BYTES as u64 + 1).to_be_bytes()].concat();
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
+        let header = oversized_header();
         add(&mut connections, &Wire::new(&header), start);
         let late = Wire::silent();
         let id = add(&mut connections, &late, start);
@@ -308,7 +324,7 @@ mod tests {
 
     #[test]
     fn silent_connection_makes_room() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         let (active, silent) = (Wire::new(REQUEST), Wire::new(b""));
         add(&mut connections, &active, start);
         add(&mut connections, &silent, start);
@@ -331,7 +347,7 @@ mod tests {
 
     #[test]
     fn clients_that_send_all_the_time_make_room_for_another_network() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         for _ in 0..3 {
             add(&mut connections, &Wire::new(&REQUEST.repeat(1000)), start);
         }
@@ -349,7 +365,7 @@ mod tests {
         for (capacity, is_readable, is_writable, has_room) in
             [(91, false, true, false), (91, true, false, true), (usize::MAX, false, true, true)]
         {
-            let (start, mut connections) = (Instant::now(), Connections::new());
+            let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
             let wire = Wire::new(REQUEST);
             wire.set_capacity(capacity);
             let id = add(&mut connections, &wire, start);
@@ -365,7 +381,7 @@ mod tests {
 
     #[test]
     fn clients_take_turns() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         let wires = [(); 2].map(|()| Wire::new(&REQUEST.repeat(100)));
         for wire in &wires {
             add(&mut connections, wire, start);
@@ -376,7 +392,7 @@ mod tests {
             let sent = wires.each_ref().map(|wire| wire.sent().len() - handshake);
             assert_eq!(sent, [requests * REQUEST.len(); 2]);
         }
-        let (mut connections, wire) = (Connections::new(), Wire::new(&REQUEST.repeat(100)));
+        let (mut connections, wire) = (Connections::new(CONFIG), Wire::new(&REQUEST.repeat(100)));
         add(&mut connections, &wire, start);
         connections.serve(&mut Echo::default(), start);
         assert_eq!(wire.sent().len() - handshake, MAX_REQUESTS_IN_A_ROW * REQUEST.len());
@@ -384,7 +400,7 @@ mod tests {
 
     #[test]
     fn replies_are_flushed_and_failed_connections_dropped() {
-        let (start, mut connections) = (Instant::now(), Connections::new());
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
         let wire = Wire::new(REQUEST);
         wire.set_capacity(91);
         let id = add(&mut connections, &wire, start);

@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr};
-use std::time::Instant;
-
-use crate::limits::SILENCE;
+use std::time::{Duration, Instant};
 
 /// The activity of a client, which determines whether its connection may be closed to make room for
 /// another client.
@@ -50,17 +48,17 @@ fn network(address: IpAddr) -> IpAddr {
 ///
 /// The function chooses the connection that has been silent the longest among those without
 /// activity (see [`Service::answer`](crate::Service::answer)) or, if there are none, among all
-/// connections. A connection that has been silent for less than [`SILENCE`] is closed only if
-/// more than half of all connections belong to its network and the new client belongs to another
-/// network.
+/// connections. A connection that has been silent for less than `silence` is closed only if more
+/// than half of all connections belong to its network and the new client belongs to another network.
 pub(crate) fn choose_evicted<'s, T>(
     connections: impl Iterator<Item = (T, &'s Activity)> + Clone,
     newcomer: Option<IpAddr>,
+    silence: Duration,
     now: Instant,
 ) -> Option<T> {
     let rank = |(_, activity): &(T, &Activity)| (activity.has_requested, activity.last_active);
     let (lowest, activity) = connections.clone().min_by_key(rank)?;
-    if now.saturating_duration_since(activity.last_active) >= SILENCE {
+    if now.saturating_duration_since(activity.last_active) >= silence {
         return Some(lowest);
     }
     let mut counts = HashMap::new();
@@ -76,9 +74,9 @@ pub(crate) fn choose_evicted<'s, T>(
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
+
+    const SILENCE: Duration = Duration::from_secs(10);
 
     const HERE: [u8; 4] = [127, 0, 0, 1];
     const ELSEWHERE: [u8; 4] = [192, 0, 2, 7];
@@ -99,7 +97,7 @@ mod tests {
     }
 
     fn evicted(connections: &[Activity], newcomer: [u8; 4], now: Instant) -> Option<usize> {
-        choose_evicted(connections.iter().enumerate(), Some(newcomer.into()), now)
+        choose_evicted(connections.iter().enumerate(), Some(newcomer.into()), SILENCE, now)
     }
 
     #[test]
@@ -150,7 +148,8 @@ mod tests {
         connections.extend([Activity::new(ELSEWHERE.into(), begin); 2]);
         assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), Some(1));
         assert_eq!(evicted(&connections, HERE, begin + 4 * SECOND), None);
-        assert_eq!(choose_evicted(connections.iter().enumerate(), None, begin + 4 * SECOND), None);
+        let four = begin + 4 * SECOND;
+        assert_eq!(choose_evicted(connections.iter().enumerate(), None, SILENCE, four), None);
         // A network may have half of all connections.
         connections.push(Activity::new([192, 0, 2, 8].into(), begin));
         assert_eq!(evicted(&connections, ELSEWHERE, begin + 4 * SECOND), None);

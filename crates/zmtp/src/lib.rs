@@ -40,9 +40,9 @@
 //!   receives its replies in the order of its requests. A request with an oversized frame gets one
 //!   error reply from [`Service::refuse`].
 //! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
-//! - Memory is bounded. There are at most [`MAX_CONNECTIONS`](limits::MAX_CONNECTIONS) connections,
-//!   and each uses less than 100 KiB if replies are short. The server stops reading from a client
-//!   that does not read its replies.
+//! - Memory is bounded. There are at most [`max_connections`](ServerConfig::max_connections)
+//!   connections, and with the default limits each uses less than 100 KiB if replies are short. The
+//!   server stops reading from a client that does not read its replies.
 //! - Clients take turns. When the server is full, inactive connections are closed to make room for
 //!   new clients. The clients of one network cannot prevent clients of other networks from
 //!   connecting.
@@ -50,7 +50,7 @@
 //!   limits of [`RepServer::run`].
 //! - The client sends each request at most once, and never returns a late reply to an earlier
 //!   request. No server can make it panic, wait longer than its caller allows, or store more than
-//!   one reply of [`MAX_REPLY_BYTES`](limits::MAX_REPLY_BYTES).
+//!   one reply of [`max_reply_bytes`](ClientConfig::max_reply_bytes).
 //!
 //! # Structure
 //!
@@ -70,35 +70,21 @@
 //! and ROUTER servers that use ZMTP 3.0 or 3.1. Both support neither passwords (PLAIN) nor
 //! encryption (CURVE). They send no heartbeats, but answer PING commands. The server does not
 //! initiate connections, and the client connects to one server. Both are meant for short messages;
-//! all limits are constants in [`limits`].
+//! [`ServerConfig`] and [`ClientConfig`] set their limits.
 //!
-//! # Why not libzmq
+//! The README of this crate compares the server with other ZeroMQ servers under attack.
 //!
-//! Any remote client can crash a process that listens with libzmq 4.3.4. About 8 KB is enough: the
-//! client fills the receive queue with requests, sends a PING, and resets the connection. An
-//! assertion then fails (`!_io_error` in `stream_engine_base.cpp`). An unlimited receive queue
-//! avoids the crash, but does not limit memory use. Besides this crash, libzmq has three faults
-//! that its users cannot avoid:
-//!
-//! - If a client sends a request without the empty delimiter frame and disconnects, a libzmq REP
-//!   socket loses the reply to another, well-behaved client.
-//! - A client can take over the routing identity of another client and then receive the replies to
-//!   that client.
-//! - libzmq keeps all frames of a message in memory, no matter how many there are.
-//!
-//! The client avoids none of these faults, because a client chooses which server to trust. It
-//! exists because programs that use only this crate can be built without a C++ compiler.
 #![forbid(unsafe_code)]
 
 mod bind;
 mod buffered;
 mod client;
 pub mod codec;
+mod config;
 pub mod connection;
 mod connections;
 mod endpoint;
 mod eviction;
-pub mod limits;
 mod req_connection;
 mod server;
 mod service;
@@ -108,6 +94,7 @@ mod timers;
 
 pub use bind::{BindError, listen};
 pub use client::ReqClient;
+pub use config::{ClientConfig, ConfigError, ServerConfig};
 pub use endpoint::{Endpoint, EndpointError};
 pub use server::{RepServer, Waker};
 pub use service::{ClientId, Service};

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 
 use crate::buffered::BufferedStream;
 use crate::codec::{Event, ReplyDecoder, SIGNATURE, push_pong};
+use crate::config::ClientConfig;
 use crate::connection::DisconnectReason;
 
 /// The maximum number of reads in one call of [`ReqConnection::turn`].
@@ -21,9 +22,9 @@ pub(crate) struct ReqConnection<S> {
 
 impl<S: Read + Write> ReqConnection<S> {
     /// Creates a connection over a newly connected stream. The first turn sends the greeting.
-    pub(crate) fn new(stream: S) -> Self {
+    pub(crate) fn new(stream: S, config: &ClientConfig) -> Self {
         let buffered = BufferedStream::new(stream, SIGNATURE);
-        Self { decoder: ReplyDecoder::default(), buffered }
+        Self { decoder: ReplyDecoder::new(config), buffered }
     }
 
     /// Records that the stream may be readable or writable again.
@@ -106,14 +107,17 @@ mod tests {
     use super::*;
     use crate::buffered::READ_BYTES;
     use crate::codec::{GREETING, READY, REQ_READY};
-    use crate::limits::MAX_REPLY_BYTES;
     use crate::testing::Wire;
+
+    const MAX_REPLY_BYTES: usize = 200_000;
+    const CONFIG: ClientConfig =
+        ClientConfig { max_reply_bytes: MAX_REPLY_BYTES, ..ClientConfig::DEFAULT };
 
     /// Returns a connection after its handshake, and its stream.
     fn connect() -> (ReqConnection<Wire>, Wire) {
         let wire = Wire::silent();
         wire.push(&[&GREETING[..], READY].concat());
-        let mut connection = ReqConnection::new(wire.clone());
+        let mut connection = ReqConnection::new(wire.clone(), &CONFIG);
         assert!(!connection.is_ready());
         assert_eq!(turn(&mut connection).unwrap(), None);
         assert!(connection.is_ready() && connection.is_idle());

@@ -11,8 +11,8 @@ use mio::{Events, Interest, Poll, Token};
 use socket2::{SockRef, TcpKeepalive};
 use tracing::{debug, warn};
 
+use crate::config::ServerConfig;
 use crate::connections::Connections;
-use crate::limits::{KEEPALIVE, MAX_CONNECTIONS};
 use crate::service::Service;
 use crate::timers::{AcceptBackoff, Drain};
 
@@ -36,6 +36,7 @@ pub struct RepServer {
     events: Events,
     listener: mio::net::TcpListener,
     connections: Connections<TcpStream>,
+    keepalive: Duration,
     accept: AcceptBackoff,
     /// The identifier of the next connection, which is also its [`Token`].
     next_id: usize,
@@ -56,11 +57,22 @@ impl Waker {
 }
 
 impl RepServer {
-    /// Creates a server that accepts clients from `listener`.
+    /// Creates a server with the default limits, which accepts clients from `listener`.
     ///
     /// # Errors
     /// Returns an error if the operating system has no resources left.
     pub fn new(listener: TcpListener) -> io::Result<Self> {
+        Self::with_config(listener, ServerConfig::DEFAULT)
+    }
+
+    /// Creates a server with other limits.
+    ///
+    /// # Errors
+    /// Returns an error if no server can work with these limits (a
+    /// [`ConfigError`](crate::ConfigError) inside an [`ErrorKind::InvalidInput`]), or if the
+    /// operating system has no resources left.
+    pub fn with_config(listener: TcpListener, config: ServerConfig) -> io::Result<Self> {
+        config.check()?;
         listener.set_nonblocking(true)?;
         let (poll, mut listener) = (Poll::new()?, mio::net::TcpListener::from_std(listener));
         SockRef::from(&listener).listen(BACKLOG)?;
@@ -70,7 +82,8 @@ impl RepServer {
             poll,
             events: Events::with_capacity(MAX_EVENTS),
             listener,
-            connections: Connections::new(),
+            connections: Connections::new(config),
+            keepalive: config.keepalive,
             accept: AcceptBackoff::new(),
             next_id: WAKER.0 + 1,
             waker,
@@ -181,8 +194,9 @@ impl RepServer {
             }
             match self.listener.accept() {
                 Ok((stream, address)) => {
-                    let is_full = self.connections.len() >= MAX_CONNECTIONS;
-                    if is_full && !self.connections.make_room(Some(address.ip()), service, now) {
+                    if self.connections.is_full()
+                        && !self.connections.make_room(Some(address.ip()), service, now)
+                    {
                         has_turned_away = true;
                         debug!(%address, "connection turned away: the server is full");
                     } else if let Err(error) = self.add(stream, address.ip(), now) {
@@ -222,7 +236,8 @@ impl RepServer {
     fn add(&mut self, mut stream: TcpStream, address: IpAddr, now: Instant) -> io::Result<()> {
         stream.set_nodelay(true)?;
         // Detects clients that have disappeared without closing the connection.
-        SockRef::from(&stream).set_tcp_keepalive(&TcpKeepalive::new().with_time(KEEPALIVE))?;
+        let keepalive = TcpKeepalive::new().with_time(self.keepalive);
+        SockRef::from(&stream).set_tcp_keepalive(&keepalive)?;
         let (id, interest) = (self.next_id, Interest::READABLE | Interest::WRITABLE);
         self.poll.registry().register(&mut stream, Token(id), interest)?;
         self.connections.add(id, stream, address, now);

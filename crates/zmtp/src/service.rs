@@ -23,8 +23,8 @@ pub trait Service {
     ///
     /// `client` is the connection, `request` is the last frame of the body, and `frames` is the
     /// number of frames in the body. The server discards all body frames except the last. If the
-    /// last frame is longer than [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES), the bytes beyond
-    /// that length are replaced with zeros.
+    /// last frame is longer than [`max_kept_bytes`](crate::ServerConfig::max_kept_bytes), the bytes
+    /// beyond that length are replaced with zeros.
     ///
     /// Returns true if the request counts as activity. For requests without effect, such as
     /// malformed requests, implementations should return false: when a new client connects to a

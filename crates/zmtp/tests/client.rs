@@ -8,8 +8,7 @@ use std::time::Duration;
 
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY, REQ_READY, push_request};
 use mmsim_zmtp::connection::DisconnectReason;
-use mmsim_zmtp::limits::MAX_REPLY_BYTES;
-use mmsim_zmtp::{ReqClient, listen};
+use mmsim_zmtp::{ClientConfig, ReqClient, listen};
 
 /// The time limit for waits that should end earlier.
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -191,7 +190,7 @@ fn handshake_that_the_server_ends_is_repeated() {
 #[test]
 fn violation_of_the_protocol_is_an_error() {
     let handshake = [&GREETING[..], READY].concat();
-    let max = MAX_REPLY_BYTES;
+    let max = ClientConfig::DEFAULT.max_reply_bytes;
     for (bytes, expected) in [
         (b"HTTP/1.1 400 Bad Request\r\n\r\n".to_vec(), ProtocolError::Greeting),
         ([&GREETING[..10], &[1, 4]].concat(), ProtocolError::Version),

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Request};
-use mmsim_server::{Simulation, listen};
+use mmsim_server::{LIMITS, Simulation, listen};
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, RepServer, Service, Waker};
 
@@ -29,7 +29,7 @@ impl Endpoint {
     /// Serves the maze on a free port.
     pub(super) fn start(maze: &Maze, progress: &SharedProgress) -> io::Result<Self> {
         let listener = listen(HOST, 0).map_err(io::Error::other)?;
-        let mut server = RepServer::new(listener)?;
+        let mut server = RepServer::with_config(listener, LIMITS)?;
         let address = format!("tcp://{}", server.local_address()?);
         let (waker, is_stopping) = (server.waker(), Arc::new(AtomicBool::new(false)));
         let mut requests = Requests {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use mmsim_maze::{CellSet, MazeSize};
 use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, StateMessage};
-use mmsim_server::{Monitor, MonitorError};
+use mmsim_server::{LIMITS, Monitor, MonitorError};
 use mmsim_viewer::MouseControl;
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, RepServer, Service};
@@ -56,7 +56,7 @@ impl Gateway {
         monitor: Monitor,
         control: Arc<MouseControl>,
     ) -> io::Result<Self> {
-        let mut server = RepServer::new(listener)?;
+        let mut server = RepServer::with_config(listener, LIMITS)?;
         let address = format!("tcp://{}", server.local_address()?);
         let (simulator, tracker) = (Simulator { monitor, control }, Arc::default());
         let mut forwarder = Forwarder {

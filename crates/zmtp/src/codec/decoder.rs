@@ -5,14 +5,15 @@ use std::borrow::Cow;
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, Header, decode_command};
 use crate::codec::handshake::{Handshake, Role};
-use crate::limits::{MAX_ENVELOPE_BYTES, MAX_KEPT_BYTES, MAX_REQUEST_BYTES};
+use crate::config::ServerConfig;
 
 /// A decoder for the bytes that a client sends, beginning with the greeting.
 ///
 /// The input may arrive in chunks of any length. The decoder stores at most one envelope and the
-/// first [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) bytes of one frame.
+/// first [`max_kept_bytes`](ServerConfig::max_kept_bytes) of one frame.
 #[derive(Debug, Default)]
 pub struct Decoder {
+    config: ServerConfig,
     handshake: Handshake,
     stage: Stage,
     /// The encoded envelope of the current request.
@@ -30,12 +31,13 @@ pub enum Phase {
     Handshake,
     /// The peer may send requests.
     Ready,
-    /// A frame longer than [`MAX_REQUEST_BYTES`](crate::limits::MAX_REQUEST_BYTES) has arrived, and
-    /// no complete request has followed yet.
+    /// A frame longer than [`max_request_bytes`](ServerConfig::max_request_bytes) has arrived, and no
+    /// complete request has followed yet.
     Oversized,
 }
 
-/// A frame of more than [`MAX_KEPT_BYTES`] bytes, which the decoder stores only in part.
+/// A frame of more than [`max_kept_bytes`](ServerConfig::max_kept_bytes), which the decoder stores
+/// only in part.
 #[derive(Debug)]
 struct LongFrame {
     header: Header,
@@ -61,6 +63,16 @@ enum Stage {
 }
 
 impl Decoder {
+    /// Creates a decoder for a new connection.
+    pub fn new(config: &ServerConfig) -> Self {
+        Self { config: *config, ..Self::default() }
+    }
+
+    /// Returns the limits.
+    pub(crate) const fn config(&self) -> &ServerConfig {
+        &self.config
+    }
+
     /// Returns the phase of the connection.
     pub const fn phase(&self) -> Phase {
         match self.handshake {
@@ -85,16 +97,18 @@ impl Decoder {
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
             let (consumed, event);
-            (consumed, self.handshake, event) = self.handshake.decode(input, Role::Rep)?;
+            let max_command = self.config.max_command_bytes;
+            (consumed, self.handshake, event) =
+                self.handshake.decode(input, Role::Rep, max_command)?;
             return Ok((consumed, event));
         }
         if let Some(long) = self.long.take() {
             return Ok(self.continue_long(long, input));
         }
-        let Some(header) = Header::read(input, usize::MAX)? else {
+        let Some(header) = Header::read(input, usize::MAX, self.config.max_command_bytes)? else {
             return Ok((0, Event::Incomplete));
         };
-        if !header.is_command() && header.length > MAX_KEPT_BYTES {
+        if !header.is_command() && header.length > self.config.max_kept_bytes {
             return Ok((header.bytes, self.begin_long(header)?));
         }
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
@@ -114,8 +128,8 @@ impl Decoder {
         if self.stage == Stage::Idle {
             self.envelope.clear();
         }
-        if self.envelope.len() + frame.whole.len() > MAX_ENVELOPE_BYTES {
-            return Err(ProtocolError::EnvelopeTooLong);
+        if self.envelope.len() + frame.whole.len() > self.config.max_envelope_bytes {
+            return Err(self.envelope_too_long());
         }
         self.envelope.extend_from_slice(frame.whole);
         self.stage =
@@ -123,9 +137,14 @@ impl Decoder {
         Ok(Event::Ignored)
     }
 
+    const fn envelope_too_long(&self) -> ProtocolError {
+        ProtocolError::EnvelopeTooLong { max: self.config.max_envelope_bytes }
+    }
+
     fn begin_long(&mut self, header: Header) -> Result<Event<'static>, ProtocolError> {
-        let (remaining, is_oversized) = (header.length, header.length > MAX_REQUEST_BYTES);
-        let error = ProtocolError::FrameTooLong { max: MAX_REQUEST_BYTES, found: remaining as u64 };
+        let max = self.config.max_request_bytes;
+        let (remaining, is_oversized) = (header.length, header.length > max);
+        let error = ProtocolError::FrameTooLong { max, found: remaining as u64 };
         let event = match self.stage {
             Stage::Body { .. } if is_oversized => {
                 self.is_oversized = true;
@@ -134,18 +153,17 @@ impl Decoder {
             }
             Stage::Body { .. } | Stage::Refused => Event::Ignored,
             _ if is_oversized => return Err(error),
-            _ if header.has_more() => return Err(ProtocolError::EnvelopeTooLong),
+            _ if header.has_more() => return Err(self.envelope_too_long()),
             _ => Event::Ignored,
         };
         self.long = Some(LongFrame { header, remaining, kept: Vec::new() });
         Ok(event)
     }
 
-    /// Consumes the next bytes of a long frame. Stores only the first [`MAX_KEPT_BYTES`] bytes of
-    /// the frame.
+    /// Consumes the next bytes of a long frame. Stores only its first bytes.
     fn continue_long<'i>(&mut self, mut long: LongFrame, input: &[u8]) -> (usize, Event<'i>) {
         let consumed = input.len().min(long.remaining);
-        let kept = consumed.min(MAX_KEPT_BYTES - long.kept.len());
+        let kept = consumed.min(self.config.max_kept_bytes - long.kept.len());
         long.kept.extend_from_slice(&input[..kept]);
         long.remaining -= consumed;
         if long.remaining > 0 {
@@ -180,7 +198,10 @@ pub(crate) mod tests {
     use super::*;
     use crate::codec::frame::{COMMAND, push_last_frame, push_pong};
     use crate::codec::handshake::GREETING;
-    use crate::limits::MAX_COMMAND_BYTES;
+
+    const MAX_REQUEST_BYTES: usize = ServerConfig::DEFAULT.max_request_bytes;
+    const MAX_KEPT_BYTES: usize = ServerConfig::DEFAULT.max_kept_bytes;
+    const ENVELOPE_TOO_LONG: ProtocolError = ProtocolError::EnvelopeTooLong { max: 4096 };
 
     const REQ: &[u8] = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03REQ\x08Identity\0\0\0\0";
 
@@ -289,10 +310,7 @@ pub(crate) mod tests {
         );
         let huge = last_event(b"\x02\x7f\xff\xff\xff\xff\xff\xff\xff");
         assert_eq!(huge, "expected a frame of at most 65536 bytes, found 9223372036854775807");
-        assert_eq!(
-            last_event(b"\x03\0\0\0\0\0\0\x10\x01"),
-            ProtocolError::EnvelopeTooLong.to_string()
-        );
+        assert_eq!(last_event(b"\x03\0\0\0\0\0\0\x10\x01"), ENVELOPE_TOO_LONG.to_string());
         let long = [&b"\x02\0\0\0\0\0\0\x10\x01"[..], &[7; 4097]].concat();
         // A long frame within the envelope ends the message. A long frame within the body is a
         // normal frame.
@@ -307,7 +325,7 @@ pub(crate) mod tests {
             format!("{:?}", Event::Message { last: b"x".into(), frames: 2 })
         );
         let envelope = [&b"\x01\xff"[..], &[7; 255]].concat().repeat(16);
-        assert_eq!(last_event(&envelope), ProtocolError::EnvelopeTooLong.to_string());
+        assert_eq!(last_event(&envelope), ENVELOPE_TOO_LONG.to_string());
         // The envelope may have 4096 bytes: 15 frames, one that fills it up, and an empty frame.
         let with_last = |length: u8| {
             let last =
@@ -316,9 +334,9 @@ pub(crate) mod tests {
         };
         let request = format!("{:?}", Event::Message { last: b"x".into(), frames: 1 });
         assert_eq!(with_last(237), request);
-        assert_eq!(with_last(238), ProtocolError::EnvelopeTooLong.to_string());
+        assert_eq!(with_last(238), ENVELOPE_TOO_LONG.to_string());
         let command = |length: u64| {
-            let body = [&b"\x01X"[..], &[7; MAX_COMMAND_BYTES]].concat();
+            let body = [&b"\x01X"[..], &[7; 4096]].concat();
             let length_bytes = length.to_be_bytes();
             last_event(&[b"\x06", &length_bytes[..], &body[..4096]].concat())
         };

@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 
-use crate::limits::{MAX_ENVELOPE_BYTES, MAX_REPLY_BYTES};
-
 /// An event that [`Decoder::decode`](crate::codec::Decoder::decode) or
 /// [`ReplyDecoder::decode`](crate::codec::ReplyDecoder::decode) returns.
 #[derive(Debug, PartialEq, Eq)]
@@ -28,13 +26,13 @@ pub enum Event<'i> {
     /// the envelope that [`Decoder::envelope`](crate::codec::Decoder::envelope) returns.
     Message {
         /// The last frame of the body. In a long frame of a request, all bytes after the first
-        /// [`MAX_KEPT_BYTES`](crate::limits::MAX_KEPT_BYTES) are replaced with zeros.
+        /// [`max_kept_bytes`](crate::ServerConfig::max_kept_bytes) are replaced with zeros.
         last: Cow<'i, [u8]>,
         /// The number of frames in the body.
         frames: usize,
     },
-    /// A request with a frame longer than [`MAX_REQUEST_BYTES`](crate::limits::MAX_REQUEST_BYTES).
-    /// The caller must send an error reply immediately; the decoder skips the rest of the request.
+    /// A request with a frame longer than
+    /// [`max_request_bytes`](crate::ServerConfig::max_request_bytes). The caller must send an error reply immediately; the decoder skips the rest of the request.
     Oversized(ProtocolError),
 }
 
@@ -72,14 +70,20 @@ pub enum ProtocolError {
         found: u64,
     },
     /// The address envelope of a request is longer than the limit.
-    #[error("expected an envelope of at most {MAX_ENVELOPE_BYTES} bytes, found more")]
-    EnvelopeTooLong,
+    #[error("expected an envelope of at most {max} bytes, found more")]
+    EnvelopeTooLong {
+        /// The limit in bytes.
+        max: usize,
+    },
     /// A reply does not begin with the empty delimiter frame, or has no other frame.
     #[error("expected a reply after an empty frame, found another message")]
     Delimiter,
     /// A reply is longer than the limit.
-    #[error("expected a reply of at most {MAX_REPLY_BYTES} bytes, found more")]
-    ReplyTooLong,
+    #[error("expected a reply of at most {max} bytes, found more")]
+    ReplyTooLong {
+        /// The limit in bytes.
+        max: usize,
+    },
     /// A command is malformed.
     #[error("expected a well-formed command, found a malformed one")]
     Command,

@@ -2,7 +2,6 @@
 //! body of a command consists of a name and data.
 
 use crate::codec::event::{Event, ProtocolError};
-use crate::limits::MAX_COMMAND_BYTES;
 
 /// The flag that announces another frame of the same message.
 const MORE: u8 = 1;
@@ -26,9 +25,12 @@ pub(crate) struct Header {
 
 impl Header {
     /// Reads the header at the beginning of `input`, or returns `None` if the header is incomplete.
-    /// `max` is the maximum length of a message frame, in bytes. The limit for commands is
-    /// [`MAX_COMMAND_BYTES`].
-    pub(crate) fn read(input: &[u8], max: usize) -> Result<Option<Self>, ProtocolError> {
+    /// `max` and `max_command` are the maximum lengths of message frames and commands, in bytes.
+    pub(crate) fn read(
+        input: &[u8],
+        max: usize,
+        max_command: usize,
+    ) -> Result<Option<Self>, ProtocolError> {
         let Some((&flags, rest)) = input.split_first() else { return Ok(None) };
         if flags > (MORE | LONG | COMMAND) || flags & (MORE | COMMAND) == (MORE | COMMAND) {
             return Err(ProtocolError::Flags(flags));
@@ -39,7 +41,7 @@ impl Header {
             rest.first_chunk().map(|length| (u64::from_be_bytes(*length), 9))
         };
         let Some((found, bytes)) = length else { return Ok(None) };
-        let max = if flags & COMMAND == 0 { max } else { MAX_COMMAND_BYTES };
+        let max = if flags & COMMAND == 0 { max } else { max_command };
         let length = usize::try_from(found).ok().filter(|&length| length <= max);
         let length = length.ok_or(ProtocolError::FrameTooLong { max, found })?;
         Ok(Some(Self { flags, bytes, length }))
@@ -63,10 +65,10 @@ pub(crate) struct Frame<'i> {
 }
 
 impl<'i> Frame<'i> {
-    /// Reads the handshake frame at the beginning of `input`, or returns `None` if the frame is
-    /// incomplete.
-    pub(crate) fn read(input: &'i [u8]) -> Result<Option<Self>, ProtocolError> {
-        let header = Header::read(input, MAX_COMMAND_BYTES)?;
+    /// Reads the handshake frame of at most `max` bytes at the beginning of `input`, or returns
+    /// `None` if the frame is incomplete.
+    pub(crate) fn read(input: &'i [u8], max: usize) -> Result<Option<Self>, ProtocolError> {
+        let header = Header::read(input, max, max)?;
         Ok(header.and_then(|header| Self::split(input, header)))
     }
 

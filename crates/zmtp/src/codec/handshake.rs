@@ -86,8 +86,14 @@ pub(crate) enum Handshake {
 type Next<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
-    /// Decodes the next part of the handshake from the beginning of `input`.
-    pub(crate) fn decode<'i>(self, input: &[u8], role: Role) -> Result<Next<'i>, ProtocolError> {
+    /// Decodes the next part of the handshake from the beginning of `input`. `max_command` is the
+    /// maximum length of a command, in bytes.
+    pub(crate) fn decode<'i>(
+        self,
+        input: &[u8],
+        role: Role,
+        max_command: usize,
+    ) -> Result<Next<'i>, ProtocolError> {
         let incomplete = Ok((0, self, Event::Incomplete));
         match self {
             Self::Signature => {
@@ -114,7 +120,7 @@ impl Handshake {
                 Some(rest) => Ok((rest.len(), Self::Ready, Event::Send(role.ready()))),
             },
             Self::Ready => {
-                let Some(frame) = Frame::read(input)? else { return incomplete };
+                let Some(frame) = Frame::read(input, max_command)? else { return incomplete };
                 let properties = frame.body.strip_prefix(b"\x05READY");
                 let properties = properties.filter(|_| frame.header.is_command());
                 role.check_peer(socket_type(properties.ok_or(ProtocolError::Ready)?)?)?;
@@ -126,7 +132,7 @@ impl Handshake {
                 Some(3 | 5) => Ok((1, Self::Identity, Event::Ignored)),
                 Some(_) => Err(ProtocolError::SocketType),
             },
-            Self::Identity => match Frame::read(input)? {
+            Self::Identity => match Frame::read(input, max_command)? {
                 None => incomplete,
                 Some(Frame { header, .. }) if header.has_more() || header.is_command() => {
                     Err(ProtocolError::Greeting)

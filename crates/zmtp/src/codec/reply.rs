@@ -3,15 +3,16 @@
 use crate::codec::event::{Event, ProtocolError};
 use crate::codec::frame::{Frame, Header, decode_command};
 use crate::codec::handshake::{Handshake, Role};
-use crate::limits::MAX_REPLY_BYTES;
+use crate::config::ClientConfig;
 
 /// A decoder for the bytes that a server sends, beginning with the greeting.
 ///
 /// The input may arrive in chunks of any length. A frame is decoded when all of it has arrived, so
-/// the caller stores at most [`MAX_REPLY_BYTES`](crate::limits::MAX_REPLY_BYTES) bytes and one
-/// chunk. The decoder stores nothing else.
+/// the caller stores at most [`max_reply_bytes`](ClientConfig::max_reply_bytes) and one chunk. The
+/// decoder stores nothing else.
 #[derive(Debug, Default)]
 pub struct ReplyDecoder {
+    config: ClientConfig,
     handshake: Handshake,
     stage: Stage,
 }
@@ -28,6 +29,11 @@ enum Stage {
 }
 
 impl ReplyDecoder {
+    /// Creates a decoder for a new connection.
+    pub fn new(config: &ClientConfig) -> Self {
+        Self { config: *config, ..Self::default() }
+    }
+
     /// Returns true if the handshake is complete.
     pub fn is_ready(&self) -> bool {
         self.handshake == Handshake::Complete
@@ -47,12 +53,14 @@ impl ReplyDecoder {
     /// Returns an error if the server violates the protocol or exceeds a limit. The caller should
     /// then disconnect.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
+        let (max, max_command) = (self.config.max_reply_bytes, self.config.max_command_bytes);
         if !self.is_ready() {
             let (consumed, event);
-            (consumed, self.handshake, event) = self.handshake.decode(input, Role::Req)?;
+            (consumed, self.handshake, event) =
+                self.handshake.decode(input, Role::Req, max_command)?;
             return Ok((consumed, event));
         }
-        let Some(header) = Header::read(input, MAX_REPLY_BYTES)? else {
+        let Some(header) = Header::read(input, max, max_command)? else {
             return Ok((0, Event::Incomplete));
         };
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
@@ -65,8 +73,8 @@ impl ReplyDecoder {
             Stage::Delimiter => return Err(ProtocolError::Delimiter),
             Stage::Body { frames, bytes } => {
                 let (frames, bytes) = (frames + 1, bytes + frame.whole.len());
-                if bytes > MAX_REPLY_BYTES {
-                    return Err(ProtocolError::ReplyTooLong);
+                if bytes > max {
+                    return Err(ProtocolError::ReplyTooLong { max });
                 }
                 if frame.header.has_more() {
                     self.stage = Stage::Body { frames, bytes };
@@ -89,6 +97,10 @@ mod tests {
     use crate::codec::decoder::Decoder;
     use crate::codec::frame::push_request;
     use crate::codec::handshake::{GREETING, READY, REQ_READY};
+
+    const MAX_REPLY_BYTES: usize = 2000;
+    const CONFIG: ClientConfig =
+        ClientConfig { max_reply_bytes: MAX_REPLY_BYTES, ..ClientConfig::DEFAULT };
 
     /// Passes `input` to `decode` in chunks, cycling through `lengths` for their lengths. Returns the
     /// events as text. If decoding fails, the last element is the error.
@@ -121,7 +133,7 @@ mod tests {
     }
 
     fn events_in_pieces(input: &[u8], lengths: &[usize]) -> Vec<String> {
-        let mut decoder = ReplyDecoder::default();
+        let mut decoder = ReplyDecoder::new(&CONFIG);
         decode_in_pieces(input, lengths, |input| {
             let (consumed, event) = decoder.decode(input)?;
             Ok((consumed, format!("{event:?}")))
@@ -207,7 +219,7 @@ mod tests {
             [head, &(length as u64).to_be_bytes()[..], &vec![7; sent]].concat()
         };
         assert_eq!(events(&reply(max, max))[1], message(&vec![7; max], 1));
-        let too_long = ProtocolError::ReplyTooLong.to_string();
+        let too_long = ProtocolError::ReplyTooLong { max: MAX_REPLY_BYTES }.to_string();
         assert_eq!(events(&reply(max + 1, max + 1))[1], too_long);
         // A huge frame is refused before its body arrives.
         for found in [MAX_REPLY_BYTES + 1, usize::MAX >> 1] {
