@@ -59,7 +59,8 @@ struct Outcome {
 
 fn serve(incoming: &[u8], max_read: usize) -> Outcome {
     let mut counter = Counter { replies: 0 };
-    let mut connection = Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }, &CONFIG);
+    let mut connection =
+        Connection::new(Wire { incoming, outgoing: Vec::new(), max_read }, &CONFIG);
     let mut error = None;
     for turn in 0.. {
         assert!(turn < MAX_TURNS, "the connection never waits for more input");
