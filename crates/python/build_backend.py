@@ -1,21 +1,28 @@
-"""Builds wheels with maturin, and adds the `mmsim` command to them.
+"""Builds wheels with maturin, and adds the `mmsim` command to them. Builds source distributions.
 
 MMSIM_BINARY is the path of a finished binary, or MMSIM_PROFILE is the cargo profile with which the
 command is built (by default `release`).
 """
+import io
 import json
 import os
 import shutil
 import subprocess
 import sys
+import tarfile
+import tempfile
 from pathlib import Path
 
 import maturin
 
 FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parent.parent
 SCRIPTS = FOLDER / "micromouse_sim.data" / "scripts"
 # maturin needs the folder even if it writes only the metadata.
 SCRIPTS.mkdir(parents=True, exist_ok=True)
+
+# In a source distribution, the backend is started in the root folder.
+os.chdir(FOLDER)
 
 get_requires_for_build_wheel = maturin.get_requires_for_build_wheel
 get_requires_for_build_editable = maturin.get_requires_for_build_editable
@@ -34,10 +41,34 @@ def build_editable(wheel_directory, config_settings=None, metadata_directory=Non
 
 
 def build_sdist(sdist_directory, config_settings=None):
-    sys.exit(
-        "cannot build a source distribution, because the package needs all crates of the workspace"
-        " (build a wheel in a checkout: pip wheel crates/python)"
-    )
+    """Packs all files of the checkout: the wheel contains the command, and Cargo needs all members
+    of the workspace."""
+    with tempfile.TemporaryDirectory() as folder:
+        stem = maturin.prepare_metadata_for_build_wheel(folder)[: -len(".dist-info")]
+        metadata = Path(folder, f"{stem}.dist-info", "METADATA").read_bytes()
+    project = Path("pyproject.toml").read_text().replace('["."]', '["crates/python"]')
+    commit = {"git": {"sha1": git("rev-parse", "HEAD").strip()}}
+    added = {
+        "PKG-INFO": metadata,
+        "pyproject.toml": project.encode(),
+        # `mmsim --version` prints the commit.
+        "crates/cli/.cargo_vcs_info.json": json.dumps(commit).encode(),
+    }
+    name = f"{stem}.tar.gz"
+    with tarfile.open(Path(sdist_directory, name), "w:gz") as sdist:
+        for path in git("ls-files", "-z").split("\0")[:-1]:
+            sdist.add(ROOT / path, f"{stem}/{path}")
+        for path, content in added.items():
+            file = tarfile.TarInfo(f"{stem}/{path}")
+            file.size = len(content)
+            sdist.addfile(file, io.BytesIO(content))
+    return name
+
+
+def git(*arguments):
+    """Runs git in the root folder and returns its stdout."""
+    command = ["git", *arguments]
+    return subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True).stdout
 
 
 def add_command():
