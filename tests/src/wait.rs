@@ -18,6 +18,12 @@ pub const TIMEOUT_MS: i32 = 300_000;
 /// The timeout for a command. Some commands take a minute on an idle machine.
 const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
+/// The shortest pause between two polls.
+const MIN_POLL_INTERVAL: Duration = Duration::from_millis(1);
+
+/// The longest pause between two polls.
+const MAX_POLL_INTERVAL: Duration = Duration::from_millis(20);
+
 /// Polls until `poll` returns a value.
 ///
 /// # Panics
@@ -34,10 +40,12 @@ fn poll_for<T>(timeout: Duration, mut poll: impl FnMut() -> Option<T>) -> Option
         if let Some(found) = poll() {
             return Some(found);
         }
-        if start.elapsed() > timeout {
+        let waited = start.elapsed();
+        if waited > timeout {
             return None;
         }
-        thread::sleep(Duration::from_millis(1));
+        // Fewer polls leave more processor time to the event.
+        thread::sleep((waited / 8).clamp(MIN_POLL_INTERVAL, MAX_POLL_INTERVAL));
     }
 }
 

@@ -183,7 +183,7 @@ fn other_machines_need_the_token() {
         wait_for("states", || (live.data("states") != "0").then_some(()));
         live.click(".run [name=stop]");
         browser.open(&page);
-        wait_for("the page", || browser.exists(&live.part(".map svg")).then_some(()));
+        browser.wait_until_exists(&live.part(".map svg"));
         browser.leave();
     });
 }

@@ -81,6 +81,7 @@ impl Browser {
         let mut browser = Self { client, runtime, session: String::new(), downloads };
         let id = browser.wait(browser.client.session_id()).unwrap();
         browser.session = format!("{}/session/{id}", driver.address);
+        browser.command("timeouts", &json!({ "script": TIMEOUT.as_millis() }));
         Some(browser)
     }
 
@@ -140,6 +141,46 @@ impl Browser {
     pub(crate) fn run_async<T: DeserializeOwned>(&self, script: &str, arguments: &[Value]) -> T {
         let value = self.wait(self.client.execute_async(script, arguments.to_vec()));
         serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
+    }
+
+    /// Waits until a script returns a value that counts as true, and returns the value. The script may run
+    /// many times. It must not open another page.
+    #[track_caller]
+    pub(crate) fn wait_until<T: DeserializeOwned>(
+        &self,
+        what: &str,
+        script: &str,
+        arguments: &[Value],
+    ) -> T {
+        let script = format!(
+            "const done = arguments[arguments.length - 1];
+            const condition = () => {{ {script} }};
+            const check = () => {{
+                const value = condition();
+                if (value) done(value);
+                else setTimeout(check, 50);
+            }};
+            check();"
+        );
+        let value = self.try_wait(self.client.execute_async(&script, arguments.to_vec()));
+        let value = value.unwrap_or_else(|error| panic!("waited for {what}: {error}"));
+        serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}: {script}"))
+    }
+
+    /// Waits until an element exists.
+    #[track_caller]
+    pub(crate) fn wait_until_exists(&self, selector: &str) {
+        let script = "return document.querySelector(arguments[0]) !== null";
+        let _: bool = self.wait_until(selector, script, &[json!(selector)]);
+    }
+
+    /// Waits until the text of an element contains `part`, and returns the text.
+    #[track_caller]
+    pub(crate) fn wait_for_text(&self, selector: &str, part: &str) -> String {
+        let script = "
+            const text = document.querySelector(arguments[0])?.textContent;
+            return text?.includes(arguments[1]) && text;";
+        self.wait_until(part, script, &[json!(selector), json!(part)])
     }
 
     pub(crate) fn find(&self, selector: &str) -> Element {

@@ -31,7 +31,7 @@ const SCRIPT: &str = "
     read -r end
     kill -KILL -- -$!
     wait
-    rm -rf \"$1\"";
+    until rm -rf \"$1\"; do :; done";
 
 /// A running chromedriver.
 pub(crate) struct Driver {
@@ -90,6 +90,8 @@ impl Driver {
             "--disable-background-networking".into(),
             "--disable-component-update".into(),
             "--disable-sync".into(),
+            // Starting a process takes longer than most tests.
+            "--renderer-process-limit=1".into(),
             format!("--window-size={width},{height}"),
             format!("--user-data-dir={}", profile.display()),
             format!("--host-resolver-rules={NAMES}"),

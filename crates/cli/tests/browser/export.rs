@@ -109,7 +109,7 @@ fn an_exported_page_shows_what_the_server_shows() {
         let filter = panel(browser).part("[name=filter]");
         browser.type_into(&filter, "line 200 of");
         let found = ".log li:only-child button";
-        wait_for("one line", || browser.exists(&panel(browser).part(found)).then_some(()));
+        browser.wait_until_exists(&panel(browser).part(found));
         panel(browser).click(found);
         panel(browser).wait_for_state(230);
         browser.assert_no_errors();

@@ -1,5 +1,6 @@
 //! Fast runs that the page plays in time, as ghosts of each other.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs::File;
 
@@ -56,10 +57,7 @@ impl Runs<'_> {
     fn wait_for_duration(self, route: &str, seconds: f64) {
         let expected = format!("{seconds:.3} s");
         let duration = format!(".routes [data-route={route}] .duration");
-        wait_for(&format!("{expected} of {route}"), || {
-            let is_listed = self.0.browser.exists(&self.0.part(&duration));
-            (is_listed && self.0.text(&duration) == expected).then_some(())
-        });
+        self.0.browser.wait_for_text(&self.0.part(&duration), &expected);
     }
 
     /// Waits until the panel explains that there is no run over known walls.
@@ -86,27 +84,25 @@ impl Runs<'_> {
         self.0.text(".clock").trim_end_matches(" s").parse().unwrap()
     }
 
-    /// Returns the position in mm and the heading in degrees of a mouse on the map.
-    fn mouse(self, route: &str, maze: &Maze, half_cell: f64) -> (f64, f64, f64) {
-        let transform = self.0.attribute(&format!(".map [data-route={route}]"), "transform");
-        let numbers: Vec<f64> = transform
-            .split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
-            .filter_map(|number| number.parse().ok())
-            .collect();
-        let [x, y, angle] = numbers[..] else { panic!("{transform}") };
-        // A cell is 20 units wide. The page measures from the top and turns clockwise from north.
-        let height = 20.0 * f64::from(maze.size().height());
-        (x * half_cell / 10.0, (height - y) * half_cell / 10.0, 90.0 - angle)
+    /// Returns the transformation of each mouse on the map.
+    fn transforms(self) -> BTreeMap<String, String> {
+        let script = "return Object.fromEntries([...document.querySelectorAll(arguments[0])]
+            .map((mouse) => [mouse.dataset.route, mouse.getAttribute('transform')]))";
+        self.0.browser.run(script, &[json!(self.0.part(".map .fast-mouse"))])
     }
 
-    /// Asserts that a mouse on the map is where the crate's mouse is at a time in s.
-    fn assert_is_at(self, route: &str, maze: &Maze, trajectory: &Trajectory, time: f64) {
-        let expected = trajectory.at(time);
-        let (x, y, heading) = self.mouse(route, maze, trajectory.half_cell());
-        let off = (x - expected.x).hypot(y - expected.y);
-        assert!(off < TOLERANCE, "{route} at {time} s: {off} mm off");
-        let turned = (heading - expected.heading * 180.0 / PI).rem_euclid(360.0);
-        assert!(turned.min(360.0 - turned) < 0.1, "{route} at {time} s: {turned}° off");
+    /// Asserts that the mice on the map are where the crate's mice are at a time in s.
+    fn assert_are_at(self, maze: &Maze, driven: &[(&str, Trajectory)], time: f64) {
+        let transforms = self.transforms();
+        for (route, trajectory) in driven {
+            let expected = trajectory.at(time);
+            let transform = transforms[*route].as_str();
+            let (x, y, heading) = position(transform, maze, trajectory.half_cell());
+            let off = (x - expected.x).hypot(y - expected.y);
+            assert!(off < TOLERANCE, "{route} at {time} s: {off} mm off");
+            let turned = (heading - expected.heading * 180.0 / PI).rem_euclid(360.0);
+            assert!(turned.min(360.0 - turned) < 0.1, "{route} at {time} s: {turned}° off");
+        }
     }
 
     fn mice(self) -> usize {
@@ -117,6 +113,18 @@ impl Runs<'_> {
     fn is_playing(self) -> bool {
         self.0.attribute("[name=drive]", "aria-pressed") == "true"
     }
+}
+
+/// Returns the position in mm and the heading in degrees of a mouse with this transformation.
+fn position(transform: &str, maze: &Maze, half_cell: f64) -> (f64, f64, f64) {
+    let numbers: Vec<f64> = transform
+        .split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
+        .filter_map(|number| number.parse().ok())
+        .collect();
+    let [x, y, angle] = numbers[..] else { panic!("{transform}") };
+    // A cell is 20 units wide. The page measures from the top and turns clockwise from north.
+    let height = 20.0 * f64::from(maze.size().height());
+    (x * half_cell / 10.0, (height - y) * half_cell / 10.0, 90.0 - angle)
 }
 
 #[test]
@@ -138,9 +146,7 @@ fn three_ghosts_are_where_the_crate_says() {
             let end = (longest * 1000.0).ceil() as u32;
             for ms in (0..40).map(|step| step * end / 39) {
                 runs.slide_to(ms);
-                for (route, trajectory) in &driven {
-                    runs.assert_is_at(route, &maze, trajectory, f64::from(ms) / 1000.0);
-                }
+                runs.assert_are_at(&maze, &driven, f64::from(ms) / 1000.0);
             }
             // The figures are those of the fastest run.
             let (_, best) = &driven[0];
@@ -198,9 +204,7 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
         clock.advance(100);
         let paused = runs.time();
         assert!((paused - expected).abs() < 0.00051, "{paused} {expected}");
-        for (route, trajectory) in &driven {
-            runs.assert_is_at(route, &maze, trajectory, paused);
-        }
+        runs.assert_are_at(&maze, &driven, paused);
         clock.restart();
         // The keys move by hundredths and tenths of a second.
         runs.slide_to(500);
@@ -216,9 +220,7 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
         assert!(!runs.is_playing());
         clock.restart();
         assert!((runs.time() - slowest).abs() < 0.001);
-        for (route, trajectory) in &driven {
-            runs.assert_is_at(route, &maze, trajectory, 100.0);
-        }
+        runs.assert_are_at(&maze, &driven, 100.0);
         // A hidden mouse no longer counts. The selected curve has the colours of the speed.
         live.click(".routes [data-route=fewest-turns] [name=show]");
         assert_eq!(runs.mice(), 2);
@@ -236,7 +238,7 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
         assert!(runs.is_playing());
         clock.advance(2000);
         assert_eq!(live.text(".clock"), "9.000 s");
-        runs.assert_is_at("fastest", &maze, &ares[0].1, 9.0);
+        runs.assert_are_at(&maze, &ares[..1], 9.0);
         clock.restart();
         live.click("[name=search]");
         assert!(!browser.is_visible(&live.part(".drive")) && runs.mice() == 0);
@@ -268,7 +270,7 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
         assert_eq!(runs.mice(), 3);
         live.click(".routes [data-route=known-walls] [name=show]");
         runs.slide_to(1700);
-        runs.assert_is_at("known-walls", &maze, &trajectory, 1.7);
+        runs.assert_are_at(&maze, &[("known-walls", trajectory)], 1.7);
         // Another maze replaces the runs.
         Page(browser).choose_maze("unreachable-closed-garden.txt");
         browser.click("#confirm [value=confirm]");
@@ -352,9 +354,9 @@ fn an_exported_page_plays_fast_runs() {
             let driven = trajectories(&maze, &vehicle);
             for (route, trajectory) in &driven {
                 runs.wait_for_duration(route, trajectory.duration());
-                runs.slide_to(1234);
-                runs.assert_is_at(route, &maze, trajectory, 1.234);
             }
+            runs.slide_to(1234);
+            runs.assert_are_at(&maze, &driven, 1.234);
         }
         // The mouse has seen only the start cell.
         runs.wait_for_unknown_path();
@@ -389,7 +391,7 @@ fn an_exported_page_without_the_true_maze_plays_the_run_over_known_walls() {
         runs.wait_for_duration("known-walls", trajectory.duration());
         assert_eq!(runs.mice(), 1);
         runs.slide_to(1700);
-        runs.assert_is_at("known-walls", &maze, &trajectory, 1.7);
+        runs.assert_are_at(&maze, &[("known-walls", trajectory)], 1.7);
         browser.leave();
     });
 }

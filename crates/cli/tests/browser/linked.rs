@@ -95,7 +95,7 @@ fn panels_move_to_the_same_step_or_the_same_phase() {
         }
         let recording = {
             let first = "#recordings [title$='_0001.mcap']";
-            wait_for("the recordings", || browser.exists(first).then_some(()));
+            browser.wait_until_exists(first);
             browser.click(first);
             Panel { browser, source: "1" }
         };

@@ -95,7 +95,7 @@ fn the_search_reaches_all_lines_of_a_long_log() {
         live.wait_for_state(899);
         let enter = '\u{e007}';
         // Enter directly after the text already uses the matches.
-        wait_for("the log", || browser.exists(".log li").then_some(()));
+        browser.wait_until_exists(".log li");
         browser.type_into(".log input", &format!("seven{enter}"));
         live.wait_for_state(7);
         browser.clear(".log input");

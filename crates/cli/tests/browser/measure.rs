@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, with_page};
+use crate::browser::{Browser, with_page};
 use crate::harness::recorded;
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
@@ -150,7 +150,7 @@ fn the_rate_of_states_with_a_page_open() {
         let measure = |open: bool| {
             if open {
                 browser.open(&simulator.page);
-                wait_for("the page", || browser.exists(".map svg").then_some(()));
+                browser.wait_until_exists(".map svg");
                 Panel::live(browser).wait_for_state(simulator.info().states - 1);
             } else {
                 browser.open("about:blank");

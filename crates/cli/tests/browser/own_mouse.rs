@@ -35,7 +35,7 @@ fn with_mouse(options: &[&str], mouse: &[&str], test: impl FnOnce(&Browser, &Sim
 fn open(browser: &Browser, simulator: &Simulator) {
     browser.open(&simulator.page);
     let controls = Panel::live(browser).part(".run .phase");
-    wait_for("the controls", || browser.exists(&controls).then_some(()));
+    browser.wait_until_exists(&controls);
 }
 
 fn click(live: Panel<'_>, name: &str) {
@@ -43,12 +43,12 @@ fn click(live: Panel<'_>, name: &str) {
 }
 
 fn wait_for_phase(live: Panel<'_>, phase: &str) {
-    wait_for(phase, || (live.text(".run .phase") == phase).then_some(()));
+    assert_eq!(live.browser.wait_for_text(&live.part(".run .phase"), phase), phase);
 }
 
 /// Waits until the page shows an outcome that contains `text`. Returns the outcome.
 fn wait_for_result(live: Panel<'_>, text: &str) -> String {
-    wait_for(text, || Some(live.text(".run .result")).filter(|result| result.contains(text)))
+    live.browser.wait_for_text(&live.part(".run .result"), text)
 }
 
 fn is_shown(browser: &Browser, live: Panel<'_>, selector: &str) -> bool {
@@ -155,7 +155,7 @@ fn pause_step_and_pace_hold_the_mouse() {
 
 #[test]
 fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
-    with_mouse(&["--maze", "hedgerow", "--pace", "200"], &SEARCHES, |browser, simulator| {
+    with_mouse(&["--maze", "hedgerow", "--pace", "3600000"], &SEARCHES, |browser, simulator| {
         let (page, live) = (Page(browser), Panel::live(browser));
         let is_asking =
             || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
@@ -166,7 +166,7 @@ fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
             browser.click(&format!("#confirm [value='{answer}']"));
             wait_for("the dialog to close", || (!is_asking()).then_some(()));
         };
-        wait_for("a state", || (simulator.info().states > 0).then_some(()));
+        live.wait_for_state(0);
         wait_for_phase(live, "running");
         choose("half-size-old-quarter.txt", "");
         assert_eq!(live.text(".run .phase"), "running");
@@ -185,7 +185,7 @@ fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
         assert!(!is_asking());
         wait_for("no outcome", || live.text(".run .result").is_empty().then_some(()));
         click(live, "again");
-        wait_for("a state", || (simulator.info().states > 0).then_some(()));
+        live.wait_for_state(0);
         wait_for_phase(live, "running");
         choose("oblong-long-meadow.txt", "run");
         live.set_pace("no limit");

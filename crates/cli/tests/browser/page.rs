@@ -5,7 +5,7 @@ use mmsim_maze::{Heading, Maze, Pose};
 use mmsim_recording::Course;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for};
+use crate::browser::Browser;
 use crate::drawing::Drawing;
 use crate::test_state::TestState;
 
@@ -21,7 +21,7 @@ impl Page<'_> {
     /// Clicks a maze in the list.
     pub(crate) fn choose_maze(self, path: &str) {
         let maze = Self::maze_selector(path);
-        wait_for("the list", || self.0.exists(&maze).then_some(()));
+        self.0.wait_until_exists(&maze);
         self.0.click(&maze);
     }
 
@@ -66,12 +66,19 @@ impl<'a> Panel<'a> {
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])
     }
 
+    /// Waits until the data attributes have these values.
+    fn wait_for_data(&self, what: &str, expected: &[(&str, &str)]) {
+        let script = "
+            const { dataset } = document.querySelector(arguments[0]) ?? {};
+            return dataset && arguments[1].every(([name, value]) => dataset[name] === value);";
+        let arguments = [json!(self.part("").trim_end()), json!(expected)];
+        let _: bool = self.browser.wait_until(what, script, &arguments);
+    }
+
     /// Waits until the panel shows the state with this index.
     pub(crate) fn wait_for_state(&self, at: usize) {
-        let expected = at.to_string();
-        wait_for(&format!("State {at} in {}", self.source), || {
-            (self.data("index") == expected).then_some(())
-        });
+        let what = format!("state {at} in {}", self.source);
+        self.wait_for_data(&what, &[("index", &at.to_string())]);
     }
 
     /// Moves the slider to the state with this index, as if the user had dragged it. Waits until the
@@ -87,13 +94,12 @@ impl<'a> Panel<'a> {
 
     /// Waits until the panel shows weights and texts, which are hidden while states arrive fast.
     pub(crate) fn wait_for_labels(&self) {
-        wait_for("weights and texts", || (self.data("fast") == "false").then_some(()));
+        self.wait_for_data("weights and texts", &[("fast", "false")]);
     }
 
     /// Waits until the panel has loaded this run.
     pub(crate) fn wait_for_run(&self, run: u64) {
-        let expected = run.to_string();
-        wait_for(&format!("run {run}"), || (self.data("run") == expected).then_some(()));
+        self.wait_for_data(&format!("run {run}"), &[("run", &run.to_string())]);
     }
 
     /// Waits until the panel shows this state of this run.
@@ -138,9 +144,7 @@ impl<'a> Panel<'a> {
 
     /// Waits until the panel shows a maze without states.
     pub(crate) fn wait_until_empty(&self) {
-        wait_for("an empty map", || {
-            (self.data("index").is_empty() && self.data("states") == "0").then_some(())
-        });
+        self.wait_for_data("an empty map", &[("index", ""), ("states", "0")]);
     }
 
     /// Waits until weights are shown, then asserts that the map and the number of visited cells

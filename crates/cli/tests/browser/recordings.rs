@@ -68,7 +68,7 @@ fn a_saved_run_opens_next_to_the_live_run() {
         simulator.send(&other.message('F', 'C'));
         browser.type_into(FILE, file.to_str().unwrap());
         let opened = Panel { browser, source: "1" };
-        wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+        browser.wait_until_exists(&opened.part(".map svg"));
         assert_history(opened, &maze, &states);
         live.wait_for_state(0);
         live.assert_shows(&maze, std::slice::from_ref(&other));
@@ -141,7 +141,7 @@ fn recordings_are_listed_and_open() {
             browser.click(&format!("#recordings li:nth-child({}) button", number + 1));
             let id = (number + 1).to_string();
             let opened = Panel { browser, source: &id };
-            wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+            browser.wait_until_exists(&opened.part(".map svg"));
             assert_history(opened, &maze, newest.next().unwrap());
         }
         Panel::live(browser).wait_until_empty();
@@ -162,7 +162,7 @@ fn a_recording_is_served_without_a_simulator() {
         let replay = Serving::start(simulator.home.command(&arguments), "watch at");
         browser.open(&page_address(&replay));
         let opened = Panel { browser, source: "1" };
-        wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+        browser.wait_until_exists(&opened.part(".map svg"));
         assert_history(opened, &maze, &states);
         assert!(!browser.exists(&Panel::live(browser).part(".map")));
         browser.leave();

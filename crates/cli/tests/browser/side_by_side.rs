@@ -23,10 +23,10 @@ pub(crate) fn send_states(simulator: &Simulator, first: usize, count: usize) {
 
 /// Opens the newest recording in the list and waits for its panel.
 pub(crate) fn open_newest_recording<'a>(browser: &'a Browser, id: &'a str) -> Panel<'a> {
-    wait_for("the list", || browser.exists("#recordings li").then_some(()));
+    browser.wait_until_exists("#recordings li");
     browser.click("#recordings li:first-child button");
     let opened = Panel { browser, source: id };
-    wait_for("a panel", || browser.exists(&opened.part(".map svg")).then_some(()));
+    browser.wait_until_exists(&opened.part(".map svg"));
     opened
 }
 
