@@ -86,12 +86,12 @@ fn read(path: &Path) -> Topics {
 
 #[test]
 fn each_state_has_a_message_with_the_figures_of_the_mouse() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.mcap");
     for (maze, strategy) in [
         (mmsim_mazes::HARBOUR, BundledStrategy::FloodFill),
         (mmsim_mazes::HEDGEROW, BundledStrategy::Swing),
     ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
         let maze = maze.parse().unwrap();
         let observed = record(&path, &maze, strategy, true);
         let (recording, topics) = (Recording::open(&path).unwrap(), read(&path));
