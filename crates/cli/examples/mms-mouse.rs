@@ -1,6 +1,5 @@
-//! A flood-fill mouse for the mms simulator, written with the published `mms-rs` crate. The mouse
-//! does not depend on mmsim. In the simulator's window, it displays the distances it has computed
-//! and the walls it has sensed.
+//! A flood-fill mouse for the mms simulator, without any library. In the simulator's window, it
+//! displays the distances it has computed and the walls it has sensed.
 //!
 //! ```sh
 //! cargo build -p mmsim --examples
@@ -9,25 +8,23 @@
 
 use std::collections::VecDeque;
 use std::error::Error;
-
-use mms_rs::{Direction, MmsApi};
+use std::io::{self, BufRead};
 
 /// The changes in x and y for a step in each direction, clockwise from north.
 const STEPS: [(i32, i32); 4] = [(0, 1), (1, 0), (0, -1), (-1, 0)];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut map = MazeMap::new(MmsApi::maze_width()?, MmsApi::maze_height()?);
+    let mut map = MazeMap::new(ask("mazeWidth")?.parse()?, ask("mazeHeight")?.parse()?);
     let (mut cell, mut heading) = ((0, 0), 0);
     loop {
-        let walls = [MmsApi::wall_left()?, MmsApi::wall_front()?, MmsApi::wall_right()?];
-        for (turn, is_wall) in [3, 0, 1].into_iter().zip(walls) {
-            map.observe(cell, (heading + turn) % 4, is_wall)?;
+        for (turn, question) in [(3, "wallLeft"), (0, "wallFront"), (1, "wallRight")] {
+            map.observe(cell, (heading + turn) % 4, ask(question)? == "true");
         }
         let distances = map.flood();
         for (index, &distance) in distances.iter().enumerate() {
             if map.displayed[index] != distance {
                 let (x, y) = map.cell(index);
-                MmsApi::set_text(u32::try_from(x)?, u32::try_from(y)?, &distance.to_string())?;
+                println!("setText {x} {y} {distance}");
             }
         }
         map.displayed = distances;
@@ -38,18 +35,25 @@ fn main() -> Result<(), Box<dyn Error>> {
         let open = [0, 1, 3, 2].map(|turn| (heading + turn) % 4);
         let open = open.into_iter().filter(|&direction| !map.has_wall(cell, direction));
         let best = open.min_by_key(distance).ok_or("walls on all sides")?;
-        match (best + 4 - heading) % 4 {
-            0 => {}
-            1 => MmsApi::turn_right()?,
-            3 => MmsApi::turn_left()?,
-            _ => {
-                MmsApi::turn_right()?;
-                MmsApi::turn_right()?;
-            }
+        let turns: &[&str] = match (best + 4 - heading) % 4 {
+            0 => &[],
+            1 => &["turnRight"],
+            3 => &["turnLeft"],
+            _ => &["turnRight", "turnRight"],
+        };
+        for command in turns.iter().chain(&["moveForward"]) {
+            ask(command)?;
         }
-        MmsApi::move_forward(None)?;
         (cell, heading) = (next(cell, best), best);
     }
+}
+
+/// Sends a command that has a reply, and returns the reply.
+fn ask(command: &str) -> io::Result<String> {
+    println!("{command}");
+    let mut reply = String::new();
+    io::stdin().lock().read_line(&mut reply)?;
+    Ok(reply.trim_end().to_string())
 }
 
 /// Returns the adjacent cell in this direction.
@@ -74,20 +78,13 @@ impl MazeMap {
     }
 
     /// Adds a sensed wall to the map and displays it.
-    fn observe(
-        &mut self,
-        cell: (i32, i32),
-        direction: usize,
-        is_wall: bool,
-    ) -> Result<(), Box<dyn Error>> {
+    fn observe(&mut self, cell: (i32, i32), direction: usize, is_wall: bool) {
         if is_wall && !self.has_wall(cell, direction) {
             let (index, next) = (self.index(cell), self.index(next(cell, direction)));
             self.walls[index][direction] = true;
             self.walls[next][(direction + 2) % 4] = true;
-            let letter = [Direction::North, Direction::East, Direction::South, Direction::West];
-            MmsApi::set_wall(u32::try_from(cell.0)?, u32::try_from(cell.1)?, &letter[direction])?;
+            println!("setWall {} {} {}", cell.0, cell.1, ["n", "e", "s", "w"][direction]);
         }
-        Ok(())
     }
 
     /// Returns the distance from each cell to the centre, treating unknown walls as open.

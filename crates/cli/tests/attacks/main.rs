@@ -4,6 +4,7 @@
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
 //! times as long and prints measurements.
+#![cfg(unix)]
 
 #[path = "../harness/mod.rs"]
 mod harness;

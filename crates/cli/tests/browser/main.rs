@@ -3,6 +3,7 @@
 //! The tests need Chromium or Chrome and chromedriver (Debian: chromium, chromium-driver). If the
 //! browser or chromedriver is missing, the tests are skipped, or fail if `MMSIM_BROWSER=required`
 //! is set.
+#![cfg(unix)]
 
 #[path = "../harness/mod.rs"]
 mod harness;

@@ -1,4 +1,4 @@
-//! `mmsim mms` with a mouse that uses the published `mms-rs` crate, and with Python mice.
+//! `mmsim mms` with a mouse in Rust, and with Python mice.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -51,7 +51,7 @@ fn python() -> Option<&'static str> {
 }
 
 /// Returns the path of the mouse `examples/mms-mouse.rs`, which cargo builds with the tests.
-fn mms_rs_mouse() -> PathBuf {
+fn rust_mouse() -> PathBuf {
     let name = format!("mms-mouse{}", std::env::consts::EXE_SUFFIX);
     let path = Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples").join(name);
     assert!(path.exists(), "first run `cargo build -p mmsim --examples`");
@@ -96,9 +96,9 @@ fn states<R>(recording: &Recording, mut each: impl FnMut(State<'_>) -> R) -> Vec
 }
 
 #[test]
-fn a_mouse_that_uses_mms_rs_reaches_the_goal() {
+fn a_mouse_in_rust_reaches_the_goal() {
     let home = Home::new();
-    let mouse = mms_rs_mouse();
+    let mouse = rust_mouse();
     let options = [&QUIET[..], &["--maze", "hedgerow", "--score", "--record", "seen"]].concat();
     let ended = home.run(&arguments(&options, &[mouse.to_str().unwrap()]));
     assert_eq!(ended.code, Some(0), "{ended:?}");
