@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
 use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
@@ -26,15 +25,12 @@ pub(crate) struct Simulator {
 impl Simulator {
     /// Serves the maze in a file.
     pub(crate) fn serve(maze: &Path) -> Self {
-        Self::start(maze, |_| Some(Duration::ZERO))
+        Self::start(maze, |_| true)
     }
 
-    /// Serves the maze in a file. `pause` receives the number of earlier requests and returns the
-    /// delay before the reply, or `None` to stop the simulator.
-    pub(crate) fn start(
-        maze: &Path,
-        pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
-    ) -> Self {
+    /// Serves the maze in a file. `may_reply` receives the number of earlier requests. It may delay
+    /// the reply, and returns false to stop the simulator.
+    pub(crate) fn start(maze: &Path, may_reply: impl Fn(usize) -> bool + Send + 'static) -> Self {
         let maze = fs::read_to_string(maze).unwrap();
         let mut simulation = Simulation::new("captured", maze.parse::<Maze>().unwrap());
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
@@ -47,8 +43,9 @@ impl Simulator {
                 if request == END {
                     return requests;
                 }
-                let Some(pause) = pause(requests.len()) else { return requests };
-                thread::sleep(pause);
+                if !may_reply(requests.len()) {
+                    return requests;
+                }
                 simulation.handle(&request, &mut reply);
                 socket.send(&reply, 0).unwrap();
                 requests.push(request);
