@@ -13,7 +13,7 @@ use std::{fs, thread};
 use harness::noise::{send_until_refused, state};
 use harness::{Home, Serving, limited};
 use mcap::records::{MessageHeader, Metadata};
-use mmsim_tests::{ask, connect_to};
+use mmsim_tests::{TIMEOUT, ask, connect_to};
 
 const MIB: u64 = 1 << 20;
 
@@ -179,7 +179,7 @@ fn post(page: &str, path: &str, body: &str) -> (u16, String) {
 
 fn send(page: &str, method: &str, path: &str, body: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(page).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
     write!(
         stream,
         "{method} {path} HTTP/1.1\r\nhost: {page}\r\norigin: http://{page}\r\nconnection: close\r\n\

@@ -6,9 +6,9 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStderr, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
-use std::time::Duration;
 
 use harness::{Home, read_until};
+use mmsim_tests::{TIMEOUT, TIMEOUT_MS, wait_for_exit};
 
 /// The number of refused requests: enough to fill both the pipe and the queue with log messages.
 const REQUESTS: usize = 20_000;
@@ -28,7 +28,7 @@ impl Unread {
         let address = messages.split("tcp://").nth(1).unwrap().split(';').next().unwrap();
         let socket = zmq::Context::new().socket(zmq::REQ).unwrap();
         socket.set_linger(0).unwrap();
-        socket.set_rcvtimeo(30_000).unwrap();
+        socket.set_rcvtimeo(TIMEOUT_MS).unwrap();
         socket.connect(&format!("tcp://{address}")).unwrap();
         let server = Self { child, stderr: Some(stderr), socket };
         for number in 0..REQUESTS {
@@ -55,7 +55,7 @@ impl Drop for Unread {
 /// Reads lines until a line contains the text. Returns this line.
 fn line_with(lines: &Receiver<String>, text: &str) -> String {
     loop {
-        let line = lines.recv_timeout(Duration::from_secs(30));
+        let line = lines.recv_timeout(TIMEOUT);
         let line = line.unwrap_or_else(|error| panic!("no line with {text:?}: {error}"));
         if line.contains(text) {
             return line;
@@ -84,10 +84,5 @@ fn a_full_stderr_pipe_does_not_block_shutdown() {
     let mut server = Unread::start(&Home::new());
     let kill = format!("kill -s TERM {}", server.child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    let begun = std::time::Instant::now();
-    while server.child.try_wait().unwrap().is_none() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "it has not ended");
-        thread::sleep(Duration::from_millis(10));
-    }
-    assert_eq!(server.child.wait().unwrap().code(), Some(0));
+    assert_eq!(wait_for_exit(&mut server.child).code(), Some(0));
 }

@@ -165,9 +165,15 @@ mod on_linux {
         command.args(["-c", limited, env!("CARGO_BIN_EXE_mmsim")]).env("HOME", home.path());
         let mut server = harness::Serving::start(command, "watch at http://");
         let page = server.messages.split("http://").nth(1).unwrap().split('/').next().unwrap();
-        let _all: Vec<_> = (0..60).map(|_| TcpStream::connect(page.trim()).unwrap()).collect();
-        // In this time there are several more attempts, which must not be reported.
-        std::thread::sleep(std::time::Duration::from_secs(2));
+        let descriptors = format!("/proc/{}/fd", server.id());
+        for _ in 0..3 {
+            let all: Vec<_> = (0..60).map(|_| TcpStream::connect(page.trim()).unwrap()).collect();
+            wait_for("the last descriptor", || {
+                (fs::read_dir(&descriptors).unwrap().count() == 40).then_some(())
+            });
+            drop(all);
+            assert!(self::page(&server.messages).starts_with("HTTP/1.1 200 OK"));
+        }
         server.kill();
         let (_, messages) = server.wait();
         assert_eq!(messages.matches("cannot accept a connection").count(), 1, "{messages}");

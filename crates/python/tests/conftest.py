@@ -12,7 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
 
 # The time limit in seconds for everything that should end soon.
-LIMIT = 60.0
+LIMIT = 300.0
 
 Serve = Callable[..., ContextManager[dict[str, Any]]]
 

@@ -1,7 +1,7 @@
 import threading
 
 import pytest
-from conftest import Serve
+from conftest import LIMIT, Serve
 
 import micromouse_sim as mm
 
@@ -63,7 +63,7 @@ def test_mmsim_run_sets_the_endpoint(serve: Serve, monkeypatch: pytest.MonkeyPat
 
 def test_a_client_works_after_it_was_closed_and_in_other_threads(serve: Serve) -> None:
     with serve("01-harbour") as server:
-        client = mm.Client(server["address"], timeout=60)
+        client = mm.Client(server["address"], timeout=LIMIT)
         client.close()
         client.ping()
         readings: list[mm.Walls] = []
@@ -75,5 +75,5 @@ def test_a_client_works_after_it_was_closed_and_in_other_threads(serve: Serve) -
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(60)
+            thread.join(LIMIT)
         assert readings == [mm.Walls(True, False, True)] * 80

@@ -7,6 +7,7 @@ from pathlib import Path
 from importlib.metadata import metadata, version
 
 import pytest
+from conftest import LIMIT
 
 import micromouse_sim as mm
 from micromouse_sim import _native
@@ -19,7 +20,7 @@ def test_numpy_is_imported_with_the_first_array() -> None:
         "assert 'numpy' not in sys.modules; simulator.maze.distances();"
         "assert 'numpy' in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=LIMIT)
 
 
 def test_help_shows_the_documentation_of_the_stubs() -> None:
@@ -62,6 +63,6 @@ def test_the_code_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_the_command_has_the_version_of_the_package(mmsim: str) -> None:
     for command in ([mmsim], [sys.executable, "-m", "micromouse_sim"]):
         command += ["--version"]
-        output = subprocess.run(command, capture_output=True, check=True, timeout=60).stdout
+        output = subprocess.run(command, capture_output=True, check=True, timeout=LIMIT).stdout
         assert output.split()[:2] == [b"mmsim", version("micromouse-sim").encode()]
     assert metadata("micromouse-sim")["License-Expression"] == "MIT OR Apache-2.0"

@@ -375,7 +375,10 @@ mod tests {
         }
         let Packer { queue, done, .. } = packer;
         drop(queue);
-        assert_eq!(done.recv_timeout(Duration::from_secs(60)), Err(RecvTimeoutError::Disconnected));
+        assert_eq!(
+            done.recv_timeout(Duration::from_secs(300)),
+            Err(RecvTimeoutError::Disconnected)
+        );
         for folder in &folders {
             let path = folder.path().join("a.mcap");
             assert!(Recording::open(&path).unwrap().history().iter().eq((0..100).map(state)));

@@ -307,7 +307,7 @@ export class Panel {
         const [source, index, { states }] = [this.#source, this.#shown?.index ?? -1, this.timeline];
         if (!source) return;
         this.#updateExportLinks();
-        if (!this.#log.isShown) this.#showLog();
+        this.#showLog(); // the lines of an earlier state may have arrived since
         const isTrial = source.robot !== null || this.#shown?.view.trial != null;
         if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
         if (source !== this.#source) return;

@@ -89,7 +89,28 @@ impl ServerEvent {
 struct LastEvent {
     event: ServerEvent,
     sent_at: Instant,
-    poll_interval: Duration,
+    /// True if the search is fast.
+    is_fast: bool,
+}
+
+impl LastEvent {
+    fn new(event: ServerEvent, before: Option<&Self>, sent_at: Instant) -> Self {
+        let is_fast = before.is_some_and(|before| {
+            event.states > before.event.states.map(|states| states + FAST_SEARCH_STATES)
+        });
+        Self { event, sent_at, is_fast }
+    }
+
+    /// Returns the time until the stream polls again.
+    fn poll_interval(&self, now: Instant) -> Duration {
+        let is_idle = now - self.sent_at >= IDLE_AFTER;
+        if is_idle || self.is_fast { SLOW_POLL_INTERVAL } else { POLL_INTERVAL }
+    }
+
+    /// Returns true if `event` need not be sent.
+    fn is_current(&self, event: &ServerEvent, now: Instant) -> bool {
+        self.event == *event && now - self.sent_at < HEARTBEAT_INTERVAL
+    }
 }
 
 /// Streams an event whenever the state of the server changes.
@@ -103,23 +124,59 @@ pub(crate) fn stream(
     let last: Option<LastEvent> = None;
     Ok(Sse::new(stream::unfold((state, last, permit), |(state, last, permit)| async move {
         loop {
-            if let Some(LastEvent { sent_at, poll_interval, .. }) = &last {
-                let is_idle = sent_at.elapsed() >= IDLE_AFTER;
-                sleep(if is_idle { SLOW_POLL_INTERVAL } else { *poll_interval }).await;
+            if let Some(last) = &last {
+                sleep(last.poll_interval(Instant::now())).await;
             }
-            let event = ServerEvent::new(&state);
-            let is_current = |last: &LastEvent| {
-                last.event == event && last.sent_at.elapsed() < HEARTBEAT_INTERVAL
-            };
-            if !last.as_ref().is_some_and(is_current) {
+            let (event, now) = (ServerEvent::new(&state), Instant::now());
+            if !last.as_ref().is_some_and(|last| last.is_current(&event, now)) {
                 let data = Event::default().json_data(&event).unwrap_or_default();
-                let is_fast = last.is_some_and(|last| {
-                    event.states > last.event.states.map(|states| states + FAST_SEARCH_STATES)
-                });
-                let poll_interval = if is_fast { SLOW_POLL_INTERVAL } else { POLL_INTERVAL };
-                let last = LastEvent { event, sent_at: Instant::now(), poll_interval };
+                let last = LastEvent::new(event, last.as_ref(), now);
                 return Some((Ok(data), (state, Some(last), permit)));
             }
         }
     })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(states: usize) -> ServerEvent {
+        ServerEvent {
+            server_id: "a".into(),
+            run: Some(1),
+            states: Some(states),
+            maze: None,
+            mouse: None,
+            pace: None,
+            is_paused: false,
+            has_client: false,
+            recordings: 0,
+            opened: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn fast_and_idle_searches_are_polled_less_often() {
+        let start = Instant::now();
+        let first = LastEvent::new(event(1), None, start);
+        assert_eq!(first.poll_interval(start), POLL_INTERVAL);
+        assert_eq!(first.poll_interval(start + IDLE_AFTER), SLOW_POLL_INTERVAL);
+        for (states, expected) in
+            [(1 + FAST_SEARCH_STATES, POLL_INTERVAL), (2 + FAST_SEARCH_STATES, SLOW_POLL_INTERVAL)]
+        {
+            let next = LastEvent::new(event(states), Some(&first), start);
+            assert_eq!(next.poll_interval(start), expected);
+        }
+    }
+
+    #[test]
+    fn an_event_without_changes_is_sent_only_as_a_heartbeat() {
+        let start = Instant::now();
+        let last = LastEvent::new(event(1), None, start);
+        assert!(!last.is_current(&event(2), start));
+        let millisecond = Duration::from_millis(1);
+        assert!(last.is_current(&event(1), start + (HEARTBEAT_INTERVAL - millisecond)));
+        assert!(!last.is_current(&event(1), start + HEARTBEAT_INTERVAL));
+    }
 }

@@ -30,24 +30,24 @@ struct RateDeadline {
 }
 
 impl RateDeadline {
-    fn new(Limits { max_lag, .. }: Limits) -> Self {
-        Self { max_lag, expires_at: Instant::now() + max_lag, paused_at: None }
+    fn new(Limits { max_lag, .. }: Limits, now: Instant) -> Self {
+        Self { max_lag, expires_at: now + max_lag, paused_at: None }
     }
 
     /// Extends the deadline by the time that `bytes` bytes take at [`MIN_RATE`]. The new deadline
     /// is at most `max_lag` from now.
-    fn extend(&mut self, bytes: usize) {
+    fn extend(&mut self, bytes: usize, now: Instant) {
         let allowed = Duration::from_secs(bytes as u64) / MIN_RATE;
-        self.expires_at = (self.expires_at + allowed).min(Instant::now() + self.max_lag);
+        self.expires_at = (self.expires_at + allowed).min(now + self.max_lag);
     }
 
     /// Pauses the deadline while there is nothing to transfer.
-    fn pause(&mut self) {
-        self.paused_at.get_or_insert_with(Instant::now);
+    fn pause(&mut self, now: Instant) {
+        self.paused_at.get_or_insert(now);
     }
 
-    fn resume(&mut self) {
-        self.expires_at += self.paused_at.take().map_or(Duration::ZERO, |since| since.elapsed());
+    fn resume(&mut self, now: Instant) {
+        self.expires_at += self.paused_at.take().map_or(Duration::ZERO, |since| now - since);
     }
 }
 
@@ -59,8 +59,9 @@ pub(crate) async fn receive_body(
     mut write: impl FnMut(Bytes) -> io::Result<()>,
 ) -> Result<(), ApiError> {
     let (mut chunks, mut length) = (body.into_data_stream(), 0);
-    let mut deadline = RateDeadline::new(limits);
-    let (latest, seconds) = (Instant::now() + limits.body_time, limits.body_time.as_secs());
+    let start = Instant::now();
+    let mut deadline = RateDeadline::new(limits, start);
+    let (latest, seconds) = (start + limits.body_time, limits.body_time.as_secs());
     let too_slow = |_| {
         let text = format!(
             "the request body arrived too slowly (minimum {MIN_RATE} bytes per second, maximum \
@@ -72,7 +73,7 @@ pub(crate) async fn receive_body(
         timeout_at(deadline.expires_at.min(latest), chunks.next()).await.map_err(too_slow)?
     {
         let chunk = chunk.map_err(ApiError::bad_request)?;
-        deadline.extend(chunk.len());
+        deadline.extend(chunk.len(), Instant::now());
         length += chunk.len();
         if length > max_bytes {
             let text = format!("the request body is too large (maximum {max_bytes} bytes)");
@@ -109,7 +110,7 @@ pub(crate) struct Connection {
 
 impl Connection {
     pub(crate) fn new(stream: TcpStream, limits: Limits) -> Self {
-        let send_deadline = RateDeadline::new(limits);
+        let send_deadline = RateDeadline::new(limits, Instant::now());
         let timer = Box::pin(sleep_until(send_deadline.expires_at));
         Self { stream, send_deadline, timer }
     }
@@ -120,10 +121,11 @@ impl Connection {
         cx: &mut Context<'_>,
         write: impl FnOnce(Pin<&mut TcpStream>, &mut Context<'_>) -> Poll<io::Result<usize>>,
     ) -> Poll<io::Result<usize>> {
-        self.send_deadline.resume();
+        let now = Instant::now();
+        self.send_deadline.resume(now);
         let written = write(Pin::new(&mut self.stream), cx);
         match written {
-            Poll::Ready(Ok(bytes)) => self.send_deadline.extend(bytes),
+            Poll::Ready(Ok(bytes)) => self.send_deadline.extend(bytes, now),
             Poll::Ready(Err(_)) => {}
             Poll::Pending => {
                 self.timer.as_mut().reset(self.send_deadline.expires_at);
@@ -169,7 +171,7 @@ impl AsyncWrite for Connection {
 
     /// Pauses the deadline until the next write, since all data has been written.
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        self.send_deadline.pause();
+        self.send_deadline.pause(Instant::now());
         Pin::new(&mut self.stream).poll_flush(cx)
     }
 
@@ -182,30 +184,27 @@ impl AsyncWrite for Connection {
 mod tests {
     use super::*;
 
+    const SECOND: Duration = Duration::from_secs(1);
+
     #[test]
     fn bytes_extend_the_deadline_up_to_the_maximum_lag() {
-        let (second, limits) = (Duration::from_secs(1), Limits::default());
-        let mut deadline = RateDeadline::new(limits);
-        deadline.expires_at -= 5 * second;
-        let before = deadline.expires_at;
-        deadline.extend(2 * MIN_RATE as usize);
-        assert_eq!(deadline.expires_at - before, 2 * second);
-        deadline.extend(1000 * MIN_RATE as usize);
-        assert!(deadline.expires_at <= Instant::now() + limits.max_lag);
-        assert!(deadline.expires_at > before + 2 * second);
+        let (start, max_lag) = (Instant::now(), 10 * SECOND);
+        let mut deadline = RateDeadline::new(Limits { max_lag, ..Limits::default() }, start);
+        assert_eq!(deadline.expires_at, start + max_lag);
+        deadline.extend(2 * MIN_RATE as usize, start + 5 * SECOND);
+        assert_eq!(deadline.expires_at, start + 12 * SECOND);
+        deadline.extend(1000 * MIN_RATE as usize, start + 6 * SECOND);
+        assert_eq!(deadline.expires_at, start + 16 * SECOND);
     }
 
     #[test]
     fn pauses_extend_the_deadline() {
-        let second = Duration::from_secs(1);
-        let mut deadline = RateDeadline::new(Limits::default());
-        let before = deadline.expires_at;
-        deadline.paused_at = Instant::now().checked_sub(second);
-        deadline.pause();
-        deadline.resume();
-        assert!(deadline.expires_at >= before + second);
-        let after = deadline.expires_at;
-        deadline.resume();
-        assert_eq!(deadline.expires_at, after);
+        let (start, max_lag) = (Instant::now(), 10 * SECOND);
+        let mut deadline = RateDeadline::new(Limits { max_lag, ..Limits::default() }, start);
+        deadline.pause(start + SECOND);
+        deadline.pause(start + 2 * SECOND);
+        deadline.resume(start + 4 * SECOND);
+        deadline.resume(start + 5 * SECOND);
+        assert_eq!(deadline.expires_at, start + 13 * SECOND);
     }
 }

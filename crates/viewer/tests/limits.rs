@@ -193,9 +193,15 @@ fn requests_that_wait_for_a_mouse_to_stop_delay_no_others() {
 fn event_streams_do_not_time_out() {
     let limits = Limits { header_time: Duration::from_millis(50), ..limits(2) };
     let watched = WatchedServer::with_limits("127.0.0.1", None, limits);
-    let mut stream = watched.connect();
-    write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).unwrap();
-    thread::sleep(4 * limits.header_time);
+    // A busy machine may take longer to send the request.
+    let mut stream = wait_for("an event stream", || {
+        let mut stream = watched.connect();
+        write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).ok()?;
+        matches!(stream.read(&mut [0; 1]), Ok(1)).then_some(stream)
+    });
+    // Another connection reaches the time limit.
+    let mut silent = watched.connect();
+    assert_eq!(silent.read_to_end(&mut Vec::new()).unwrap(), 0);
     watched.send_states(1);
     let mut received = Vec::new();
     stream.set_read_timeout(Some(TIMEOUT)).unwrap();

@@ -4,6 +4,7 @@ use std::env;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 
 use mmsim_tests::{output, wait_for_exit};
 
@@ -17,17 +18,23 @@ pub(crate) fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// Returns the command that runs the Rust client, as in examples/README.md.
+/// Returns the command that runs the Rust client.
 pub(crate) fn rust() -> Command {
     rust_example("client")
 }
 
-/// Returns the command that runs a Rust example, as in examples/README.md.
+/// Builds the Rust examples, and returns the command that runs one of them. Selecting the whole
+/// workspace reuses the dependencies that `cargo test --workspace` has built.
 pub(crate) fn rust_example(name: &str) -> Command {
-    let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--quiet", "-p", "mmsim-examples", "--example", name, "--"]);
-    command.current_dir(file(""));
-    command
+    static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+        let mut build = Command::new(env!("CARGO"));
+        build.args(["build", "--quiet", "--workspace", "--example", "client"]);
+        build.args(["--example", "short-client"]).current_dir(file(""));
+        let built = output(&mut build);
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        Path::new(env!("CARGO_BIN_EXE_mmsim")).with_file_name("examples")
+    });
+    Command::new(FOLDER.join(name))
 }
 
 /// Returns a Python interpreter with pyzmq, or `None` if there is none.

@@ -137,7 +137,7 @@ fn robots_that_fail_are_reported_with_the_step() {
     let Some(python) = client::python() else { return };
     let python = python.get_program().to_str().unwrap();
     let home = Home::new();
-    let run = |program: &str| error(&home, &["--answer-limit", "20"], &[python, "-c", program]);
+    let run = |program: &str| error(&home, &["--answer-limit", "600"], &[python, "-c", program]);
     assert_eq!(
         run("print('0 1')\nprint('hello, world')\ninput(); input(); input()"),
         "step 2: expected a rotation and a movement, or reset, found \"hello, world\""
@@ -243,7 +243,7 @@ fn ctrl_c_kills_the_robots() {
 #[test]
 fn a_child_process_of_a_dead_robot_does_not_delay_its_report() {
     let home = Home::new();
-    let robot = ["sh", "-c", "sleep 60 & echo no idea >&2; exit 7"];
-    let found = error(&home, &["--answer-limit", "50"], &robot);
+    let robot = ["sh", "-c", "sleep 600 & echo no idea >&2; exit 7"];
+    let found = error(&home, &["--answer-limit", "600"], &robot);
     assert_eq!(found, "step 1: exited with code 7: no idea");
 }

@@ -1,11 +1,11 @@
 //! Checks the clients' searches against `mmsim solve flood-fill`, and their error messages.
 
 use std::process::{Command, Output};
-use std::time::Duration;
+use std::thread;
 
 use mmsim_maze::{Cell, Heading, MazeSize, WallState};
 use mmsim_protocol::{Annotation, Annotations, Colour};
-use mmsim_tests::output;
+use mmsim_tests::{output, wait_for};
 
 use crate::client::{self, file};
 use crate::harness::Home;
@@ -45,6 +45,12 @@ const MAZES: [&str; 4] = [
 
 /// Compares a client with `mmsim solve flood-fill` and checks the client's messages.
 fn check(client: impl Fn() -> Command) {
+    let stopping = Simulator::start(mmsim_mazes::HARBOUR, |number| number < 20);
+    let expected =
+        format!("no reply from {} within 5 s (start a simulator with `mmsim`)", stopping.endpoint);
+    let mut waiting = client();
+    let stopped = thread::spawn(move || ClientRun::new(&mut waiting, stopping));
+
     for maze in MAZES {
         let (steps, run) = same_states(client(), maze);
         let message = format!("goal reached after {steps} steps");
@@ -60,19 +66,15 @@ fn check(client: impl Fn() -> Command) {
     let exit = ClientRun::new(&mut client(), larger).exit();
     assert_eq!(exit, (Some(1), String::new(), message.into()));
 
-    let stopping =
-        Simulator::start(mmsim_mazes::HARBOUR, |number| (number < 20).then_some(Duration::ZERO));
-    let message =
-        format!("no reply from {} within 5 s (start a simulator with `mmsim`)", stopping.endpoint);
-    let run = ClientRun::new(&mut client(), stopping);
-    assert_eq!(run.exit(), (Some(1), String::new(), message));
-    assert_eq!(run.requests.len(), 20);
-
     let output = output(client().arg("nowhere"));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr.starts_with("cannot reach nowhere: "), "{stderr}");
     assert!(stderr.ends_with("(expected tcp://HOST:PORT)\n"), "{stderr}");
+
+    let run = stopped.join().unwrap();
+    assert_eq!(run.exit(), (Some(1), String::new(), expected));
+    assert_eq!(run.requests.len(), 20);
 }
 
 /// Asserts that a client sends the same states as `mmsim solve flood-fill`, byte for byte. Returns
@@ -140,22 +142,35 @@ fn clients_run_under_mmsim_run() {
     }
 }
 
+/// Starts a simulator that holds its reply to the request with this index until a file exists.
+/// Returns the path of the file.
+fn simulator_without_reply(home: &Home, index: usize) -> (Simulator, PathBuf) {
+    let file = home.path().join("no reply");
+    let path = file.clone();
+    let simulator = Simulator::start(mmsim_mazes::HARBOUR, move |number| {
+        if number == index {
+            wait_for("the file", || path.exists().then_some(()));
+        }
+        true
+    });
+    (simulator, file)
+}
+
 /// A Python script that tests the parts of the `Simulator` class that a successful search does not
-/// use.
+/// use. It creates a file after a request without a reply.
 const CLASS: &str = r#"
 import sys
 from mmsim import Heading, NoReply, Pose, Refused, Simulator
 
 pose = Pose(0, 0, Heading.NORTH)
-with Simulator(sys.argv[1], timeout=0.3) as simulator:
-    missed = 0
-    for _ in range(100):
-        try:
-            simulator.ping()
-            break
-        except NoReply:
-            missed += 1
-    print("answers again:", 0 < missed < 100)
+with Simulator(sys.argv[-1], timeout=0.3) as simulator:
+    try:
+        simulator.ping()
+    except NoReply:
+        print("no reply")
+    open(sys.argv[1], "w").close()
+    simulator._timeout = 300
+    simulator.ping()
     for weights, walls in [([[0]], [[0]]), ([[0, 0]], [[0], [0]])]:
         try:
             simulator.state(pose, weights, walls)
@@ -167,13 +182,13 @@ with Simulator(sys.argv[1], timeout=0.3) as simulator:
 #[test]
 fn the_python_class_survives_errors() {
     let Some(mut python) = client::python() else { return };
-    let slow_first_reply = |number| Some(Duration::from_secs(u64::from(number == 0)));
-    let simulator = Simulator::start(mmsim_mazes::HARBOUR, slow_first_reply);
-    let run = ClientRun::new(python.args(["-c", CLASS]), simulator);
+    let home = Home::new();
+    let (simulator, file) = simulator_without_reply(&home, 0);
+    let run = ClientRun::new(python.args(["-c", CLASS]).arg(file), simulator);
     let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     insta::assert_snapshot!(stdout, @"
-    answers again: True
+    no reply
     Refused: the simulator refused the request: expected a state of 518 bytes for a maze of 16x16 cells, found 8 bytes
     ValueError: weights and walls must have the same shape
     ");
@@ -276,7 +291,7 @@ import sys
 from mmsim import Heading, NoReply, Pose, Refused, Simulator
 
 pose, grid = Pose(0, 0, Heading.NORTH), [[0] * 16] * 16
-with Simulator(sys.argv[1], annotations=True) as simulator:
+with Simulator(sys.argv[-1], annotations=True) as simulator:
     simulator.log("x" * 1000)
     simulator.text(16, 0, "outside")
     for _ in range(5):
@@ -288,29 +303,29 @@ with Simulator(sys.argv[1], annotations=True) as simulator:
     simulator.state(pose, grid, grid)
     simulator.log("again")
     simulator._timeout = 0.3
-    for _ in range(100):
-        try:
-            simulator.state(pose, grid, grid)
-            break
-        except NoReply:
-            print("no reply")
+    try:
+        simulator.state(pose, grid, grid)
+    except NoReply:
+        print("no reply")
+    open(sys.argv[1], "w").close()
+    simulator._timeout = 300
+    simulator.state(pose, grid, grid)
 "#;
 
 #[test]
 fn the_python_class_sends_annotations_after_errors() {
     let Some(mut python) = client::python() else { return };
     // The requests: info, refused annotations, a state, annotations without a reply in time.
-    let slow_reply = |number| Some(Duration::from_secs(u64::from(number == 3)));
-    let simulator = Simulator::start(mmsim_mazes::HARBOUR, slow_reply);
-    let run = ClientRun::new(python.args(["-c", REFUSED]), simulator);
+    let home = Home::new();
+    let (simulator, file) = simulator_without_reply(&home, 3);
+    let run = ClientRun::new(python.args(["-c", REFUSED]).arg(file), simulator);
     let (code, stdout, stderr) = run.exit();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
-    let (refused, missed) = stdout.split_once('\n').unwrap();
     assert_eq!(
-        refused,
-        "the simulator refused the request: expected a cell in a maze of 16x16 cells, found (16, 0)"
+        stdout,
+        "the simulator refused the request: expected a cell in a maze of 16x16 cells, found (16, 0)\n\
+         no reply"
     );
-    assert!(missed.lines().all(|line| line == "no reply") && !missed.is_empty(), "{missed}");
     let letters: String = run.requests.iter().map(|request| char::from(request[0])).collect();
     assert!(letters.starts_with("iASA") && letters.ends_with("AS"), "{letters}");
     assert!(

@@ -1,7 +1,6 @@
 //! A simulator that records each request, and may stop replying.
 
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
 use mmsim_maze::Maze;
 use mmsim_server::{ReplyBuffer, Simulation};
@@ -19,15 +18,12 @@ pub(crate) struct Simulator {
 impl Simulator {
     /// Serves a maze in the text format.
     pub(crate) fn serve(maze: &str) -> Self {
-        Self::start(maze, |_| Some(Duration::ZERO))
+        Self::start(maze, |_| true)
     }
 
-    /// Serves a maze in the text format. `pause` receives the number of earlier requests and returns the
-    /// delay before the reply, or `None` to stop the simulator.
-    pub(crate) fn start(
-        maze: &str,
-        pause: impl Fn(usize) -> Option<Duration> + Send + 'static,
-    ) -> Self {
+    /// Serves a maze in the text format. `may_reply` receives the number of earlier requests. It may
+    /// delay the reply, and returns false to stop the simulator.
+    pub(crate) fn start(maze: &str, may_reply: impl Fn(usize) -> bool + Send + 'static) -> Self {
         let mut simulation = Simulation::new("captured", maze.parse::<Maze>().unwrap());
         let socket = zmq::Context::new().socket(zmq::REP).unwrap();
         socket.bind("tcp://127.0.0.1:*").unwrap();
@@ -39,8 +35,9 @@ impl Simulator {
                 if request == END {
                     return requests;
                 }
-                let Some(pause) = pause(requests.len()) else { return requests };
-                thread::sleep(pause);
+                if !may_reply(requests.len()) {
+                    return requests;
+                }
                 simulation.handle(&request, &mut reply);
                 socket.send(&reply, 0).unwrap();
                 requests.push(request);

@@ -108,7 +108,7 @@ fn runs_in_the_background_of_a_terminal() {
         "set -m",
         &format!("{mmsim} {mouse} &"),
         // A stopped process would never exit.
-        "mouse=$!; (sleep 20; kill -KILL $mouse) & end=$!",
+        "mouse=$!; (sleep 300; kill -KILL $mouse) & end=$!",
         "wait $mouse; echo status $?; kill -- -$end",
     ];
     home.write("run.sh", lines.join("\n"));
