@@ -176,7 +176,7 @@ mod tests {
         let last = LastEvent::new(event(1), None, start);
         assert!(!last.is_current(&event(2), start));
         let millisecond = Duration::from_millis(1);
-        assert!(last.is_current(&event(1), start + (HEARTBEAT_INTERVAL - millisecond)));
+        assert!(last.is_current(&event(1), start + HEARTBEAT_INTERVAL.saturating_sub(millisecond)));
         assert!(!last.is_current(&event(1), start + HEARTBEAT_INTERVAL));
     }
 }

@@ -1,5 +1,6 @@
 //! Checks the clients' searches against `mmsim solve flood-fill`, and their error messages.
 
+use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::thread;
 
