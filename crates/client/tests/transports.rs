@@ -281,8 +281,10 @@ fn other_socket_types_and_malformed_replies_are_errors(connect: Connect) {
             stream.write_all(&[&GREETING[..], ready].concat()).unwrap();
             if !reply.is_empty() {
                 // The request ends with the only byte `!`.
-                let mut bytes = (&stream).bytes();
-                while !matches!(bytes.next(), Some(Ok(b'!'))) {}
+                let mut byte = [0];
+                while byte != *b"!" {
+                    stream.read_exact(&mut byte).unwrap();
+                }
                 stream.write_all(reply).unwrap();
             }
             // The client closes the connection.

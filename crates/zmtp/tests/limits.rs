@@ -91,7 +91,9 @@ fn one_address_cannot_take_all_connections() {
     let config = ServerConfig { max_connections: 4, silence, ..ServerConfig::DEFAULT };
     let address = serve(config);
     let mut busy: Vec<_> = (0..4).map(|_| greet(connect(address)).unwrap()).collect();
-    busy.iter_mut().for_each(|client| ask(client, b'a').unwrap());
+    for client in &mut busy {
+        ask(client, b'a').unwrap();
+    }
     assert!(greet(connect(address)).is_err(), "the server must be full");
     let other = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
     other.bind(&SocketAddr::from(([127, 0, 0, 2], 0)).into()).unwrap();
