@@ -310,12 +310,7 @@ mod tests {
             assert_eq!(mouse.receive(&mut reply, Duration::from_millis(1)).unwrap(), None);
         }
         run.control.close();
-        // When the second reply arrives, the server has handled everything before the first one.
-        let mut other = run.connect();
-        for _ in 0..2 {
-            assert_eq!(ask(&mut other, b"ping"), b"pong");
-        }
-        assert_eq!(mouse.receive(&mut reply, Duration::ZERO).unwrap(), None, "the reply is held");
+        assert_eq!(mouse.receive(&mut reply, Duration::from_millis(200)).unwrap(), None);
         run.end();
         assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
         assert_eq!(reply, b"ok");
