@@ -92,19 +92,6 @@ fn routing_identity_can_be_reused() {
 }
 
 #[test]
-fn requests_before_the_stop_are_answered() {
-    let server = Background::start();
-    let clients = [(); 20].map(|()| server.connect(zmq::REQ));
-    for client in &clients {
-        client.send("a", 0).unwrap();
-    }
-    server.stop();
-    for client in &clients {
-        assert_eq!(client.recv_bytes(0).unwrap(), b"a of 1");
-    }
-}
-
-#[test]
 fn other_socket_types_are_disconnected() {
     let server = Background::start();
     let (other, req) = (server.connect(zmq::PUSH), server.connect(zmq::REQ));

@@ -63,6 +63,23 @@ fn impossible_limits_are_refused() {
 }
 
 #[test]
+fn requests_before_the_stop_are_answered() {
+    let mut server = RepServer::new(listen("127.0.0.1", 0).unwrap()).unwrap();
+    let address = server.local_address().unwrap();
+    let request = [1, 0, 0, 1, b'a'];
+    let mut clients: Vec<_> = (0..20).map(|_| connect(address)).collect();
+    for client in &mut clients {
+        client.write_all(&[&GREETING[..], REQ_READY, &request].concat()).unwrap();
+    }
+    server.run(&mut Echo, || true).unwrap();
+    for client in &mut clients {
+        let mut received = Vec::new();
+        client.read_to_end(&mut received).unwrap();
+        assert_eq!(received[GREETING.len() + READY.len()..], request);
+    }
+}
+
+#[test]
 fn slow_client_stays_connected_among_clients_that_only_ping() {
     let config =
         ServerConfig { max_connections: 4, silence: Duration::ZERO, ..ServerConfig::DEFAULT };
