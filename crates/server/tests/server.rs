@@ -5,7 +5,7 @@ use std::thread;
 use mmsim_maze::Maze;
 use mmsim_recording::{Block, LogLine};
 use mmsim_server::{MonitorError, Server, Simulation, Status};
-use mmsim_tests::{TIMEOUT_MS, connect_to, within};
+use mmsim_tests::{connect_to, within};
 
 const STATE: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
 
@@ -20,21 +20,6 @@ fn only_loopback_addresses_are_loopback() {
         assert!(server.address().starts_with("tcp://"), "{}", server.address());
         assert_eq!(server.is_loopback(), host != "*");
     }
-}
-
-#[test]
-fn routing_identity_can_be_reused() {
-    let server = Server::bind("127.0.0.1", 0).unwrap().spawn(Simulation::new("small", maze()));
-    for _ in 0..50 {
-        let client = zmq::Context::new().socket(zmq::REQ).unwrap();
-        client.set_identity(b"mouse").unwrap();
-        client.set_rcvtimeo(TIMEOUT_MS).unwrap();
-        client.set_linger(0).unwrap();
-        client.connect(server.address()).unwrap();
-        client.send("ping", 0).unwrap();
-        assert_eq!(client.recv_bytes(0).unwrap(), b"pong");
-    }
-    within("the server to stop", || server.stop()).unwrap();
 }
 
 #[test]

@@ -72,6 +72,7 @@ fn requests_before_the_stop_are_answered() {
         client.write_all(&[&GREETING[..], REQ_READY, &request].concat()).unwrap();
     }
     server.run(&mut Echo, || true).unwrap();
+    drop(server);
     for client in &mut clients {
         let mut received = Vec::new();
         client.read_to_end(&mut received).unwrap();
