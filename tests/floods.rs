@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use mmsim_formats::Catalogue;
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 use mmsim_solvers::{Distances, Downhill, Instructions, steps_between};
 use mmsim_tests::shared;
 
@@ -75,15 +75,12 @@ fn floods_of_real_mazes_match_the_reference() {
     }
 }
 
-/// A generator of pseudorandom numbers and mazes.
-struct MazeNoise(u64);
+/// A generator of pseudorandom mazes.
+struct MazeNoise(WyRand);
 
 impl MazeNoise {
     fn below(&mut self, count: usize) -> usize {
-        // Knuth's MMIX generator; its upper bits are the most random.
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(self.0 >> 33).unwrap() % count
+        self.0.index(count)
     }
 
     /// Returns a maze with long paths, dead ends and a few loops, like a contest maze. The maze is
@@ -123,7 +120,7 @@ impl MazeNoise {
 
 #[test]
 fn floods_of_generated_mazes_match_the_reference() {
-    let (mut noise, mut longest) = (MazeNoise(6), 0);
+    let (mut noise, mut longest) = (MazeNoise(WyRand::new(6)), 0);
     for count in 0..10_000 {
         let walls = noise.maze();
         let size = walls.size();

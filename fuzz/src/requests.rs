@@ -18,7 +18,7 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WallsAround};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WyRand, WallState, Walls, WallsAround};
 use mmsim_protocol::{
     Annotation, AnnotationWriter, Annotations, Colour, Info, Reply, Request, state_bytes,
 };
@@ -73,11 +73,10 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
     SIZES.map(|(width, height)| {
         let size = MazeSize::new(width.into(), height.into()).expect("each side has 1 to 32 cells");
         let mut walls = Walls::open(size);
-        let mut random = 1_u32;
+        let mut rng = WyRand::new(1);
         for cell in size.cells() {
             for heading in [Heading::North, Heading::East] {
-                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                walls.set(cell, heading, random >> 31 == 1);
+                walls.set(cell, heading, rng.flip());
             }
         }
         Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("the start is inside the maze")

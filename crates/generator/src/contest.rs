@@ -1,11 +1,10 @@
 //! Contest-like mazes.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 use mmsim_solvers::Distances;
 
 use crate::perfect::{START, closed_around};
 use crate::posts::{CellSide, Post, walls_to_outer_wall};
-use crate::splitmix64::SplitMix64;
 use crate::tree::{self, PassageParams};
 
 /// The minimum side length, in cells, of a maze in which the goal does not touch the outer wall.
@@ -28,7 +27,7 @@ const PATH_TENTHS: [u32; 2] = [20, 60];
 
 /// Returns the walls of a contest maze. Both sides of the maze must be at least [`MIN_SIDE`] cells
 /// long.
-pub(crate) fn walls(size: MazeSize, rng: &mut SplitMix64) -> Walls {
+pub(crate) fn walls(size: MazeSize, rng: &mut WyRand) -> Walls {
     let room = size.central_cells();
     let direct = Distances::flood(&Walls::open(size), &room).at(START).map_or(0, u32::from);
     for failed in 0..MAX_ATTEMPTS {
@@ -60,7 +59,7 @@ impl Draft {
 
     /// Builds the maze. Returns true if the shortest path to the goal has at least `min_path`
     /// steps, and no chain of walls connects the goal to the outer wall.
-    fn build(&mut self, rng: &mut SplitMix64) -> bool {
+    fn build(&mut self, rng: &mut WyRand) -> bool {
         self.create_passages(rng);
         if !self.is_far() {
             return false;
@@ -72,7 +71,7 @@ impl Draft {
 
     /// Opens walls until there is exactly one path between any two cells. The start and the goal
     /// room become dead ends.
-    fn create_passages(&mut self, rng: &mut SplitMix64) {
+    fn create_passages(&mut self, rng: &mut WyRand) {
         let free = self.walls.size().cells();
         let free = free.filter(|&cell| cell != START && !self.room.contains(cell)).collect();
         let params = PassageParams {
@@ -90,24 +89,24 @@ impl Draft {
 
     /// Opens a wall so that no chain of walls connects the goal room to the outer wall. As in most
     /// contest mazes, a wall follower then cannot reach the goal. Returns true on success.
-    fn isolate_goal(&mut self, rng: &mut SplitMix64) -> bool {
+    fn isolate_goal(&mut self, rng: &mut WyRand) -> bool {
         let posts = self.room_walls().into_iter().flat_map(Post::ends);
         match walls_to_outer_wall(&self.walls, posts) {
             // In a perfect maze all walls are connected, and there is only one such chain.
-            Some(chain) => rng.shuffled(chain).into_iter().any(|side| self.open(side)),
+            Some(chain) => shuffled(chain, rng).into_iter().any(|side| self.open(side)),
             None => true,
         }
     }
 
     /// Creates loops by opening walls, some of them at dead ends.
-    fn open_loops(&mut self, rng: &mut SplitMix64) {
+    fn open_loops(&mut self, rng: &mut WyRand) {
         let size = self.walls.size();
         let mut loops = rng.between(LOOPS) * u32::from(size.width()) * u32::from(size.height())
             / u32::from(MazeSize::CLASSIC.width()).pow(2);
         let mut at_dead_ends = loops * rng.between(AT_DEAD_ENDS_PERCENT) / 100;
-        for cell in rng.shuffled(size.cells()) {
+        for cell in shuffled(size.cells(), rng) {
             let is_dead_end = self.walls.open_neighbours(cell).count() == 1;
-            let mut sides = rng.shuffled(Heading::ALL).into_iter();
+            let mut sides = shuffled(Heading::ALL, rng).into_iter();
             if at_dead_ends > 0 && is_dead_end && sides.any(|heading| self.open((cell, heading))) {
                 at_dead_ends -= 1;
                 loops -= 1;
@@ -115,7 +114,7 @@ impl Draft {
         }
         let sides =
             size.cells().flat_map(|cell| [Heading::North, Heading::East].map(|to| (cell, to)));
-        for side in rng.shuffled(sides) {
+        for side in shuffled(sides, rng) {
             if loops > 0 && self.open(side) {
                 loops -= 1;
             }
@@ -152,4 +151,11 @@ impl Draft {
         let is_outside = |cell: &Cell| !self.room.contains(*cell);
         sides.filter(|&(cell, to)| cell.neighbour(to).as_ref().is_some_and(is_outside)).collect()
     }
+}
+
+/// Returns the items in random order.
+fn shuffled<T>(items: impl IntoIterator<Item = T>, rng: &mut WyRand) -> Vec<T> {
+    let mut items: Vec<T> = items.into_iter().collect();
+    rng.shuffle(&mut items);
+    items
 }

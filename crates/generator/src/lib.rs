@@ -27,13 +27,13 @@
 //!
 //! ```text
 //!                               250 real mazes  10,000 generated mazes
-//! inner walls                    209   185-232           207   196-219
-//! dead ends                       23      5-47            21      9-35
-//! loops                           17      2-36            18      6-29
-//! shortest path, steps            58    24-108            48     30-75
-//! mean straight, steps           2.7   1.9-4.2           2.5   1.7-3.4
-//! longest straight, steps         14      8-15            12      7-15
-//! stairs of four steps            42      2-90            33      8-80
+//! inner walls                    209   185-232           208   196-219
+//! dead ends                       23      5-47            21      8-34
+//! loops                           17      2-36            17      6-29
+//! shortest path, steps            58    24-108            48     30-76
+//! mean straight, steps           2.7   1.9-4.2           2.6   1.7-3.5
+//! longest straight, steps         14      8-15            12      8-15
+//! stairs of four steps            42      2-90            33      8-78
 //! ```
 //!
 //! The `figures` example prints this table.
@@ -42,23 +42,23 @@
 mod contest;
 mod perfect;
 mod posts;
-mod splitmix64;
 mod style;
 mod tree;
 
 pub use style::Style;
 
-use mmsim_maze::{CellSet, Maze, MazeSize};
+use std::hash::{BuildHasher, RandomState};
+
+use mmsim_maze::{CellSet, Maze, MazeSize, WyRand};
 
 use perfect::START;
-use splitmix64::SplitMix64;
 
 /// Generates the maze for a size, a seed and a style.
 ///
 /// # Panics
 /// This function never panics, because the start is inside every maze.
 pub fn generate(size: MazeSize, seed: u64, style: Style) -> Maze {
-    let mut rng = SplitMix64::new(seed);
+    let mut rng = WyRand::new(seed);
     let shortest_side = size.width().min(size.height());
     let walls = match style {
         Style::Contest if shortest_side >= contest::MIN_SIDE => contest::walls(size, &mut rng),
@@ -66,6 +66,21 @@ pub fn generate(size: MazeSize, seed: u64, style: Style) -> Maze {
         Style::Open => perfect::open(size, &mut rng),
     };
     Maze::new(walls, START, CellSet::EMPTY).expect("the start is inside every maze")
+}
+
+/// Returns a new random seed below 2³², which is short enough to type.
+///
+/// ```
+/// use mmsim_generator::{Style, generate, random_seed};
+/// use mmsim_maze::MazeSize;
+///
+/// let seed = random_seed();
+/// let maze = generate(MazeSize::CLASSIC, seed, Style::Open);
+/// println!("the maze of seed {seed}:\n{maze}");
+/// ```
+pub fn random_seed() -> u64 {
+    // The standard library takes the keys of its hashes from the operating system.
+    RandomState::new().hash_one(()) >> 32
 }
 
 /// Runs the code in the README of this crate.
@@ -204,75 +219,75 @@ mod tests {
         let size = MazeSize::new(9, 8).unwrap();
         insta::assert_snapshot!(generate(MazeSize::CLASSIC, 1, Style::Contest), @r"
         o---o---o---o---o---o---o---o---o---o---o---o---o---o---o---o---o
-        |                               |       |                       |
-        o   o   o---o   o---o   o---o---o   o   o---o   o---o---o   o   o
-        |   |   |               |           |                       |   |
-        o   o   o   o---o---o---o   o---o---o---o---o---o---o---o   o   o
-        |   |       |                                                   |
-        o   o   o   o   o---o---o---o---o---o---o---o   o---o   o---o   o
-        |   |   |                                           |       |   |
-        o   o   o   o---o---o---o---o---o---o   o   o   o   o   o   o   o
-        |   |   |           |                   |   |   |       |   |   |
-        o   o   o   o   o   o---o---o   o---o---o   o   o   o   o   o   o
-        |           |   |                           |   |   |   |       |
-        o   o   o   o   o   o---o---o---o---o---o   o   o   o   o   o   o
-        |   |   |   |       |                   |   |   |   |   |   |   |
-        o---o   o   o   o   o   o   o---o---o   o   o   o   o   o   o   o
-        |   |       |   |   |   |   | G   G |   |   |   |   |   |   |   |
-        o   o   o---o   o   o   o   o   o   o   o   o---o   o   o   o   o
-        |                   |   |   | G   G     |   |   |   |   |       |
-        o   o   o   o---o---o   o   o---o---o   o   o   o   o   o   o---o
-        |   |   |   |           |               |   |   |   |   |       |
-        o   o---o---o---o---o   o---o   o---o   o   o   o   o   o---o   o
-        |                   |       |           |   |   |       |   |   |
-        o   o---o---o   o---o   o   o---o---o   o---o   o   o   o   o   o
-        |   |       |       |   |       |               |   |   |       |
-        o   o   o   o---o   o---o---o   o---o---o---o---o   o   o   o   o
-        |   |   |       |           |                       |       |   |
-        o   o   o---o   o---o---o   o---o---o---o---o---o---o   o   o   o
-        |   |   |               |                               |   |   |
-        o   o   o   o---o---o   o---o---o---o---o---o---o---o---o---o   o
-        |           |       |                                   |       |
-        o   o   o---o   o   o---o   o---o---o   o---o---o---o   o   o---o
-        | S |           |                                               |
+        |                                       |                       |
+        o   o---o   o---o---o   o---o---o---o   o   o---o---o---o   o   o
+        |   |       |               |   |                   |       |   |
+        o   o   o---o---o   o---o   o   o   o---o---o---o   o---o   o   o
+        |   |   |       |       |           |               |       |   |
+        o   o   o   o   o---o   o   o   o   o   o---o   o   o   o   o   o
+        |   |       |               |   |           |   |   |   |   |   |
+        o---o   o---o---o   o---o   o   o   o---o   o   o   o   o   o   o
+        |               |       |       |           |       |           |
+        o   o   o---o   o   o   o---o   o   o   o---o---o---o   o---o---o
+        |   |               |           |   |                   |       |
+        o   o   o   o---o---o---o---o---o   o   o---o   o---o---o---o   o
+        |   |   |   |                       |   |                       |
+        o   o   o---o   o   o---o---o---o---o   o   o---o---o---o   o   o
+        |   |   |       |           | G   G |   |           |       |   |
+        o   o   o   o---o   o---o   o   o   o   o   o---o   o   o---o   o
+        |   |   |       |       |   | G   G     |   |           |   |   |
+        o   o   o---o   o   o   o---o---o---o   o---o   o---o---o   o   o
+        |   |       |       |               |   |       |       |       |
+        o   o---o   o---o---o   o---o---o   o   o   o---o   o   o   o---o
+        |   |               |       |   |   |   |   |       |           |
+        o   o   o---o---o   o---o   o   o   o   o   o   o---o---o---o   o
+        |   |       |           |       |   |   |   |   |       |       |
+        o   o   o   o---o---o   o---o---o   o   o   o   o   o   o---o---o
+        |   |   |       |                   |   |       |   |           |
+        o   o   o---o   o---o   o---o   o---o   o   o   o   o---o---o   o
+        |   |   |   |       |                   |   |       |       |   |
+        o   o   o   o   o   o   o---o---o---o   o---o   o---o   o   o   o
+        |   |           |   |           |                   |   |       |
+        o   o   o---o   o   o   o---o---o   o---o   o---o   o---o---o   o
+        | S |           |                           |                   |
         o---o---o---o---o---o---o---o---o---o---o---o---o---o---o---o---o
         ");
         insta::assert_snapshot!(generate(size, 2, Style::Perfect), @r"
         o---o---o---o---o---o---o---o---o---o
-        |           |       |       |   |   |
-        o---o   o   o   o   o   o   o   o   o
-        |   |   |   |   |       |   |   |   |
-        o   o---o   o   o   o   o   o   o   o
-        |   |   |       |   |   |       |   |
-        o   o   o---o   o   o   o   o   o   o
-        |   |   |       | G |   |   |       |
+        |               |                   |
+        o---o   o   o   o   o---o---o   o---o
+        |       |   |           |       |   |
+        o---o   o---o---o---o---o---o   o   o
+        |   |               |   |       |   |
+        o   o   o---o   o---o   o   o---o   o
+        |   |       |     G |       |       |
         o   o   o---o---o   o---o---o   o---o
-        |   |       |     G         |       |
-        o   o   o---o---o---o   o   o---o---o
-        |           |   |       |   |       |
-        o   o---o   o   o---o---o   o   o---o
-        |   |                               |
-        o   o---o---o---o---o---o   o   o---o
-        | S |                       |       |
+        |   |       |     G         |   |   |
+        o   o---o---o   o---o   o---o   o   o
+        |       |   |       |               |
+        o   o   o   o   o---o   o---o   o   o
+        |   |   |   |   |   |   |       |   |
+        o   o   o   o   o   o---o   o---o   o
+        | S |           |           |       |
         o---o---o---o---o---o---o---o---o---o
         ");
         insta::assert_snapshot!(generate(size, u64::MAX, Style::Open), @r"
         o---o---o---o---o---o---o---o---o---o
         |                                   |
-        o   o   o   o   o   o   o   o   o   o
-        |       |   |                       |
-        o   o   o   o   o   o---o---o   o   o
-        |   |           |                   |
-        o   o   o   o   o---o   o   o   o---o
-        |                 G                 |
-        o   o   o---o   o   o   o   o---o   o
-        |                 G             |   |
-        o   o   o   o   o   o---o   o   o   o
-        |                               |   |
+        o---o---o   o   o   o   o   o   o   o
+        |               |   |               |
         o   o   o   o   o   o   o---o   o   o
-        |                           |       |
-        o   o   o   o   o   o   o   o   o   o
-        | S |       |           |           |
+        |                               |   |
+        o   o   o   o   o   o   o   o   o---o
+        |                 G     |           |
+        o   o   o   o   o   o   o   o---o   o
+        |                 G                 |
+        o   o   o   o   o   o   o   o---o   o
+        |   |                               |
+        o   o   o   o   o   o   o   o---o   o
+        |                                   |
+        o   o   o   o   o---o   o   o   o   o
+        | S |       |                       |
         o---o---o---o---o---o---o---o---o---o
         ");
     }

@@ -1,15 +1,14 @@
 //! Perfect mazes, and open mazes derived from them.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 
-use crate::splitmix64::SplitMix64;
 use crate::tree;
 
 /// The start cell of every maze.
 pub(crate) const START: Cell = Cell::new(0, 0);
 
 /// Returns the walls of a perfect maze.
-pub(crate) fn perfect(size: MazeSize, rng: &mut SplitMix64) -> Walls {
+pub(crate) fn perfect(size: MazeSize, rng: &mut WyRand) -> Walls {
     let room = size.central_cells();
     let mut walls = closed_around(size, &room);
     let mut free: CellSet = size.cells().filter(|&cell| !room.contains(cell)).collect();
@@ -22,7 +21,7 @@ pub(crate) fn perfect(size: MazeSize, rng: &mut SplitMix64) -> Walls {
 }
 
 /// Returns the walls of an open maze: a perfect maze with most walls removed.
-pub(crate) fn open(size: MazeSize, rng: &mut SplitMix64) -> Walls {
+pub(crate) fn open(size: MazeSize, rng: &mut WyRand) -> Walls {
     /// The probability, in tenths, that a wall remains.
     const REMAINING_TENTHS: u32 = 3;
     let mut walls = perfect(size, rng);

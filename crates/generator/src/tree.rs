@@ -1,8 +1,6 @@
 //! Spanning trees: mazes with exactly one path between any two cells.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
-
-use crate::splitmix64::SplitMix64;
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 
 /// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. All
 /// possible results are equally likely. Every free cell must be connected to `tree` through free
@@ -11,7 +9,7 @@ use crate::splitmix64::SplitMix64;
 /// This is Wilson's algorithm ("Generating random spanning trees more quickly than the cover time",
 /// STOC 1996). Each random walk starts at a cell outside the tree and ends in the tree. After each
 /// walk, its loops are erased, and the remaining path becomes a branch of the tree.
-pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut SplitMix64) {
+pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut WyRand) {
     let size = walls.size();
     let mut exits = [Heading::North; MazeSize::MAX_AREA];
     let index = |cell: Cell| usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
@@ -58,7 +56,7 @@ pub(crate) fn winding(
     (root, heading): (Cell, Heading),
     mut free: CellSet,
     params: PassageParams,
-    rng: &mut SplitMix64,
+    rng: &mut WyRand,
 ) {
     let size = walls.size();
     free.remove(root);
@@ -101,7 +99,7 @@ mod tests {
         let size = MazeSize::new(2, 3).unwrap();
         let root: CellSet = [Cell::new(1, 1)].into_iter().collect();
         let free = size.cells().filter(|&cell| !root.contains(cell)).collect();
-        let mut rng = SplitMix64::new(1);
+        let mut rng = WyRand::new(1);
         let mut counts: HashMap<Walls, u32> = HashMap::new();
         for _ in 0..15_000 {
             let mut walls = Walls::closed(size);
@@ -117,7 +115,7 @@ mod tests {
         let turns = |params: PassageParams| {
             let (size, root) = (MazeSize::HALF_SIZE, (Cell::new(0, 0), Heading::North));
             let mut walls = Walls::closed(size);
-            winding(&mut walls, root, size.cells().collect(), params, &mut SplitMix64::new(1));
+            winding(&mut walls, root, size.cells().collect(), params, &mut WyRand::new(1));
             let opposite = |cell: &Cell| {
                 let is_open = |heading| !walls.has(*cell, heading);
                 Heading::ALL.into_iter().any(|heading| is_open(heading) && is_open(heading.back()))

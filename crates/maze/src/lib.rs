@@ -54,6 +54,7 @@ mod parse;
 mod picture;
 mod pose;
 mod walls;
+mod wy_rand;
 
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_set::{CellSet, CellSetIter, Row};
@@ -65,6 +66,7 @@ pub use parse::ParseMazeError;
 pub use picture::TextPicture;
 pub use pose::Pose;
 pub use walls::{Sides, Walls, WallsAround};
+pub use wy_rand::WyRand;
 
 /// Runs the README examples as doctests.
 #[cfg(doctest)]

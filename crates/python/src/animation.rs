@@ -1,6 +1,7 @@
 //! An animation of a search as a piece of HTML that needs no server and no other file.
 
 use std::fmt::Write as _;
+use std::hash::{BuildHasher, RandomState};
 
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, Pose};
 use mmsim_protocol::{CellWalls, State};
@@ -30,7 +31,7 @@ impl Frame {
 /// Returns the animation of these states. Where scripts are disabled, it shows the last state.
 pub(crate) fn html(maze: &Maze, frames: &[Frame]) -> String {
     // The identifier must be unique in the page, which may contain the output of several sessions.
-    let id = format!("micromouse-{:016x}", fastrand::u64(..));
+    let id = format!("micromouse-{:016x}", RandomState::new().hash_one(()));
     let (picture, data) = (picture(maze, frames), data(maze, frames));
     format!(
         "<div id=\"{id}\">{picture}</div>\n\

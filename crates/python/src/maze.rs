@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mmsim_drawing::Scene;
 use mmsim_formats::{Catalogue, Format, parse_maze, read_maze};
-use mmsim_generator::{Style, generate};
+use mmsim_generator::{Style, generate, random_seed};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 use mmsim_solvers::Distances;
 use numpy::PyArray2;
@@ -94,8 +94,7 @@ impl PyMaze {
     ) -> PyResult<Self> {
         let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
         let style = self::style(style)?;
-        // A u32 is short enough to type.
-        let seed = seed.map_or_else(|| Ok(fastrand::u32(..).into()), number)?;
+        let seed = seed.map_or_else(|| Ok(random_seed()), number)?;
         let maze = py.detach(|| generate(size, seed, style));
         Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mmsim_generator::{Style, generate};
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, Sides, Unknown};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, Sides, Unknown, WyRand};
 use mmsim_solvers::PathBounds;
 
 /// The flag of a visited cell, as in a state.
@@ -19,10 +19,10 @@ pub(crate) enum MazePool {
 }
 
 impl MazePool {
-    fn draw(&self, rng: &mut fastrand::Rng) -> Maze {
+    fn draw(&self, rng: &mut WyRand) -> Maze {
         match self {
-            Self::Listed(mazes) => mazes[rng.usize(..mazes.len())].clone(),
-            Self::Generated(size, style) => generate(*size, rng.u64(..), *style),
+            Self::Listed(mazes) => mazes[rng.index(mazes.len())].clone(),
+            Self::Generated(size, style) => generate(*size, rng.next_u64(), *style),
         }
     }
 }
@@ -46,7 +46,7 @@ pub(crate) struct Outcome {
 
 /// One episode after another, each in a maze of the pool.
 pub(crate) struct SearchEnv {
-    rng: fastrand::Rng,
+    rng: WyRand,
     maze: Maze,
     known: KnownMaze,
     pose: Pose,
@@ -66,7 +66,7 @@ pub(crate) struct SearchEnv {
 impl SearchEnv {
     /// Begins the first episode.
     pub(crate) fn new(pool: &MazePool, seed: u64) -> Self {
-        let mut rng = fastrand::Rng::with_seed(seed);
+        let mut rng = WyRand::new(seed);
         let maze = pool.draw(&mut rng);
         let mut env = Self {
             rng,

@@ -372,6 +372,7 @@ impl HistoryReader<'_> {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::WyRand;
     use proptest::prelude::*;
 
     use super::*;
@@ -382,14 +383,8 @@ mod tests {
 
     /// Returns an incompressible state.
     fn noise(number: u64) -> Vec<u8> {
-        let mut seed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        let mut byte = || {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            seed.to_le_bytes()[0]
-        };
-        (0..state_bytes(MazeSize::CLASSIC)).map(|_| byte()).collect()
+        let mut rng = WyRand::new(number);
+        (0..state_bytes(MazeSize::CLASSIC)).map(|_| rng.next_u64().to_le_bytes()[0]).collect()
     }
 
     #[test]

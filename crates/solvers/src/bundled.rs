@@ -162,7 +162,7 @@ impl FromStr for BundledStrategy {
 mod tests {
     use std::fmt::Write;
 
-    use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Walls};
+    use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Walls, WyRand};
 
     use super::*;
     use crate::{Distances, Mouse, SearchDriver};
@@ -170,14 +170,8 @@ mod tests {
     /// Returns pseudorandom mazes with many loops. The goal of each maze is reachable.
     fn mazes() -> impl Iterator<Item = Maze> {
         let sizes = [(5, 5), (8, 8), (12, 9), (16, 16), (20, 7)];
-        let mut state = 1_u64;
-        let mut row = move || {
-            let mut next = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 32) as u32
-            };
-            next() & (next() | next())
-        };
+        let mut rng = WyRand::new(1);
+        let mut row = move || rng.next_u32() & (rng.next_u32() | rng.next_u32());
         sizes.into_iter().flat_map(|size| [size; 2]).map(move |(width, height)| {
             let size = MazeSize::new(width, height).unwrap();
             let mut maze = || {

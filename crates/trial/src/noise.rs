@@ -1,6 +1,6 @@
 //! Noisy sensors.
 
-use fastrand::Rng;
+use mmsim_maze::WyRand;
 
 /// Sensor noise that makes each reading wrong by one cell with a given probability.
 ///
@@ -16,7 +16,7 @@ use fastrand::Rng;
 #[derive(Clone, Debug)]
 pub struct SensorNoise {
     probability: f64,
-    rng: Rng,
+    rng: WyRand,
 }
 
 impl SensorNoise {
@@ -27,15 +27,15 @@ impl SensorNoise {
 
     /// Creates sensors whose readings are wrong with the given probability, from 0 to 1.
     pub fn new(probability: f64, seed: u64) -> Self {
-        Self { probability, rng: Rng::with_seed(seed) }
+        Self { probability, rng: WyRand::new(seed) }
     }
 
     /// Adds random errors to the readings.
     pub fn apply(&mut self, readings: [u8; 3]) -> [u8; 3] {
         readings.map(|cells| {
-            if self.rng.f64() >= self.probability {
+            if !self.rng.chance(self.probability) {
                 cells
-            } else if cells == 0 || self.rng.bool() {
+            } else if cells == 0 || self.rng.flip() {
                 cells.saturating_add(1)
             } else {
                 cells - 1

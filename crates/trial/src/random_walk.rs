@@ -1,7 +1,6 @@
 //! A robot that moves at random.
 
-use fastrand::Rng;
-use mmsim_maze::KnownMaze;
+use mmsim_maze::{KnownMaze, WyRand};
 
 use crate::action::{Action, Rotation};
 use crate::robot::Robot;
@@ -13,30 +12,30 @@ use crate::survey::Survey;
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     survey: Survey,
-    rng: Rng,
+    rng: WyRand,
     is_racing: bool,
 }
 
 impl RandomWalk {
     /// Creates a robot at the start of its first run.
     pub fn new(unexplored: KnownMaze, seed: u64) -> Self {
-        Self { survey: Survey::new(unexplored), rng: Rng::with_seed(seed), is_racing: false }
+        Self { survey: Survey::new(unexplored), rng: WyRand::new(seed), is_racing: false }
     }
 
     fn random_move(&mut self, sensors: [u8; 3]) -> Action {
         let rotations = [Rotation::Left, Rotation::None, Rotation::Right];
         let mut open = rotations.into_iter().zip(sensors).filter(|&(_, cells)| cells > 0);
         let count = open.clone().count();
-        let max = |cells| Action::MAX_CELLS.min(i8::try_from(cells).unwrap_or(i8::MAX));
-        match open.nth(self.rng.usize(..count.max(1))) {
-            Some((rotation, cells)) => {
-                Action::Move { rotation, cells: self.rng.i8(1..=max(cells)) }
-            }
-            None => Action::Move {
-                rotation: Rotation::None,
-                cells: -self.rng.i8(1..=Action::MAX_CELLS),
-            },
+        match open.nth(self.rng.index(count)) {
+            Some((rotation, free)) => Action::Move { rotation, cells: self.random_cells(free) },
+            None => Action::Move { rotation: Rotation::None, cells: -self.random_cells(u8::MAX) },
         }
+    }
+
+    /// Returns a random number of cells that the robot can move if `free` cells are free.
+    fn random_cells(&mut self, free: u8) -> i8 {
+        let max = i8::try_from(free).unwrap_or(i8::MAX).min(Action::MAX_CELLS);
+        1 + i8::try_from(self.rng.below(max.unsigned_abs().into())).unwrap_or(0)
     }
 }
 

@@ -92,7 +92,7 @@ pub(crate) fn trail<B: Borrow<States>, E>(
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, Heading, Pose};
+    use mmsim_maze::{Cell, Heading, Pose, WyRand};
     use mmsim_protocol::state_bytes;
     use mmsim_recording::History;
 
@@ -104,10 +104,9 @@ mod tests {
         let indices = [0, 1, 255, 256, 511, 512, 70_000, 131_071, 131_072, STATES - 1];
         let size = MazeSize::new(5, 3).unwrap();
         let (mut history, mut trail, mut expected) = (History::new(size), Trail::new(size), vec![]);
-        let mut random = 1_u32;
+        let mut rng = WyRand::new(1);
         for index in 0..STATES {
-            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let [.., x, y] = random.to_le_bytes();
+            let [x, y, ..] = rng.next_u64().to_le_bytes();
             let pose = Pose::new(Cell::new(x % 5, y % 3), Heading::ALL[usize::from(x) % 4]);
             let letter = u8::try_from(pose.heading.letter()).unwrap();
             let mut state = vec![b'S', pose.cell.x, pose.cell.y, letter];

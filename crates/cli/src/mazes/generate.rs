@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{self, Path, PathBuf};
 
 use mmsim_formats::Format;
-use mmsim_generator::generate;
+use mmsim_generator::{generate, random_seed};
 use mmsim_maze::Maze;
 use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
@@ -33,8 +33,7 @@ fn as_text<S: Serializer>(maze: &Maze, serializer: S) -> Result<S::Ok, S::Error>
 
 pub(super) fn run(args: &GenerateArgs) -> CommandResult {
     let seed = args.seed.unwrap_or_else(|| {
-        // A u32 is short enough to type.
-        let seed = fastrand::u32(..).into();
+        let seed = random_seed();
         note(format_args!("seed {seed} (repeat with --seed {seed})"));
         seed
     });

@@ -55,7 +55,7 @@ fn declaration(map: &KnownMaze, cell: Cell, heading: Heading) -> Option<WallStat
 mod tests {
     use std::collections::HashMap;
 
-    use mmsim_maze::{CellSet, MazeSize, Walls};
+    use mmsim_maze::{CellSet, MazeSize, Walls, WyRand};
     use mmsim_mms::Command;
     use mmsim_protocol::{MapState, Order, State};
 
@@ -176,23 +176,24 @@ mod tests {
 
     #[test]
     fn annotations_and_states_express_the_display() {
-        let mut rng = fastrand::Rng::with_seed(1);
+        let mut rng = WyRand::new(1);
         for _ in 0..200 {
-            let size = MazeSize::new(rng.usize(1..=5), rng.usize(1..=5)).unwrap();
-            let mut rows = || std::array::from_fn(|_| rng.u32(..) & rng.u32(..));
+            let size = MazeSize::new(1 + rng.index(5), 1 + rng.index(5)).unwrap();
+            let mut rows = || std::array::from_fn(|_| rng.next_u32() & rng.next_u32());
             let mut walls = Walls::from_rows(size, rows(), rows());
             let (mut mouse, mut receiver) = (mouse(size), Receiver::default());
             let mut before = None;
             for _ in 0..60 {
-                let cell = format!("{} {}", rng.u8(..size.width()), rng.u8(..size.height()));
-                let letter = rng.choice(["n", "e", "s", "w"]).unwrap();
-                let line = match rng.u8(..16) {
+                let [x, y] = [size.width(), size.height()].map(|side| rng.below(side.into()));
+                let cell = format!("{x} {y}");
+                let letter = ["n", "e", "s", "w"][rng.index(4)];
+                let line = match rng.below(16) {
                     0 => format!("setWall {cell} {letter}"),
                     1 => format!("clearWall {cell} {letter}"),
-                    2..=4 => format!("setText {cell} {}", rng.u8(..3)),
+                    2..=4 => format!("setText {cell} {}", rng.below(3)),
                     5 => format!("clearText {cell}"),
                     6 => "clearAllText".into(),
-                    7 | 8 => format!("setColor {cell} {}", rng.choice(["g", "k"]).unwrap()),
+                    7 | 8 => format!("setColor {cell} {}", ["g", "k"][rng.index(2)]),
                     9 => "clearAllColor".into(),
                     10 => "wallLeft".into(),
                     11 => "wallFront 3".into(),
@@ -201,7 +202,7 @@ mod tests {
                     _ => "moveForward".into(),
                 };
                 execute(&mut mouse, &mut walls, &line);
-                if rng.bool() {
+                if rng.flip() {
                     for annotation in changes(before.as_ref(), &mouse) {
                         receiver.apply(annotation);
                     }

@@ -7,6 +7,7 @@ use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use mmsim_maze::WyRand;
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
@@ -252,15 +253,8 @@ fn a_history_of_a_million_states() {
         );
         println!("opening: and painted after {}", summary(&mut painted));
 
-        let mut seed = 7_usize;
-        let positions: Vec<usize> = (0..100)
-            .map(|_| {
-                seed = seed
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (seed >> 20) % STATES
-            })
-            .collect();
+        let mut rng = WyRand::new(7);
+        let positions: Vec<usize> = (0..100).map(|_| rng.index(STATES)).collect();
         for round in 1..=2 {
             let times: Vec<(f64, f64)> = browser.run_async(SCRUB, &[json!(positions)]);
             let (mut shown, mut painted): (Vec<_>, Vec<_>) = times.into_iter().unzip();

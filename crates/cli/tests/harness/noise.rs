@@ -1,16 +1,12 @@
 //! A mouse that sends incompressible states.
 
+use mmsim_maze::WyRand;
 use mmsim_tests::connect_to;
 
 /// Returns an incompressible state for a classic maze, different for each number.
 pub fn state(number: u64) -> Vec<u8> {
-    let mut seed = number;
-    let mut noise = || {
-        // splitmix64
-        seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (seed ^ seed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed.to_be_bytes()[0]
-    };
+    let mut rng = WyRand::new(number);
+    let mut noise = || rng.next_u64().to_be_bytes()[0];
     let mut state = vec![0; 518];
     state.fill_with(&mut noise);
     state[..5].copy_from_slice(&[b'S', noise() % 16, noise() % 16, b'N', b'C']);

@@ -1,16 +1,14 @@
 //! Tries every run in small mazes, and finds none that is faster than the planned one.
 
 use mmsim_fastrun::{Direction, Planner, Point, Side, TurnKind, Vehicle};
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 
-/// A generator of pseudorandom numbers (Knuth's MMIX).
-struct Noise(u64);
+/// A generator of pseudorandom mazes.
+struct MazeNoise(WyRand);
 
-impl Noise {
+impl MazeNoise {
     fn below(&mut self, count: usize) -> usize {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(self.0 >> 33).unwrap() % count
+        self.0.index(count)
     }
 
     /// Returns a maze in which every cell is reachable, with some loops.
@@ -110,7 +108,7 @@ impl Runs<'_> {
 #[test]
 fn no_run_in_2000_small_mazes_is_faster_than_the_planned_one() {
     let mut planners = Vehicle::PRESETS.map(|name| Planner::new(Vehicle::preset(name).unwrap()));
-    let mut noise = Noise(1);
+    let mut noise = MazeNoise(WyRand::new(1));
     let mut count = 0;
     for index in 0..2000 {
         let walls = noise.walls();

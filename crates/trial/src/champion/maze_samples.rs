@@ -1,7 +1,6 @@
 //! Random mazes that agree with the known walls.
 
-use fastrand::Rng;
-use mmsim_maze::{KnownMaze, Unknown, WallState, Walls};
+use mmsim_maze::{KnownMaze, Unknown, WallState, Walls, WyRand};
 
 use super::maze_batch::{MazeBatch, WallSite};
 use super::wall_prior::WallPrior;
@@ -16,7 +15,7 @@ use super::wall_prior::WallPrior;
 pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
     len: usize,
-    rng: Rng,
+    rng: WyRand,
     /// The wall sites between adjacent goal cells.
     inside: Vec<WallSite>,
     /// The wall sites between a goal cell and a cell outside the goal.
@@ -33,7 +32,7 @@ impl MazeSamples {
         sweeps: usize,
         seed: u64,
     ) -> Self {
-        let mut rng = Rng::with_seed(seed);
+        let mut rng = WyRand::new(seed);
         let goals =
             |site: &WallSite| site.cells().filter(|&cell| map.goals().contains(cell)).count();
         let with_goals =
@@ -42,7 +41,7 @@ impl MazeSamples {
         let mut batches =
             vec![MazeBatch::repeat(map.walls(Unknown::Open)); len.div_ceil(MazeBatch::LEN)];
         for batch in &mut batches {
-            WallSite::all(map.size()).for_each(|site| batch.set(site, rng.u64(..)));
+            WallSite::all(map.size()).for_each(|site| batch.set(site, rng.next_u64()));
         }
         let mut samples = Self { batches, len, rng, inside, around };
         for _ in 0..sweeps {
@@ -66,7 +65,7 @@ impl MazeSamples {
             for &site in &unknown {
                 let mut walls = 0;
                 for (eight, neighbours) in batch.neighbours(site).chunks_exact(8).enumerate() {
-                    let random = self.rng.u64(..).to_le_bytes();
+                    let random = self.rng.next_u64().to_le_bytes();
                     for (bit, (&neighbours, random)) in neighbours.iter().zip(random).enumerate() {
                         let is_wall = random < prior.probability(neighbours);
                         walls |= u64::from(is_wall) << (8 * eight + bit);
@@ -82,7 +81,7 @@ impl MazeSamples {
             }
             if !has_entrance && !around.is_empty() {
                 for maze in 0..MazeBatch::LEN {
-                    let entrance = around[self.rng.usize(..around.len())];
+                    let entrance = around[self.rng.index(around.len())];
                     batch.set(entrance, batch.at(entrance) & !(1 << maze));
                 }
             }
