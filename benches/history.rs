@@ -7,9 +7,9 @@ use std::hash::{DefaultHasher, Hasher};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Noise, Searches, classic_mazes, median};
+use mmsim_benches::{Searches, classic_mazes, median};
 use mmsim_client::{Exchange, InMemory};
-use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown, WyRand};
 use mmsim_protocol::{Annotation, Colour, state_bytes};
 use mmsim_recording::History;
 use mmsim_server::{ReplyBuffer, Simulation};
@@ -228,10 +228,10 @@ fn print_pushes(pushes: &[Duration]) {
 }
 
 fn print_reads(history: &History, hashes: &[u64]) {
-    let mut noise = Noise::new(2);
+    let mut rng = WyRand::new(2);
     let mut reads: Vec<Duration> = (0..READS)
         .map(|_| {
-            let index = noise.below(hashes.len());
+            let index = rng.index(hashes.len());
             let start = Instant::now();
             let state = black_box(history.get(index)).unwrap();
             let time = start.elapsed();

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use criterion::{BatchSize, Criterion, Throughput};
 use mmsim_formats::Catalogue;
-use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, WyRand};
 use mmsim_solvers::{Mouse, SearchDriver, Strategy};
 
 pub use array_queue::{Nibbles, Steps};
@@ -55,24 +55,6 @@ fn mazes(folders: &[&str], has_size: fn(MazeSize) -> bool) -> Vec<Maze> {
 /// Never.
 pub fn harbour() -> Maze {
     mmsim_mazes::HARBOUR.parse().unwrap()
-}
-
-/// A generator of pseudorandom numbers.
-pub struct Noise(u64);
-
-impl Noise {
-    /// Creates a generator with this seed.
-    pub const fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// Returns a random number below `count`, which must not be 0.
-    pub fn below(&mut self, count: usize) -> usize {
-        // Knuth's MMIX generator; its upper bits are the most random.
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(self.0 >> 33).unwrap_or(0) % count
-    }
 }
 
 /// Returns the 32×32 mazes: the bundled ones and, if available, those in the shared collection.
@@ -122,10 +104,10 @@ pub fn compare<T>(criterion: &mut Criterion, name: &str, inputs: &[T], rows: &[R
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(1));
     for Row { name, run } in rows {
-        let mut noise = Noise::new(1);
+        let mut rng = WyRand::new(1);
         group.bench_function(name, |b| {
             b.iter_batched(
-                || &inputs[noise.below(inputs.len())],
+                || &inputs[rng.index(inputs.len())],
                 |input| run(black_box(input)),
                 BatchSize::SmallInput,
             );
@@ -140,9 +122,9 @@ pub fn compare<T>(criterion: &mut Criterion, name: &str, inputs: &[T], rows: &[R
 
 fn compare_alternately<T>(name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
     let mut times = vec![Vec::new(); rows.len()];
-    let mut noise = Noise::new(2);
+    let mut rng = WyRand::new(2);
     for _ in 0..ROUNDS {
-        let order: Vec<_> = (0..INPUTS).map(|_| noise.below(inputs.len())).collect();
+        let order: Vec<_> = (0..INPUTS).map(|_| rng.index(inputs.len())).collect();
         for (Row { run, .. }, times) in rows.iter().zip(&mut times) {
             let start = Instant::now();
             for &index in &order {

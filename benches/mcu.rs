@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-use mmsim_benches::{Noise, all_mazes, classic_mazes};
-use mmsim_maze::{KnownMaze, Maze, Step};
+use mmsim_benches::{all_mazes, classic_mazes};
+use mmsim_maze::{KnownMaze, Maze, Step, WyRand};
 use mmsim_solvers::{BundledStrategy, Mouse, Move};
 
 /// A board that QEMU simulates.
@@ -86,10 +86,9 @@ fn main() -> io::Result<()> {
         println!("{} mazes: the moves are the same as on this computer", small.len() + large.len());
         return Ok(());
     }
-    let (mut mazes, mut noise) = (classic_mazes(), Noise::new(1));
-    let mixed: Vec<_> = (0..MEASURED.min(mazes.len()))
-        .map(|_| mazes.swap_remove(noise.below(mazes.len())))
-        .collect();
+    let (mut mazes, mut rng) = (classic_mazes(), WyRand::new(1));
+    let mixed: Vec<_> =
+        (0..MEASURED.min(mazes.len())).map(|_| mazes.swap_remove(rng.index(mazes.len()))).collect();
     let mut table = BTreeMap::<String, Vec<String>>::new();
     for board in &BOARDS {
         let counts = board.run(&mixed, &[])?;

@@ -6,8 +6,8 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use mmsim_benches::{Noise, classic_mazes};
-use mmsim_maze::{Cell, Heading, Maze};
+use mmsim_benches::classic_mazes;
+use mmsim_maze::{Cell, Heading, Maze, WyRand};
 use mmsim_solvers::ShortestPath;
 use mmsim_trial::{Action, race_optimum};
 use pathfinding::prelude::{astar, bfs};
@@ -30,10 +30,10 @@ fn compare(criterion: &mut Criterion, name: &str, planners: &[Planner<'_>]) {
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(1));
     for (name, plan) in planners {
-        let mut noise = Noise::new(1);
+        let mut rng = WyRand::new(1);
         group.bench_function(*name, |b| {
             b.iter_batched(
-                || &mazes[noise.below(mazes.len())],
+                || &mazes[rng.index(mazes.len())],
                 |maze| black_box(plan(black_box(maze))),
                 BatchSize::SmallInput,
             );

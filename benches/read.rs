@@ -4,10 +4,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mmsim_benches::Noise;
 use mmsim_formats::parse_maze;
 use mmsim_generator::{Style, generate};
-use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_maze::{Cell, Heading, Maze, MazeSize, WyRand};
 
 /// Formats a maze as hex digits, with the northernmost row first. `bits` contains the headings that
 /// the bits 1, 2, 4 and 8 stand for.
@@ -28,8 +27,8 @@ fn read(criterion: &mut Criterion) {
         let maze = generate(size, 1, Style::Contest);
         let usual = hex(&maze, Heading::ALL);
         let east_first = hex(&maze, [Heading::East, Heading::North, Heading::West, Heading::South]);
-        let mut noise = Noise::new(1);
-        let mut random = |_| char::from_digit(u32::try_from(noise.below(16)).unwrap(), 16).unwrap();
+        let mut rng = WyRand::new(1);
+        let mut random = |_| char::from_digit(rng.below(16), 16).unwrap();
         let random = usual.chars().map(|c| if c == '\n' { c } else { random(c) }).collect();
         let closed = usual.replace(|c| c != '\n', "f");
         let mut group = criterion.benchmark_group(format!("read/{name}"));

@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 
 use mmsim_client::{InMemory, search_run};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WyRand};
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
-use crate::{MAX_STATES, Noise};
+use crate::MAX_STATES;
 
 /// Serves a maze on a free port of the loopback interface.
 ///
@@ -21,7 +21,7 @@ pub fn serve(maze: Maze) -> Background {
 /// goal cell of each search are random.
 pub struct Searches<'m> {
     mazes: &'m [Maze],
-    noise: Noise,
+    rng: WyRand,
     count: usize,
 }
 
@@ -36,7 +36,7 @@ impl<'m> Searches<'m> {
 
     /// Creates a sequence of searches in these mazes.
     pub const fn new(mazes: &'m [Maze]) -> Self {
-        Self { mazes, noise: Noise::new(1), count: 0 }
+        Self { mazes, rng: WyRand::new(1), count: 0 }
     }
 
     /// Runs the next search and calls `observe` with each encoded state.
@@ -44,12 +44,12 @@ impl<'m> Searches<'m> {
     /// # Panics
     /// Panics if there are no mazes.
     pub fn next(&mut self, mut observe: impl FnMut(&[u8])) {
-        let maze = &self.mazes[self.noise.below(self.mazes.len())];
+        let maze = &self.mazes[self.rng.index(self.mazes.len())];
         let strategy = BundledStrategy::ALL[self.count % BundledStrategy::ALL.len()];
         let mut cell = || {
             let (width, height) = (maze.size().width().into(), maze.size().height().into());
             let coordinate = |number| u8::try_from(number).unwrap();
-            Cell::new(coordinate(self.noise.below(width)), coordinate(self.noise.below(height)))
+            Cell::new(coordinate(self.rng.index(width)), coordinate(self.rng.index(height)))
         };
         let (start, goals) =
             (Pose::new(cell(), Heading::North), [cell()].into_iter().collect::<CellSet>());

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Noise, Searches, classic_mazes, harbour};
-use mmsim_maze::{KnownMaze, Maze, MazeSize};
+use mmsim_benches::{Searches, classic_mazes, harbour};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, WyRand};
 use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_server::{Server, Simulation};
 use mmsim_viewer::{Viewer, ViewerConfig};
@@ -188,8 +188,8 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
 /// random state.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);
-    let mut noise = Noise::new(2);
-    let indices: Vec<_> = (0..200).map(|_| noise.below(count)).collect();
+    let mut rng = WyRand::new(2);
+    let indices: Vec<_> = (0..200).map(|_| rng.index(count)).collect();
     let expected: Vec<_> = indices.iter().map(|&index| simulation.history().get(index)).collect();
     let server = Server::bind("127.0.0.1", 0).unwrap();
     let config = ViewerConfig::default().with_live(&server, "searched.txt".as_ref());

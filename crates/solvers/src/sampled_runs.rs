@@ -1,7 +1,7 @@
 //! Fastest runs in random completions of a partly known maze.
 
 use mmsim_fastrun::Planner;
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls, WyRand};
 
 use crate::run_bounds::PlannedRun;
 
@@ -77,9 +77,8 @@ fn index(cell: Cell) -> usize {
 
 impl Sample {
     fn new(seed: u64, size: MazeSize) -> Self {
-        let mut state = seed << 32;
-        // The upper half of each number.
-        let mut bits = || (next_random(&mut state) >> 32) as u32;
+        let mut rng = WyRand::new(seed);
+        let mut bits = || rng.next_u32();
         let mut row = || match seed % 3 {
             0 => bits() & (bits() | bits()),
             1 => bits() & bits(),
@@ -120,14 +119,6 @@ fn combined(map: &KnownMaze, random: &Walls) -> Walls {
         core::array::from_fn(|y| certain[y] | possible[y] & random[y])
     };
     Walls::from_rows(map.size(), rows(Walls::north_rows), rows(Walls::east_rows))
-}
-
-/// Returns the next number of the generator `SplitMix64` (Steele, Lea and Flood, 2014).
-const fn next_random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mixed = (*state ^ *state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    mixed ^ mixed >> 31
 }
 
 #[cfg(test)]
