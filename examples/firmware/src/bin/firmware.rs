@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! qemu-system-arm -M mps2-an385 -icount shift=5 -semihosting -nographic -monitor none \
-//!     -serial tcp:127.0.0.1:6574 -kernel target/thumbv7m-none-eabi/release/firmware
+//!     -serial tcp:127.0.0.1:6574,nodelay=on -kernel target/thumbv7m-none-eabi/release/firmware
 //! ```
 //!
 //! On a real mouse, `read_walls` reads the sensors instead, and `drive` drives the motors.
