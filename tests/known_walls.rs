@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
+use std::thread;
 
 use mmsim_client::{InMemory, search_run};
 use mmsim_formats::Catalogue;
@@ -182,35 +183,49 @@ fn distances_of_the_transcripts_enclose_the_shortest_path() {
 fn the_known_walls_of_bundled_strategies_are_the_walls_in_their_maps() {
     let folder = shared("mazes");
     let mazes = folder.map_or_else(Catalogue::bundled, |it| Catalogue::from_path(&it).unwrap());
-    let (mut states, mut updates) = (0, 0);
-    for entry in mazes.entries() {
-        let (name, maze) = (entry.name(), entry.maze().unwrap());
-        let shortest = shortest(&maze);
-        for &strategy in BundledStrategy::ALL {
-            let mut simulation = Simulation::new(&name, maze.clone());
-            let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-            let map = KnownMaze::unexplored(&maze);
-            let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
-            let mut maps = Vec::new();
-            // An unreachable goal is an error, but the states are checked.
-            let _ = search_run(&mut transport, &mut mouse, MAX_STATES, |mouse, _| {
-                maps.push(PathBounds::new(mouse.map()));
-                ControlFlow::Continue(())
-            });
-            assert_eq!(simulation.history().len(), maps.len(), "{strategy} in {name}");
-            for_each_known_maze(&simulation, None, |index, known| {
-                let bounds = PathBounds::new(&known);
-                assert_eq!(bounds, maps[index], "{strategy} in {name}, state {index}");
-                assert!(encloses(bounds, shortest), "{strategy} in {name}, state {index}");
-                states += 1;
-            });
-            updates += stored_updates(simulation.history());
-        }
-    }
+    let check_every_second = |first| {
+        let entries = mazes.entries().iter().skip(first).step_by(2);
+        entries.fold((0, 0), |(states, updates), entry| {
+            let more = check_known_walls(&entry.name(), &entry.maze().unwrap());
+            (states + more.0, updates + more.1)
+        })
+    };
+    let (even, odd) = thread::scope(|scope| {
+        let even = scope.spawn(|| check_every_second(0));
+        (check_every_second(1), even.join().unwrap())
+    });
+    let (states, updates) = (even.0 + odd.0, even.1 + odd.1);
     assert!(states > 10_000, "only {states} states were checked");
     // Only a mouse that reads the wall behind its start needs an update.
     println!("{states} states, {updates} updates");
     assert!(updates * 1000 <= states, "{updates} updates of {states} states");
+}
+
+/// Compares the known walls in each state of each bundled strategy with the walls in its map. Returns
+/// the number of states, and of states that have an update.
+fn check_known_walls(name: &str, maze: &Maze) -> (usize, usize) {
+    let (mut states, mut updates) = (0, 0);
+    let shortest = shortest(maze);
+    for &strategy in BundledStrategy::ALL {
+        let mut simulation = Simulation::new(name, maze.clone());
+        let mut transport = InMemory::new(|request, reply| simulation.handle(request, reply));
+        let mut mouse = Mouse::new(strategy.strategy(), KnownMaze::unexplored(maze), maze.start());
+        let mut maps = Vec::new();
+        // An unreachable goal is an error, but the states are checked.
+        let _ = search_run(&mut transport, &mut mouse, MAX_STATES, |mouse, _| {
+            maps.push(PathBounds::new(mouse.map()));
+            ControlFlow::Continue(())
+        });
+        assert_eq!(simulation.history().len(), maps.len(), "{strategy} in {name}");
+        for_each_known_maze(&simulation, None, |index, known| {
+            let bounds = PathBounds::new(&known);
+            assert_eq!(bounds, maps[index], "{strategy} in {name}, state {index}");
+            assert!(encloses(bounds, shortest), "{strategy} in {name}, state {index}");
+        });
+        states += maps.len();
+        updates += stored_updates(simulation.history());
+    }
+    (states, updates)
 }
 
 /// A search stops after this number of states.

@@ -180,16 +180,23 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
     /// Returns the cells that are one step away from a cell of `wave`, except the cells in
     /// `excluded`.
     pub(crate) fn next(&self, Wave(wave): &Wave<PADDED>, excluded: &Wave<PADDED>) -> Wave<PADDED> {
-        let mut next = [0; PADDED];
-        for y in MARGIN..MARGIN + ROWS {
-            let mut row = 0;
-            for (longer, (north, east)) in self.north.iter().zip(&self.east).enumerate() {
-                let cells = longer + 1;
-                row |= wave[y - cells] & north[y - cells] | wave[y + cells] & north[y];
-                row |= (wave[y] & east[y]) << cells | wave[y] >> cells & east[y];
-            }
-            next[y] = row & !excluded.0[y];
+        // Slices of the same length need no bounds checks in the loop, so the compiler uses SIMD.
+        fn inner<const ROWS: usize>(rows: &[u32], first: usize) -> &[u32] {
+            &rows[first..][..ROWS]
         }
+        let mut next = [0; PADDED];
+        for (cells, (north, east)) in (1..).zip(self.north.iter().zip(&self.east)) {
+            let [south, here, north_of] =
+                [MARGIN - cells, MARGIN, MARGIN + cells].map(|first| inner::<ROWS>(wave, first));
+            let [to_here, to_north] =
+                [MARGIN - cells, MARGIN].map(|first| inner::<ROWS>(north, first));
+            let to_east = inner::<ROWS>(east, MARGIN);
+            for (y, row) in next[MARGIN..][..ROWS].iter_mut().enumerate() {
+                *row |= south[y] & to_here[y] | north_of[y] & to_north[y];
+                *row |= (here[y] & to_east[y]) << cells | here[y] >> cells & to_east[y];
+            }
+        }
+        next.iter_mut().zip(&excluded.0).for_each(|(row, excluded)| *row &= !excluded);
         Wave(next)
     }
 
