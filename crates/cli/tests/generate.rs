@@ -21,8 +21,8 @@ fn the_same_seed_prints_the_same_maze() {
     o   o---o---o---o   o
     |       | G |   |   |
     o   o   o   o   o   o
-    |   |   | G |       |
-    o   o   o   o   o---o
+    |   |   | G |   |   |
+    o   o   o   o   o   o
     | S |               |
     o---o---o---o---o---o
     ");
