@@ -168,12 +168,15 @@ fn the_pace_holds_the_mouse_after_each_state() {
     let command = home.command(&arguments(&options, &search("{endpoint}")));
     let mut serving = Serving::start(command, "tcp://");
     let runs = home.path().join("runs");
-    let is_recorded = || runs.read_dir().is_ok_and(|mut files| files.next().is_some());
-    wait_for("the first state", || is_recorded().then_some(()));
+    let has_file = || runs.read_dir().is_ok_and(|mut files| files.next().is_some());
+    // The file is created shortly before the state is written.
+    let states = || Some(Recording::open(&recorded(&runs)).ok()?.history().len());
+    wait_for("the first state", || (has_file() && states() == Some(1)).then_some(()));
     // The reply to the first state is due in an hour.
     serving.signal("TERM");
     let (status, messages) = serving.wait();
     assert_eq!(status.code(), Some(130), "{messages}");
-    assert!(messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state\n"));
+    let end = "mouse stopped by Ctrl-C; goal not reached, 1 state\n";
+    assert!(messages.ends_with(end), "{messages}");
     assert_eq!(Recording::open(&recorded(&runs)).unwrap().history().len(), 1);
 }

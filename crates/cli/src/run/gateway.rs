@@ -155,10 +155,12 @@ impl Forwarder {
             return Err("the mouse was stopped".into());
         }
         let client = (!is_own).then_some(client);
+        // Locked meanwhile, so that the progress at the end includes a state that is recorded.
+        let tracker = is_own.then(|| lock(&self.tracker));
         let (reply, is_activity) =
             monitor.answer(client, request, frames).map_err(|error| error.to_string())?;
-        if is_own {
-            lock(&self.tracker).observe(request, &reply);
+        if let Some(mut tracker) = tracker {
+            tracker.observe(request, &reply);
         }
         if is_own && reply == b"ok" {
             if request == b"reset" {
