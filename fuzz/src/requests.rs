@@ -18,7 +18,7 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WyRand, WallState, Walls, WallsAround};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WallsAround, WyRand};
 use mmsim_protocol::{
     Annotation, AnnotationWriter, Annotations, Colour, Info, Reply, Request, state_bytes,
 };
