@@ -170,8 +170,8 @@ fn the_pace_holds_the_mouse_after_each_state() {
     let runs = home.path().join("runs");
     let has_file = || runs.read_dir().is_ok_and(|mut files| files.next().is_some());
     // The file is created shortly before the state is written.
-    let states = || Some(Recording::open(&recorded(&runs)).ok()?.history().len());
-    wait_for("the first state", || (has_file() && states() == Some(1)).then_some(()));
+    let recorded_states = || Some(Recording::open(&recorded(&runs)).ok()?.history().len());
+    wait_for("the first state", || (has_file() && recorded_states() == Some(1)).then_some(()));
     // The reply to the first state is due in an hour.
     serving.signal("TERM");
     let (status, messages) = serving.wait();
