@@ -79,14 +79,10 @@ fn floods_of_real_mazes_match_the_reference() {
 struct MazeNoise(WyRand);
 
 impl MazeNoise {
-    fn below(&mut self, count: usize) -> usize {
-        self.0.index(count)
-    }
-
     /// Returns a maze with long paths, dead ends and a few loops, like a contest maze. The maze is
     /// made from a spanning tree by adding or removing some walls.
     fn maze(&mut self) -> Walls {
-        let mut random_side = |is_small: bool| 1 + self.below(if is_small { 16 } else { 32 });
+        let mut random_side = |is_small: bool| 1 + self.0.index(if is_small { 16 } else { 32 });
         let is_small = random_side(false) % 2 == 0;
         let size = MazeSize::new(random_side(is_small), random_side(is_small)).unwrap();
         let mut walls = Walls::closed(size);
@@ -101,19 +97,19 @@ impl MazeNoise {
                 path.pop();
                 continue;
             }
-            let heading = new[self.below(new.len())];
+            let heading = new[self.0.index(new.len())];
             walls.set(cell, heading, false);
             path.extend(next(&heading));
         }
-        for _ in 0..self.below(1 + size.area() / 8) {
+        for _ in 0..self.0.index(1 + size.area() / 8) {
             let cell = self.cell(size);
-            walls.set(cell, Heading::ALL[self.below(4)], self.below(4) == 0);
+            walls.set(cell, Heading::ALL[self.0.index(4)], self.0.index(4) == 0);
         }
         walls
     }
 
     fn cell(&mut self, size: MazeSize) -> Cell {
-        let mut below = |side: u8| u8::try_from(self.below(side.into())).unwrap();
+        let mut below = |side: u8| u8::try_from(self.0.index(side.into())).unwrap();
         Cell::new(below(size.width()), below(size.height()))
     }
 }
@@ -127,7 +123,7 @@ fn floods_of_generated_mazes_match_the_reference() {
         let targets = match count % 3 {
             0 => size.central_cells(),
             1 => [noise.cell(size)].into_iter().collect(),
-            _ => (0..noise.below(9)).map(|_| noise.cell(size)).collect(),
+            _ => (0..noise.0.index(9)).map(|_| noise.cell(size)).collect(),
         };
         longest = longest.max(check(&format!("maze {count}"), &walls, &targets));
     }

@@ -18,9 +18,8 @@ use crate::process_group::ProcessGroup;
 /// The maximum interval between checks whether a mouse has exited.
 const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The maximum time to wait for the last line of stderr of a process that has exited and whose process
-/// group has been killed. Only a process outside the group can keep the pipe open that long.
-pub(crate) const LAST_LINE_TIMEOUT: Duration = Duration::from_secs(5);
+/// The maximum time to wait for the last line of stderr of a process that has exited.
+pub(crate) const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The maximum length of the last line of stderr in an error message, in bytes.
 const MAX_REASON_BYTES: usize = 200;

@@ -1,7 +1,8 @@
 //! A pseudorandom number generator that gives the same numbers on every machine.
 
 /// `wyrand`, the pseudorandom number generator of Wang Yi's [wyhash](https://github.com/wangyi-fudan/wyhash),
-/// version 4.2: each number is the folded product of a counter with itself and a constant.
+/// version 4.2. Each number is the 128-bit product of a counter and its exclusive or with a constant,
+/// folded to 64 bits.
 ///
 /// The same seed gives the same numbers on every machine and in every version.
 ///
@@ -13,7 +14,7 @@
 /// rng.shuffle(&mut headings);
 /// assert!(headings.contains(&Heading::ALL[rng.index(4)]));
 /// ```
-// Another crate could give different numbers for the same seed in a new version.
+// Not from a library, because a new version of it might give other numbers.
 #[derive(Clone, Debug)]
 pub struct WyRand {
     counter: u64,

@@ -155,7 +155,8 @@ impl Forwarder {
             return Err("the mouse was stopped".into());
         }
         let client = (!is_own).then_some(client);
-        // Locked meanwhile, so that the progress at the end includes a state that is recorded.
+        // Locked until the request is counted, so that the progress at the end includes every recorded
+        // state.
         let tracker = is_own.then(|| lock(&self.tracker));
         let (reply, is_activity) =
             monitor.answer(client, request, frames).map_err(|error| error.to_string())?;

@@ -99,8 +99,7 @@ fn more_connections_than_descriptors() {
     command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
     let target = Target(Serving::start(command, "tcp://"));
     target.run_attack("more connections than descriptors", |address| {
-        // About half of them find no descriptor until the others are cut off.
-        let all: Vec<_> = (0..90).map(|_| raw::connect(address)).collect();
+        let all: Vec<_> = (0..200).map(|_| raw::connect(address)).collect();
         let client = socket(&zmq::Context::new(), zmq::REQ, address);
         client.send("ping", 0).unwrap();
         all.into_iter().for_each(raw::wait_until_cut_off);

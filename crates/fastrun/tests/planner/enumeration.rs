@@ -7,13 +7,9 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 struct MazeNoise(WyRand);
 
 impl MazeNoise {
-    fn below(&mut self, count: usize) -> usize {
-        self.0.index(count)
-    }
-
     /// Returns a maze in which every cell is reachable, with some loops.
     fn walls(&mut self) -> Walls {
-        let size = MazeSize::new(1 + self.below(7), 1 + self.below(7)).unwrap();
+        let size = MazeSize::new(1 + self.0.index(7), 1 + self.0.index(7)).unwrap();
         let mut walls = Walls::closed(size);
         let mut path = vec![Cell::new(0, 0)];
         let mut visited: CellSet = path.iter().copied().collect();
@@ -27,17 +23,17 @@ impl MazeNoise {
                 path.pop();
                 continue;
             }
-            let (heading, next) = headings[self.below(headings.len())];
+            let (heading, next) = headings[self.0.index(headings.len())];
             walls.set(cell, heading, false);
             visited.insert(next);
             path.push(next);
         }
-        for _ in 0..self.below(1 + size.area() / 4) {
+        for _ in 0..self.0.index(1 + size.area() / 4) {
             let cell = Cell::new(
-                self.below(size.width().into()).try_into().unwrap(),
-                self.below(size.height().into()).try_into().unwrap(),
+                self.0.index(size.width().into()).try_into().unwrap(),
+                self.0.index(size.height().into()).try_into().unwrap(),
             );
-            walls.set(cell, Heading::ALL[self.below(4)], false);
+            walls.set(cell, Heading::ALL[self.0.index(4)], false);
         }
         walls
     }
@@ -113,7 +109,7 @@ fn no_run_in_2000_small_mazes_is_faster_than_the_planned_one() {
     for index in 0..2000 {
         let walls = noise.walls();
         let cells: Vec<_> = walls.size().cells().collect();
-        let (start, goal) = (cells[noise.below(cells.len())], cells[noise.below(cells.len())]);
+        let (start, goal) = (cells[noise.0.index(cells.len())], cells[noise.0.index(cells.len())]);
         let planner = &mut planners[index % 4];
         let vehicle = planner.vehicle().clone();
         let run = planner.plan(&walls, start, &[goal].into_iter().collect()).unwrap();
