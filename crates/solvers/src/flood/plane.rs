@@ -139,6 +139,26 @@ pub(super) trait BitOps: Copy {
     }
 }
 
+/// Combines the elements of two arrays of at most 8 elements, pair by pair.
+#[inline(always)]
+pub(super) fn zip<T: Copy, const N: usize>(
+    mut a: [T; N],
+    b: [T; N],
+    both: impl Fn(T, T) -> T,
+) -> [T; N] {
+    const { assert!(N <= 8) };
+    // Written out, because the compiler takes much longer for thousands of short loops.
+    macro_rules! at {
+        ($($i:literal)*) => { $(
+            if $i < N {
+                a[$i] = both(a[$i], b[$i]);
+            }
+        )* };
+    }
+    at!(0 1 2 3 4 5 6 7);
+    a
+}
+
 /// Returns the 64-bit words of each bit set.
 #[inline(always)]
 pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {

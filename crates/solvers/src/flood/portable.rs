@@ -1,6 +1,6 @@
 //! Floods without vector instructions.
 
-use super::plane::{BitOps, ParityPlane};
+use super::plane::{BitOps, ParityPlane, zip};
 
 impl<const N: usize> ParityPlane for [u64; N] {
     type Words = Self;
@@ -74,12 +74,4 @@ impl<const N: usize> BitOps for [u64; N] {
     fn is_empty(self) -> bool {
         self.iter().fold(0, |all, word| all | word) == 0
     }
-}
-
-#[inline(always)]
-fn zip<const N: usize>(mut a: [u64; N], b: [u64; N], both: impl Fn(u64, u64) -> u64) -> [u64; N] {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a = both(*a, b);
-    }
-    a
 }

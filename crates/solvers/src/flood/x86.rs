@@ -14,7 +14,7 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, Line, ParityPlane};
+use super::plane::{BitOps, Line, ParityPlane, zip};
 use super::task::Task;
 
 /// A set of cells of one chessboard colour, stored in 128-bit vectors. Mazes of up to 16×16 cells
@@ -104,11 +104,8 @@ const ALL: __m128i = simd!(transmute::<[u64; 2], __m128i>([u64::MAX; 2]));
 
 impl<const VECTORS: usize> Sse2<VECTORS> {
     #[inline(always)]
-    fn zip(mut self, other: Self, both: impl Fn(__m128i, __m128i) -> __m128i) -> Self {
-        for (one, other) in self.0.iter_mut().zip(other.0) {
-            *one = both(*one, other);
-        }
-        self
+    fn zip(self, other: Self, both: impl Fn(__m128i, __m128i) -> __m128i) -> Self {
+        Self(zip(self.0, other.0, both))
     }
 }
 
