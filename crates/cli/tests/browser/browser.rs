@@ -50,12 +50,26 @@ pub(crate) struct LogEntry {
 /// the test if no browser is installed.
 pub(crate) fn with_browser(test: impl FnOnce(&Browser)) {
     let idle = locked(&IDLE).pop();
-    let Some(browser) = idle.or_else(Browser::start) else { return missing() };
+    let browser = run_test(idle.or_else(|| Browser::start(&["browser"])), test);
+    // After a failed test, the browser is not reused.
+    locked(&IDLE).extend(browser);
+}
+
+/// Does the same as [`with_browser`], but in a new browser that also logs its requests, which makes it
+/// slower.
+pub(crate) fn with_logged_requests(test: impl FnOnce(&Browser)) {
+    run_test(Browser::start(&["browser", "performance"]), test);
+}
+
+fn run_test(browser: Option<Browser>, test: impl FnOnce(&Browser)) -> Option<Browser> {
+    if browser.is_none() {
+        missing();
+    }
+    let browser = browser?;
     browser.reset();
     test(&browser);
     browser.assert_no_errors();
-    // After a failed test, the browser is not reused.
-    locked(&IDLE).push(browser);
+    Some(browser)
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -74,10 +88,10 @@ pub(crate) fn with_page(arguments: &[&str], test: impl FnOnce(&Browser, &Simulat
 }
 
 impl Browser {
-    fn start() -> Option<Self> {
+    fn start(logs: &[&str]) -> Option<Self> {
         let runtime = runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let driver = DRIVER.as_ref()?;
-        let (client, downloads) = driver.open(&runtime, WINDOW_SIZE)?;
+        let (client, downloads) = driver.open(&runtime, WINDOW_SIZE, logs)?;
         let mut browser = Self { client, runtime, session: String::new(), downloads };
         let id = browser.wait(browser.client.session_id()).unwrap();
         browser.session = format!("{}/session/{id}", driver.address);
@@ -97,9 +111,7 @@ impl Browser {
         for download in fs::read_dir(self.downloads()).unwrap() {
             fs::remove_file(download.unwrap().path()).unwrap();
         }
-        for kind in ["browser", "performance"] {
-            self.take_log(kind);
-        }
+        self.take_log("browser");
         let script = json!({ "source": SHORT_PAUSES });
         self.devtools("Page.addScriptToEvaluateOnNewDocument", &script);
     }

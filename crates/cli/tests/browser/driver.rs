@@ -1,5 +1,6 @@
 //! Starting chromedriver and Chromium.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
@@ -70,12 +71,13 @@ impl Driver {
         Some(Self { address, folder, _stdin: shell.stdin.take().unwrap(), _stdout: stdout })
     }
 
-    /// Starts a browser with a window of this size. Returns it and its folder for downloads, or `None`
-    /// if no browser is installed.
+    /// Starts a browser with a window of this size that keeps these logs. Returns it and its folder for
+    /// downloads, or `None` if no browser is installed.
     pub(crate) fn open(
         &self,
         runtime: &Runtime,
         (width, height): (u32, u32),
+        logs: &[&str],
     ) -> Option<(Client, PathBuf)> {
         let folder = tempfile::tempdir_in(&self.folder).unwrap().keep();
         let (profile, downloads) = (folder.join("profile"), folder.join("downloads"));
@@ -102,7 +104,7 @@ impl Driver {
                 "args": arguments,
                 "prefs": { "download.default_directory": downloads },
             },
-            "goog:loggingPrefs": { "browser": "ALL", "performance": "ALL" },
+            "goog:loggingPrefs": logs.iter().map(|log| (*log, "ALL")).collect::<BTreeMap<_, _>>(),
         });
         let capabilities: Capabilities = serde_json::from_value(capabilities).unwrap();
         let mut builder = ClientBuilder::new(HttpConnector::new());

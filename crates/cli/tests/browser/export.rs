@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use mmsim_protocol::{Annotation, Colour};
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, with_browser, with_page};
+use crate::browser::{Browser, wait_for, with_browser, with_logged_requests, with_page};
 use crate::harness::{Home, Serving, recorded};
 use crate::layout::{LAPTOP, PHONE, SMALL, assert_in_sight, assert_no_sideways_scrolling, resize};
 use crate::load::take_requested_urls;
@@ -83,7 +83,7 @@ fn content(panel: Panel<'_>, at: usize) -> String {
 /// Every state of an exported page looks like the same state on the page of a server.
 #[test]
 fn an_exported_page_shows_what_the_server_shows() {
-    with_browser(|browser| {
+    with_logged_requests(|browser| {
         let (home, recording) = record(Home::new(), &["--maze", "meadow"], send_run);
         let arguments = ["replay", "run.mcap", "--serve", "--viewer-port", "0"];
         let server = Serving::start(home.command(&arguments), "watch at");

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use mmsim_tests::shared;
 use serde::Deserialize;
 
-use crate::browser::{Browser, wait_for, with_page};
+use crate::browser::{Browser, wait_for, with_logged_requests};
 use crate::page::{Page, Panel};
-use crate::simulator::bundled;
+use crate::simulator::{Simulator, bundled};
 use crate::test_state::TestState;
 
 /// The limit for the initial load of the page, in bytes on the wire.
@@ -64,14 +64,15 @@ fn the_first_load_is_small_and_comes_from_the_server_only() {
     let folder = folder.as_ref().map(|folder| folder.to_str().unwrap());
     let arguments =
         folder.map_or(vec!["--maze", "harbour"], |folder| vec![folder, "--maze", "045"]);
-    with_page(&arguments, |browser, simulator| {
+    with_logged_requests(|browser| {
+        let simulator = Simulator::start(&arguments);
         let size = bundled("01-harbour.txt").size();
         for number in 0..10 {
             simulator.send(&TestState::new(number, size).message('C', 'F'));
         }
         let mazes = crate::http::get(&simulator.url("/api/mazes")).json().as_array().unwrap().len();
         assert_eq!(folder.is_some(), mazes > 280, "{mazes} mazes");
-        // Reload the page with states.
+        // The browser's own first page makes requests, too.
         browser.open("about:blank");
         take_requested_urls(browser);
         browser.open(&simulator.page);
@@ -99,5 +100,6 @@ fn the_first_load_is_small_and_comes_from_the_server_only() {
                 "{all:#?}"
             );
         }
+        browser.leave();
     });
 }
