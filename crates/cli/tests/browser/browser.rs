@@ -62,10 +62,10 @@ pub(crate) fn with_logged_requests(test: impl FnOnce(&Browser)) {
 }
 
 fn run_test(browser: Option<Browser>, test: impl FnOnce(&Browser)) -> Option<Browser> {
-    if browser.is_none() {
+    let Some(browser) = browser else {
         missing();
-    }
-    let browser = browser?;
+        return None;
+    };
     browser.reset();
     test(&browser);
     browser.assert_no_errors();

@@ -119,7 +119,7 @@ impl Target {
                     status.signal().map_or("exit".into(), |signal| format!("signal {signal}"));
                 format!("**ended ({signal})** {assertion}")
             }
-            (None, false) => "**no longer answers**".into(),
+            (None, false) => "**stops answering**".into(),
             (None, true) => "holds".into(),
         };
         let panics = if panics > 0 { format!(", {panics} panics") } else { String::new() };
