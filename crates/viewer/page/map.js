@@ -16,7 +16,6 @@ import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS } from "./state.js
 
 /** The value of a wall that the mouse reports as absent, although it exists. */
 const MISSED = 2;
-export const dark = matchMedia("(prefers-color-scheme: dark)");
 
 /** Elements whose attributes depend on a number per element. They are written when the number changes. */
 class Elements {
@@ -116,7 +115,8 @@ export class MazeMap {
     const numbers = all(".number");
     this.#numberClasses = new Elements(numbers, (code) => ({ class: ["number", "number on-dark", "number on-light"][code] }));
     this.#numbers = new Elements(numbers, (number) => ({ d: (paths[number] ??= numberPath(number, style)) }));
-    const colours = [...style.heat.light, ...style.heat.dark];
+    const { light, dark } = style.heat;
+    const colours = light.map((colour, i) => `light-dark(${colour}, ${dark[i]})`);
     this.#heat = new Elements(all(".heat"), (colour) => ({ fill: colour < 0 ? "none" : colours[colour] }));
 
     setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
@@ -180,12 +180,11 @@ export class MazeMap {
       if (weight > max && weight !== NO_PATH) max = weight;
     }
     const replaced = new Set(texts.map(([cell]) => cell));
-    const first = dark.matches ? 64 : 0;
     for (let i = 0; i < weights.length; i++) {
       const weight = weights[i];
       const hidden = blank || (weight === 0 && texts.length > 0 && !replaced.has(i));
       if (numbers) this.#numbers.set(i, hidden || replaced.has(i) ? -1 : weight);
-      if (heat) this.#heat.set(i, hidden || weight === NO_PATH ? -1 : first + Math.round((weight * 63) / max));
+      if (heat) this.#heat.set(i, hidden || weight === NO_PATH ? -1 : Math.round((weight * 63) / max));
     }
   }
 

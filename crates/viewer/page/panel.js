@@ -6,7 +6,7 @@ import * as api from "./api.js";
 import { cloneTemplate, nextFrame, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
 import { announce, describeUnknownWalls, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
-import { MazeMap, dark, describeCell } from "./map.js";
+import { MazeMap, describeCell } from "./map.js";
 import { Overview } from "./overview.js";
 import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
@@ -72,7 +72,6 @@ export class Panel {
   #cell = null;
   /** The size of the maze, such as `16 × 16`. */
   #size = "";
-  #redraw = () => this.#show();
 
   /** @param {string} id @param {api.DrawingStyle} style */
   constructor(id, style) {
@@ -86,7 +85,6 @@ export class Panel {
     this.#log = new LogPane(element, (index) => this.timeline.seek(index));
     showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
-    dark.addEventListener("change", this.#redraw);
     for (const event of ["pointerdown", "keydown"]) {
       query(element, ".export").addEventListener(event, () => this.#updateExportLinks());
     }
@@ -202,7 +200,6 @@ export class Panel {
     this.#source = null;
     this.timeline.seek(0);
     this.#abort.abort();
-    dark.removeEventListener("change", this.#redraw);
     this.element.remove();
   }
 
@@ -325,7 +322,8 @@ export class Panel {
   #updateExportLinks() {
     if (!this.#source) return;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
-    const options = `${layers.join("")}&theme=${dark.matches ? "dark" : "light"}`;
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const options = `${layers.join("")}&theme=${dark ? "dark" : "light"}`;
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
       const parameters = { "recording.mcap": "", "page.html": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;

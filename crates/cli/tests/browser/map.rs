@@ -186,7 +186,7 @@ fn the_heat_map_colours_weights() {
         live.wait_for_state(0);
         let heat = || -> Vec<[String; 2]> {
             let script = "return [...document.querySelectorAll('.map .heat')]
-                .map((heat) => [heat.dataset.cell, heat.getAttribute('fill')])";
+                .map((heat) => [heat.dataset.cell, getComputedStyle(heat).fill])";
             browser.run(script, &[])
         };
         assert!(browser.exists(&live.part(".map svg.hide-heat")));
@@ -205,7 +205,9 @@ fn the_heat_map_colours_weights() {
                     let weight = u32::from(state.weights[state.index(cell)]);
                     let index = (weight * 63 * 2 + largest) / (largest * 2);
                     let colour = ramps["heat"][scheme][index as usize].as_str().unwrap();
-                    [format!("{},{}", cell.x, cell.y), colour.to_string()]
+                    let colour = u32::from_str_radix(&colour[1..], 16).unwrap();
+                    let [_, red, green, blue] = colour.to_be_bytes();
+                    [format!("{},{}", cell.x, cell.y), format!("rgb({red}, {green}, {blue})")]
                 })
                 .collect();
             wait_for(scheme, || (heat() == expected).then_some(()));
