@@ -1,5 +1,5 @@
-//! One test suite for both ZeroMQ transports: the own one, and that of libzmq with the feature
-//! `libzmq`. The servers of the tests are sockets that send and expect exact bytes.
+//! One test suite for both ZeroMQ transports: that of mmsim-zmtp, and with the feature `libzmq` that of
+//! libzmq. The servers of the tests are sockets that send and expect exact bytes.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -20,7 +20,7 @@ type Connect = fn(&str, Timeout, Box<dyn FnMut(Waiting<'_>)>) -> Connected;
 
 macro_rules! suite {
     ($($test:ident),*) => {
-        mod own {
+        mod zmtp {
             use super::*;
             const CONNECT: Connect = |endpoint, timeout, on_wait| Zmq::connect(endpoint, timeout, on_wait);
             $(#[test] fn $test() { super::$test(CONNECT) })*
@@ -132,17 +132,10 @@ fn echo(stream: &mut TcpStream, body: &[u8]) {
 }
 
 fn waits_for_a_missing_simulator_until_the_timeout(connect: Connect) {
-    let (sender, notices) = mpsc::channel();
-    let on_wait = move |waiting: Waiting<'_>| {
-        assert!(!waiting.answered && waiting.endpoint == "tcp://127.0.0.1:1");
-        sender.send(waiting.notices).unwrap();
-    };
-    let timeout = Timeout::After(Duration::from_millis(1500));
-    let mut transport = connect("tcp://127.0.0.1:1", timeout, Box::new(on_wait)).unwrap();
+    let mut transport = open(connect, "tcp://127.0.0.1:1", SHORT);
     let error = ask(&mut transport, b"ping").unwrap_err();
     assert!(matches!(error, TransportError::NoReply { .. }), "{error}");
-    assert_eq!(error.to_string(), "no reply from tcp://127.0.0.1:1 within 1.5 s");
-    assert_eq!(notices.try_recv(), Ok(1));
+    assert_eq!(error.to_string(), "no reply from tcp://127.0.0.1:1 within 0.3 s");
 }
 
 fn simulator_may_start_later(connect: Connect) {
@@ -151,14 +144,17 @@ fn simulator_may_start_later(connect: Connect) {
     drop(listener);
     let (sender, is_waiting) = mpsc::channel();
     let simulator = thread::spawn(move || {
-        is_waiting.recv().unwrap();
+        assert_eq!(is_waiting.recv(), Ok(1));
         echo(&mut accept_client(&TcpListener::bind(address).unwrap()), b"ping");
     });
+    let endpoint = format!("tcp://{address}");
     // The simulator does not exist when the first notice arrives.
-    let on_wait = move |_: Waiting<'_>| {
-        let _ = sender.send(());
+    let expected = endpoint.clone();
+    let on_wait = move |waiting: Waiting<'_>| {
+        assert!(!waiting.answered && waiting.endpoint == expected);
+        let _ = sender.send(waiting.notices);
     };
-    let mut transport = connect(&format!("tcp://{address}"), LONG, Box::new(on_wait)).unwrap();
+    let mut transport = connect(&endpoint, LONG, Box::new(on_wait)).unwrap();
     assert_eq!(ask(&mut transport, b"ping").unwrap(), b"ping");
     simulator.join().unwrap();
 }
@@ -327,7 +323,7 @@ fn host_may_be_a_name_or_an_ipv6_address(connect: Connect) {
     }
 }
 
-/// Only the own transport recognizes that a server speaks another protocol.
+/// Only the transport of mmsim-zmtp recognizes that a server speaks another protocol.
 #[test]
 fn another_protocol_is_an_error() {
     let simulator = Simulator::start(|listener| {

@@ -258,6 +258,26 @@ mod tests {
     }
 
     #[test]
+    fn pings_and_refused_requests_are_no_activity() {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let mut simulation = Simulation::new("small", maze);
+        let server = Server::bind("127.0.0.1", 0).unwrap();
+        let queries = &server.queries.1;
+        let mut service = SimulationService::new(&mut simulation, None, queries, &server.control);
+        let state: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
+        let mut is_activity = |request: &[u8], frames| {
+            service.answer_request(None, request, frames, &mut ReplyBuffer::new())
+        };
+        for request in [b"W\x00\x00N", state, b"info", b"reset"] {
+            assert!(is_activity(request, 1), "{}", request.escape_ascii());
+            assert!(!is_activity(request, 2), "{}", request.escape_ascii());
+        }
+        for request in [&b"ping"[..], b"", b"W\x09\x00N", b"pong", &state[1..]] {
+            assert!(!is_activity(request, 1), "{}", request.escape_ascii());
+        }
+    }
+
+    #[test]
     fn each_reset_and_each_maze_begins_a_run() {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let mut simulation = Simulation::new("small", maze.clone());

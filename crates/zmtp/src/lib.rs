@@ -73,7 +73,6 @@
 //! [`ServerConfig`] and [`ClientConfig`] set their limits.
 //!
 //! The README of this crate compares the server with other ZeroMQ servers under attack.
-//!
 #![forbid(unsafe_code)]
 
 mod bind;

@@ -90,7 +90,6 @@ fn silent_connections() {
     });
 }
 
-#[cfg(unix)]
 #[test]
 fn more_connections_than_descriptors() {
     let home = Home::new();

@@ -308,7 +308,7 @@ fn wrong_frames_and_commands() {
             }
         }
         raw::reset(peer);
-        // These bytes terminated a server that was based on libzmq.
+        // These bytes terminate servers that are based on libzmq.
         for _ in 0..300 * force() {
             let mut peer = raw::greet(address);
             let burst = [raw::request(b"").repeat(1900), raw::command("PING", b"\0\0").repeat(50)];

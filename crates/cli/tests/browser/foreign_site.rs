@@ -86,7 +86,7 @@ fn answer(stream: TcpStream, page: &str, log: &Mutex<Vec<String>>) -> Option<()>
 const ATTACK: &str = r#"
     const [target, recording, done] = arguments;
     const settle = (promise) =>
-        Promise.race([promise, new Promise((_, no) => setTimeout(() => no("late"), 5000))]).catch((e) => `no: ${e}`);
+        Promise.race([promise, new Promise((_, no) => setTimeout(() => no("late"), 60000))]).catch((e) => `no: ${e}`);
     const element = (name, attributes, parent = document.body) => settle(new Promise((yes, no) => {
         const made = Object.assign(document.createElement(name), attributes);
         made.onload = () => yes("loaded");

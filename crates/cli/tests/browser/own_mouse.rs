@@ -281,7 +281,6 @@ fn a_mouse_that_fails_is_reported() {
 }
 
 /// A mouse for mms that turns, crashes, and waits for its reset button.
-#[cfg(unix)]
 const MMS_MOUSE: &str = r#"
 ask() { echo "$1"; read -r reply; }
 for turn in 1 2 3 4; do ask turnLeft; done
@@ -291,7 +290,6 @@ ask ackReset
 exit 3
 "#;
 
-#[cfg(unix)]
 #[test]
 fn a_mouse_of_mms_is_controlled_too() {
     with_browser(|browser| {
@@ -379,7 +377,6 @@ fn a_changed_file_runs_the_mouse_again() {
 }
 
 /// A run that the user requests while a change waits for another client uses the change.
-#[cfg(unix)]
 #[test]
 fn a_run_requested_by_the_user_uses_a_waiting_change() {
     use mmsim_tests::ask;
