@@ -213,7 +213,6 @@ fn a_recording_without_states_shows_the_maze() {
     });
 }
 
-/// The file name in this test has characters that Windows does not allow.
 #[test]
 fn markup_in_a_recording_is_text() {
     const NAME: &str = "<img src=x onerror=window.hacked=1>\"'&amp;";

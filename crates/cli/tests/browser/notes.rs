@@ -361,7 +361,7 @@ fn a_mouse_of_mms_is_displayed() {
         {
             assert_eq!(displayed, *expected, "state {index}");
         }
-        // How contents are drawn depends on no other state.
+        // The drawing of a state does not depend on other states.
         for (&index, expected) in moved.iter().zip(&expected).rev().step_by(7) {
             live.slide_to(index);
             assert_eq!(displayed(live, &maze), *expected, "state {index}");
