@@ -60,7 +60,7 @@ fn displayed_at(live: Panel<'_>, states: &[usize]) -> Vec<(Notes, Notes)> {
         const [panel, states, done] = arguments;
         const { dataset } = document.querySelector(panel);
         const slider = document.querySelector(`${panel} [name=slider]`);
-        // Painting takes most of the time, and is not tested here.
+        // Painting takes time, and is not tested here.
         document.querySelector(panel).style.visibility = 'hidden';
         (async () => {
             const all = [];

@@ -71,7 +71,6 @@ fn only_scripts_of_the_server_run() {
     });
 }
 
-/// The file name in this test has characters that Windows does not allow.
 #[test]
 fn markup_in_names_is_text() {
     const NAME: &str = "<img src=x onerror=window.hacked=1>&amp;\"'";
