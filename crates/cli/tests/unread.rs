@@ -8,7 +8,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread;
 
 use harness::{Home, read_until};
-use mmsim_tests::{TIMEOUT, TIMEOUT_MS, wait_for_exit};
+use mmsim_tests::{TIMEOUT, TIMEOUT_MS};
 
 /// The number of refused requests: enough to fill both the pipe and the queue with log messages.
 const REQUESTS: usize = 20_000;
@@ -84,5 +84,5 @@ fn a_full_stderr_pipe_does_not_block_shutdown() {
     let mut server = Unread::start(&Home::new());
     let kill = format!("kill -s TERM {}", server.child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    assert_eq!(wait_for_exit(&mut server.child).code(), Some(0));
+    assert_eq!(mmsim_tests::wait_for_exit(&mut server.child).code(), Some(0));
 }
