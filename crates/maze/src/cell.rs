@@ -124,6 +124,21 @@ impl MazeSize {
         cell.neighbour(heading).filter(|&neighbour| self.contains(neighbour))
     }
 
+    /// Returns the number of `cell` in the order of [`cells`](Self::cells), y · width + x, or `None`
+    /// if the cell is outside the maze.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, MazeSize};
+    /// let size = MazeSize::new(3, 2)?;
+    /// assert_eq!(size.index(Cell::new(2, 1)), Some(5));
+    /// assert_eq!(size.index(Cell::new(3, 0)), None);
+    /// # Ok::<(), mmsim_maze::SizeError>(())
+    /// ```
+    pub const fn index(self, cell: Cell) -> Option<usize> {
+        let index = cell.y as usize * self.width as usize + cell.x as usize;
+        if self.contains(cell) { Some(index) } else { None }
+    }
+
     /// Returns all cells of the maze, row by row from south to north, each row from west to east.
     pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> + Clone {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| Cell { x, y }))
@@ -239,6 +254,7 @@ mod tests {
         let cells = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)].map(|(x, y)| Cell::new(x, y));
         assert!(size.cells().eq(cells));
         assert!(size.cells().rev().eq(cells.into_iter().rev()));
+        assert!(size.cells().map(|cell| size.index(cell).unwrap()).eq(0..6));
         assert!(size.contains(Cell::new(2, 1)));
         assert!(!size.contains(Cell::new(3, 0)) && !size.contains(Cell::new(0, 2)));
     }

@@ -220,8 +220,8 @@ impl KnownMaze {
         &'a self,
         truth: &'a Walls,
     ) -> impl Iterator<Item = (Cell, Heading)> + 'a {
-        let sides = |cell| [Heading::North, Heading::East].map(|heading| (cell, heading));
-        self.size().cells().flat_map(sides).filter(|&(cell, heading)| {
+        let sides = self.size().inner_walls().map(|wall| (wall.cell, wall.heading));
+        sides.filter(|&(cell, heading)| {
             let opposite =
                 if truth.has(cell, heading) { WallState::Absent } else { WallState::Present };
             self.wall(cell, heading) == opposite

@@ -45,6 +45,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod cell;
+mod cell_map;
 mod cell_set;
 mod escaped;
 mod heading;
@@ -53,10 +54,12 @@ mod maze;
 mod parse;
 mod picture;
 mod pose;
+mod wall;
 mod walls;
 mod wy_rand;
 
 pub use cell::{Cell, MazeSize, SizeError};
+pub use cell_map::CellMap;
 pub use cell_set::{CellSet, CellSetIter, Row};
 pub use escaped::{Escaped, Excerpt, needs_escape};
 pub use heading::{Heading, Step};
@@ -65,6 +68,7 @@ pub use maze::{Maze, MazeError};
 pub use parse::ParseMazeError;
 pub use picture::TextPicture;
 pub use pose::Pose;
+pub use wall::Wall;
 pub use walls::{Sides, Walls, WallsAround};
 pub use wy_rand::WyRand;
 
