@@ -36,11 +36,11 @@ impl Order {
     /// # Ok::<(), mmsim_maze::SizeError>(())
     /// ```
     pub const fn index(self, cell: Cell, size: MazeSize) -> Option<usize> {
-        let (x, y) = (cell.x as usize, cell.y as usize);
         match self {
-            _ if !size.contains(cell) => None,
-            Self::C => Some(y * size.width() as usize + x),
-            Self::F => Some(x * size.height() as usize + y),
+            Self::F if size.contains(cell) => {
+                Some(cell.x as usize * size.height() as usize + cell.y as usize)
+            }
+            _ => size.index(cell),
         }
     }
 

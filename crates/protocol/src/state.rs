@@ -244,9 +244,8 @@ mod tests {
             prop_assert_eq!(length, state_bytes(size));
             prop_assert_eq!(Request::decode(&buffer[..length], size), Ok(Request::State(state)));
             for cell in size.cells() {
-                let c = usize::from(cell.y) * width + usize::from(cell.x);
                 let f = usize::from(cell.x) * height + usize::from(cell.y);
-                let index = if orders.0 == Order::C { c } else { f };
+                let index = if orders.0 == Order::C { size.index(cell).unwrap() } else { f };
                 prop_assert_eq!(state.weights.at(cell), Some(weights[index]));
             }
         }
