@@ -11,7 +11,7 @@ use std::path::Path;
 
 use mmsim_formats::Catalogue;
 use mmsim_generator::{Style, generate};
-use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Wall};
 use mmsim_solvers::{Distances, MazeFacts};
 
 /// The names and units of the figures.
@@ -98,14 +98,12 @@ fn reachable(maze: &Maze) -> CellSet {
 /// Returns the length in steps of each straight passage.
 fn straights(maze: &Maze) -> Vec<usize> {
     let mut straights = Vec::new();
-    for cell in maze.size().cells() {
-        for heading in [Heading::North, Heading::East] {
-            let step =
-                |cell: &Cell| cell.neighbour(heading).filter(|_| !maze.walls().has(*cell, heading));
-            let steps = std::iter::successors(Some(cell), step).count() - 1;
-            if steps > 0 && maze.walls().has(cell, heading.back()) {
-                straights.push(steps);
-            }
+    for Wall { cell, heading, .. } in maze.size().walls() {
+        let step =
+            |cell: &Cell| cell.neighbour(heading).filter(|_| !maze.walls().has(*cell, heading));
+        let steps = std::iter::successors(Some(cell), step).count() - 1;
+        if steps > 0 && maze.walls().has(cell, heading.back()) {
+            straights.push(steps);
         }
     }
     straights

@@ -1,10 +1,10 @@
 //! Contest-like mazes.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Wall, Walls, WyRand};
 use mmsim_solvers::Distances;
 
 use crate::perfect::{START, closed_around};
-use crate::posts::{CellSide, Post, walls_to_outer_wall};
+use crate::posts::{Post, walls_to_outer_wall};
 use crate::tree::{self, PassageParams};
 
 /// The minimum side length, in cells, of a maze in which the goal does not touch the outer wall.
@@ -83,8 +83,8 @@ impl Draft {
         self.walls.set(START, Heading::North, false);
         tree::winding(&mut self.walls, root, free, params, rng);
         let entrances = self.room_walls();
-        let (cell, heading) = entrances[rng.index(entrances.len())];
-        self.walls.set(cell, heading, false);
+        let entrance = entrances[rng.index(entrances.len())];
+        self.walls.set(entrance.cell, entrance.heading, false);
     }
 
     /// Opens a wall so that no chain of walls connects the goal room to the outer wall. As in most
@@ -93,7 +93,7 @@ impl Draft {
         let posts = self.room_walls().into_iter().flat_map(Post::ends);
         match walls_to_outer_wall(&self.walls, posts) {
             // In a perfect maze all walls are connected, and there is only one such chain.
-            Some(chain) => shuffled(chain, rng).into_iter().any(|side| self.open(side)),
+            Some(chain) => shuffled(chain, rng).into_iter().any(|wall| self.open(wall)),
             None => true,
         }
     }
@@ -106,26 +106,24 @@ impl Draft {
         let mut at_dead_ends = loops * rng.between(AT_DEAD_ENDS_PERCENT) / 100;
         for cell in shuffled(size.cells(), rng) {
             let is_dead_end = self.walls.open_neighbours(cell).count() == 1;
-            let mut sides = shuffled(Heading::ALL, rng).into_iter();
-            if at_dead_ends > 0 && is_dead_end && sides.any(|heading| self.open((cell, heading))) {
+            let mut walls = shuffled(Heading::ALL.map(|to| Wall::new(cell, to)), rng).into_iter();
+            if at_dead_ends > 0 && is_dead_end && walls.any(|wall| self.open(wall)) {
                 at_dead_ends -= 1;
                 loops -= 1;
             }
         }
-        let sides =
-            size.cells().flat_map(|cell| [Heading::North, Heading::East].map(|to| (cell, to)));
-        for side in shuffled(sides, rng) {
-            if loops > 0 && self.open(side) {
+        for wall in shuffled(size.walls(), rng) {
+            if loops > 0 && self.open(wall) {
                 loops -= 1;
             }
         }
     }
 
-    /// Opens an inner wall. Returns false if there is no inner wall on this side of the cell, or if
-    /// the wall must stay. The start and the goal room keep a single entrance, each post keeps at
-    /// least one wall, and the goal stays far enough from the start.
-    fn open(&mut self, side: CellSide) -> bool {
-        let (cell, heading) = side;
+    /// Opens an inner wall. Returns false if the wall is absent, an outer wall, or must stay. The start
+    /// and the goal room keep a single entrance, each post keeps at least one wall, and the goal stays
+    /// far enough from the start.
+    fn open(&mut self, wall: Wall) -> bool {
+        let Wall { cell, heading, .. } = wall;
         let is_protected = |cell| cell == START || self.room.contains(cell);
         let Some(next) = self.walls.size().neighbour(cell, heading) else { return false };
         if is_protected(cell) || is_protected(next) || !self.walls.has(cell, heading) {
@@ -133,7 +131,7 @@ impl Draft {
         }
         self.walls.set(cell, heading, false);
         let is_valid =
-            Post::ends(side).into_iter().all(|post| post.has_wall(&self.walls)) && self.is_far();
+            Post::ends(wall).into_iter().all(|post| post.has_wall(&self.walls)) && self.is_far();
         if !is_valid {
             self.walls.set(cell, heading, true);
         }
@@ -145,11 +143,10 @@ impl Draft {
         path.is_some_and(|steps| u32::from(steps) >= self.min_path)
     }
 
-    /// Returns the cell sides around the goal room, which are the candidates for its entrance.
-    fn room_walls(&self) -> Vec<CellSide> {
-        let sides = self.room.iter().flat_map(|cell| Heading::ALL.map(|heading| (cell, heading)));
-        let is_outside = |cell: &Cell| !self.room.contains(*cell);
-        sides.filter(|&(cell, to)| cell.neighbour(to).as_ref().is_some_and(is_outside)).collect()
+    /// Returns the walls around the goal room, which are the candidates for its entrance.
+    fn room_walls(&self) -> Vec<Wall> {
+        let walls = self.room.iter().flat_map(|cell| Heading::ALL.map(|to| Wall::new(cell, to)));
+        walls.filter(|wall| wall.cells().any(|cell| !self.room.contains(cell))).collect()
     }
 }
 

@@ -92,7 +92,7 @@ struct Readme;
 mod tests {
     use std::collections::HashSet;
 
-    use mmsim_maze::{Cell, Heading};
+    use mmsim_maze::{Cell, Heading, Wall};
     use mmsim_solvers::MazeFacts;
     use proptest::prelude::*;
 
@@ -150,14 +150,14 @@ mod tests {
             return check_perfect(maze);
         }
         assert_eq!(entrances(maze), 1, "{maze}");
-        let sides = size.cells().map(|cell| (cell, Heading::North));
+        let sides = size.cells().map(|cell| Wall::new(cell, Heading::North));
         let posts: Vec<Post> = sides.flat_map(Post::ends).collect();
         let bare = posts.iter().filter(|post| !post.has_wall(maze.walls()));
         // Each inner post is the end of two such sides.
         assert_eq!(bare.count(), if maze.goals().len() == 4 { 2 } else { 0 }, "{maze}");
         if size.width().min(size.height()) >= 5 {
             let corner = size.central_cells().iter().next().unwrap();
-            let room_post = Post::ends((corner, Heading::West));
+            let room_post = Post::ends(Wall::new(corner, Heading::West));
             assert_eq!(walls_to_outer_wall(maze.walls(), room_post), None, "{maze}");
         }
     }

@@ -25,11 +25,9 @@ pub(crate) fn open(size: MazeSize, rng: &mut WyRand) -> Walls {
     /// The probability, in tenths, that a wall remains.
     const REMAINING_TENTHS: u32 = 3;
     let mut walls = perfect(size, rng);
-    for cell in size.cells().filter(|&cell| cell != START) {
-        for heading in [Heading::North, Heading::East] {
-            if rng.below(10) >= REMAINING_TENTHS {
-                walls.set(cell, heading, false);
-            }
+    for wall in size.walls().filter(|wall| wall.cell != START) {
+        if rng.below(10) >= REMAINING_TENTHS {
+            walls.set(wall.cell, wall.heading, false);
         }
     }
     walls

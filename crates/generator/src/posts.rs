@@ -1,12 +1,9 @@
 //! Posts, and the walls between them.
 
-use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, Heading, MazeSize, Wall, Walls};
 
 /// The maximum number of posts along one side of a maze.
 const SIDE: usize = MazeSize::MAX_SIDE as usize + 1;
-
-/// A side of a cell, which may have a wall.
-pub(crate) type CellSide = (Cell, Heading);
 
 /// A post at the south-west corner of the cell with the same coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +18,9 @@ impl Post {
     }
 
     /// Returns the two posts at the ends of a wall.
-    pub(crate) const fn ends((Cell { x, y }, heading): CellSide) -> [Self; 2] {
-        match heading {
+    pub(crate) const fn ends(wall: Wall) -> [Self; 2] {
+        let Cell { x, y } = wall.cell;
+        match wall.heading {
             Heading::North => [Self::new(x, y + 1), Self::new(x + 1, y + 1)],
             Heading::East => [Self::new(x + 1, y), Self::new(x + 1, y + 1)],
             Heading::South => [Self::new(x, y), Self::new(x + 1, y)],
@@ -41,16 +39,16 @@ impl Post {
     }
 
     /// Returns the posts that a wall connects to this inner post, each paired with its wall.
-    fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, CellSide)> + '_ {
+    fn connected(self, walls: &Walls) -> impl Iterator<Item = (Self, Wall)> + '_ {
         let Self { x, y } = self;
         [
-            (Self::new(x, y + 1), (Cell::new(x, y), Heading::West)),
-            (Self::new(x + 1, y), (Cell::new(x, y), Heading::South)),
-            (Self::new(x, y - 1), (Cell::new(x, y - 1), Heading::West)),
-            (Self::new(x - 1, y), (Cell::new(x - 1, y), Heading::South)),
+            (Self::new(x, y + 1), Wall::new(Cell::new(x, y), Heading::West)),
+            (Self::new(x + 1, y), Wall::new(Cell::new(x, y), Heading::South)),
+            (Self::new(x, y - 1), Wall::new(Cell::new(x, y - 1), Heading::West)),
+            (Self::new(x - 1, y), Wall::new(Cell::new(x - 1, y), Heading::South)),
         ]
         .into_iter()
-        .filter(|&(_, (cell, heading))| walls.has(cell, heading))
+        .filter(|(_, wall)| walls.has(wall.cell, wall.heading))
     }
 
     const fn index(self) -> usize {
@@ -63,11 +61,11 @@ impl Post {
 pub(crate) fn walls_to_outer_wall(
     walls: &Walls,
     from: impl IntoIterator<Item = Post>,
-) -> Option<Vec<CellSide>> {
+) -> Option<Vec<Wall>> {
     let mut seen = [false; SIDE * SIDE];
     // The posts in the order of discovery, each with the wall that leads to it and the index of the
     // post at the other end of the wall.
-    let mut found: Vec<(Post, Option<(CellSide, usize)>)> = Vec::new();
+    let mut found: Vec<(Post, Option<(Wall, usize)>)> = Vec::new();
     for post in from {
         if !std::mem::replace(&mut seen[post.index()], true) {
             found.push((post, None));
@@ -77,11 +75,11 @@ pub(crate) fn walls_to_outer_wall(
     while let Some(&(post, wall)) = found.get(index) {
         if post.is_outer(walls.size()) {
             let chain = std::iter::successors(wall, |&(_, previous)| found[previous].1);
-            return Some(chain.map(|(side, _)| side).collect());
+            return Some(chain.map(|(wall, _)| wall).collect());
         }
-        for (next, side) in post.connected(walls) {
+        for (next, wall) in post.connected(walls) {
             if !std::mem::replace(&mut seen[next.index()], true) {
-                found.push((next, Some((side, index))));
+                found.push((next, Some((wall, index))));
             }
         }
         index += 1;

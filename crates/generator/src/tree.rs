@@ -1,6 +1,6 @@
 //! Spanning trees: mazes with exactly one path between any two cells.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
+use mmsim_maze::{Cell, CellMap, CellSet, Heading, Walls, WyRand};
 
 /// Opens walls until exactly one path leads from each cell of `free` to the cells of `tree`. All
 /// possible results are equally likely. Every free cell must be connected to `tree` through free
@@ -11,22 +11,21 @@ use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
 /// walk, its loops are erased, and the remaining path becomes a branch of the tree.
 pub(crate) fn uniform(walls: &mut Walls, mut tree: CellSet, free: &CellSet, rng: &mut WyRand) {
     let size = walls.size();
-    let mut exits = [Heading::North; MazeSize::MAX_AREA];
-    let index = |cell: Cell| usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
+    let mut exits = CellMap::new(Heading::North);
     for from in free {
         let mut cell = from;
         while !tree.contains(cell) {
             let heading = Heading::ALL[rng.below(4) as usize];
             let next = size.neighbour(cell, heading);
             if let Some(next) = next.filter(|&next| free.contains(next) || tree.contains(next)) {
-                exits[index(cell)] = heading;
+                exits[cell] = heading;
                 cell = next;
             }
         }
         // The last exits of the cells form the walk without its loops.
         cell = from;
         while tree.insert(cell) {
-            let heading = exits[index(cell)];
+            let heading = exits[cell];
             walls.set(cell, heading, false);
             cell = size.neighbour(cell, heading).unwrap_or(cell);
         }
@@ -90,6 +89,8 @@ pub(crate) fn winding(
 #[cfg(test)]
 mod tests {
     use std::collections::HashMap;
+
+    use mmsim_maze::MazeSize;
 
     use super::*;
 
