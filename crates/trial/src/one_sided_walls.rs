@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
+use mmsim_maze::{Cell, CellMap, CellSet, Heading, MazeSize, Pose};
 
 use crate::trial::sensor_headings;
 
@@ -59,11 +59,11 @@ impl OneSidedWalls {
     ) -> Option<(Heading, usize)> {
         let numbers = self.numbers(from, target, heuristic);
         let (mut cell, mut straight) = (target, None);
-        while numbers[index(cell)]? > 0 {
+        while numbers[cell]? > 0 {
             let before = (0..4).filter_map(|place| {
                 let before = self.size.neighbour(cell, ORDER[place].back())?;
                 self.beyond(before, place)?;
-                Some((numbers[index(before)]?, before, ORDER[place]))
+                Some((numbers[before]?, before, ORDER[place]))
             });
             let (_, before, heading) = before.min_by_key(|&(number, ..)| number)?;
             straight = match straight {
@@ -81,19 +81,19 @@ impl OneSidedWalls {
         from: Cell,
         target: Cell,
         heuristic: impl Fn(Cell) -> u16,
-    ) -> [Option<u16>; MazeSize::MAX_AREA] {
-        let mut numbers = [None; MazeSize::MAX_AREA];
+    ) -> CellMap<Option<u16>> {
+        let mut numbers = CellMap::new(None);
         let mut open = BinaryHeap::from([Reverse((heuristic(from), 0_u16, from.x, from.y))]);
-        numbers[index(from)] = Some(0);
+        numbers[from] = Some(0);
         let mut reached = 0;
         while let Some(Reverse((_, steps, x, y))) = open.pop() {
             let cell = Cell::new(x, y);
             if cell == target && cell != from {
-                numbers[index(cell)] = Some(reached + 1);
+                numbers[cell] = Some(reached + 1);
                 break;
             }
             for next in (0..4).filter_map(|place| self.beyond(cell, place)) {
-                let number = &mut numbers[index(next)];
+                let number = &mut numbers[next];
                 if number.is_none() {
                     reached += 1;
                     *number = Some(reached);
@@ -110,10 +110,6 @@ impl OneSidedWalls {
         let next = self.size.neighbour(cell, ORDER[place]);
         next.filter(|_| !self.sides[place].contains(cell))
     }
-}
-
-fn index(cell: Cell) -> usize {
-    usize::from(cell.y) * usize::from(MazeSize::MAX_SIDE) + usize::from(cell.x)
 }
 
 #[cfg(test)]

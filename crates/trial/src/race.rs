@@ -1,10 +1,9 @@
 //! The minimum number of time steps to the goal.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
+use mmsim_maze::{Cell, CellMap, CellSet, Heading, MazeSize, Pose, Walls};
 
 use crate::action::{Action, Rotation};
 
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// The height of the empty margins north and south of the maze, in rows. The margins make bounds
 /// checks unnecessary.
 const MARGIN: usize = Action::MAX_CELLS as usize;
@@ -30,15 +29,14 @@ const UNREACHABLE: u16 = u16::MAX;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RaceSteps {
     size: MazeSize,
-    /// The number of steps from each cell to a target, row by row from the south, 32 cells per row.
-    steps: [u16; MazeSize::MAX_AREA],
+    steps: CellMap<u16>,
 }
 
 impl RaceSteps {
     /// Floods the maze from the targets. Targets outside the maze are ignored.
     pub fn flood(walls: &Walls, targets: &CellSet) -> Self {
         let size = walls.size();
-        let mut race = Self { size, steps: [UNREACHABLE; MazeSize::MAX_AREA] };
+        let mut race = Self { size, steps: CellMap::new(UNREACHABLE) };
         if size.height() <= 16 {
             Straights::<16, 22>::new(walls).flood(targets, &mut race.steps);
         } else {
@@ -56,8 +54,7 @@ impl RaceSteps {
     /// `cell` is a target. Returns `None` if no target is reachable or the cell is outside the
     /// maze.
     pub fn at(&self, cell: Cell) -> Option<u16> {
-        let index = || usize::from(cell.y) * SIDE + usize::from(cell.x);
-        let steps = self.size.contains(cell).then(|| self.steps[index()]);
+        let steps = self.size.contains(cell).then(|| self.steps[cell]);
         steps.filter(|&steps| steps != UNREACHABLE)
     }
 
@@ -164,14 +161,14 @@ impl<const ROWS: usize, const PADDED: usize> Straights<ROWS, PADDED> {
         Self { north, east }
     }
 
-    fn flood(&self, targets: &CellSet, steps: &mut [u16; MazeSize::MAX_AREA]) {
+    fn flood(&self, targets: &CellSet, steps: &mut CellMap<u16>) {
         let mut wave = Wave::from_cells(targets);
         let mut reached = wave;
         for time in 0.. {
             if wave.is_empty() {
                 return;
             }
-            wave.for_each(|Cell { x, y }| steps[usize::from(y) * SIDE + usize::from(x)] = time);
+            wave.for_each(|cell| steps[cell] = time);
             wave = self.next(&wave, &reached);
             reached.add(&wave);
         }
@@ -304,9 +301,8 @@ mod tests {
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let mut walls = Walls::open(size);
-            for (cell, present) in size.cells().zip(present.chunks(2)) {
-                walls.set(cell, Heading::North, present[0]);
-                walls.set(cell, Heading::East, present[1]);
+            for (wall, present) in size.walls().zip(present) {
+                walls.set(wall.cell, wall.heading, present);
             }
             let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
             let goals = goals.into_iter().map(inside).collect();

@@ -1,12 +1,10 @@
 //! A hypothesis about the maze and the pose of a robot with noisy sensors.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Wall, WallState};
 
 use crate::action::Action;
 use crate::survey::Survey;
 use crate::trial::sensor_headings;
-
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The maximum number of hypotheses.
 pub(super) const MAX_HYPOTHESES: usize = 8;
@@ -29,9 +27,9 @@ pub(super) struct Hypothesis {
     /// continues after such a step.
     pub(super) has_finished: bool,
     pub(super) weight: f64,
-    /// The probability that a side is open, indexed as `[y][x][side]`. Side 0 is north and side 1
-    /// is east.
-    open: Box<[[[f32; 2]; SIDE]; SIDE]>,
+    /// The probability that there is no wall, indexed by
+    /// [`MazeSize::wall_index`](mmsim_maze::MazeSize::wall_index).
+    open: Vec<f32>,
 }
 
 /// A side counts as open if the probability that it is open is at least this value. A side counts
@@ -50,12 +48,12 @@ impl Hypothesis {
     /// Creates the initial hypothesis, with the robot at the start.
     pub(super) fn new(unexplored: KnownMaze) -> Self {
         Self {
+            open: vec![0.5; 2 * unexplored.size().area()],
             survey: Survey::new(unexplored),
             has_visited_goal: false,
             is_racing: false,
             has_finished: false,
             weight: 1.,
-            open: Box::new([[[0.5; 2]; SIDE]; SIDE]),
         }
     }
 
@@ -63,12 +61,10 @@ impl Hypothesis {
     /// may be due to a wrong reading.
     pub(super) fn without_uncertain_walls(&self) -> KnownMaze {
         let mut map = self.survey.map().clone();
-        for cell in map.size().cells() {
-            for heading in [Heading::North, Heading::East] {
-                let may_be_open = self.open(cell, heading) > 2. * (1. - MAX_PROBABILITY);
-                if may_be_open && map.wall(cell, heading) == WallState::Present {
-                    map.set_wall(cell, heading, WallState::Unknown);
-                }
+        for Wall { cell, heading, .. } in map.size().inner_walls() {
+            let may_be_open = self.open(cell, heading) > 2. * (1. - MAX_PROBABILITY);
+            if may_be_open && map.wall(cell, heading) == WallState::Present {
+                map.set_wall(cell, heading, WallState::Unknown);
             }
         }
         map
@@ -76,14 +72,14 @@ impl Hypothesis {
 
     /// Returns the probability that a side is open.
     fn open(&self, cell: Cell, heading: Heading) -> f32 {
-        self.index(cell, heading).map_or(0., |(x, y, side)| self.open[y][x][side])
+        self.index(cell, heading).map_or(0., |index| self.open[index])
     }
 
     fn set_open(&mut self, cell: Cell, heading: Heading, open: f32, noise: f64) {
-        if let Some((x, y, side)) = self.index(cell, heading) {
+        if let Some(index) = self.index(cell, heading) {
             let max = if noise > 0. { MAX_PROBABILITY } else { 1. };
             let open = open.clamp(1. - max, max);
-            self.open[y][x][side] = open;
+            self.open[index] = open;
             let wall = if open >= CERTAIN {
                 WallState::Absent
             } else if open <= 1. - CERTAIN {
@@ -95,15 +91,8 @@ impl Hypothesis {
         }
     }
 
-    fn index(&self, cell: Cell, heading: Heading) -> Option<(usize, usize, usize)> {
-        let next = self.survey.map().size().neighbour(cell, heading)?;
-        let (owner, side) = match heading {
-            Heading::North => (cell, 0),
-            Heading::East => (cell, 1),
-            Heading::South => (next, 0),
-            Heading::West => (next, 1),
-        };
-        Some((owner.x.into(), owner.y.into(), side))
+    fn index(&self, cell: Cell, heading: Heading) -> Option<usize> {
+        self.survey.map().size().wall_index(Wall::new(cell, heading))
     }
 
     /// Returns the likelihood of the sensor readings at a given pose.

@@ -1,48 +1,22 @@
 //! Batches of mazes, stored as one bit per maze and wall.
 
-use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+use mmsim_maze::{Heading, MazeSize, Wall, Walls};
 
 const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
-/// The site of a possible inner wall, north or east of a cell.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct WallSite {
-    pub(super) cell: Cell,
-    pub(super) heading: Heading,
-}
-
-impl WallSite {
-    /// Returns all wall sites of a maze of this size.
-    pub(super) fn all(size: MazeSize) -> impl Iterator<Item = Self> {
-        let at = |cell| [Heading::North, Heading::East].map(|heading| Self { cell, heading });
-        let is_inside = move |site: &Self| size.neighbour(site.cell, site.heading).is_some();
-        size.cells().flat_map(at).filter(is_inside)
-    }
-
-    /// Returns the two cells that the wall site separates.
-    pub(super) fn cells(self) -> impl Iterator<Item = Cell> {
-        [Some(self.cell), self.cell.neighbour(self.heading)].into_iter().flatten()
-    }
-
-    fn is_north(self) -> bool {
-        self.heading == Heading::North
-    }
-
-    fn index(self) -> usize {
-        let Cell { x, y } = self.cell;
-        index(self.is_north(), usize::from(x) + 1, usize::from(y) + 1)
-    }
-}
-
-/// The number of sites in a row, including an extra site at each end. Even rows hold the sites
-/// north of cells, and odd rows hold the sites east of cells.
+/// The number of walls in a row, including an extra wall at each end. Even rows hold the walls
+/// north of cells, and odd rows hold the walls east of cells.
 const ROW: usize = SIDE + 2;
 
 const fn index(is_north: bool, column: usize, row: usize) -> usize {
     (2 * row + !is_north as usize) * ROW + column
 }
 
-/// A bit-sliced batch of 64 mazes: bit i of a site's word is set if maze i has a wall at that site.
+fn index_of(Wall { cell, heading, .. }: Wall) -> usize {
+    index(heading == Heading::North, usize::from(cell.x) + 1, usize::from(cell.y) + 1)
+}
+
+/// A bit-sliced batch of 64 mazes: bit i of a wall's word is set if maze i has that wall.
 /// All mazes have outer walls, and no walls beyond them.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MazeBatch {
@@ -67,19 +41,19 @@ impl MazeBatch {
             words[index(false, width, row)] = u64::MAX;
         }
         let mut batch = Self { size, words };
-        for site in WallSite::all(size) {
-            batch.set(site, if walls.has(site.cell, site.heading) { u64::MAX } else { 0 });
+        for wall in size.inner_walls() {
+            batch.set(wall, if walls.has(wall.cell, wall.heading) { u64::MAX } else { 0 });
         }
         batch
     }
 
-    /// Returns a word in which bit i is set if maze i has a wall at the site.
-    pub(super) fn at(&self, site: WallSite) -> u64 {
-        self.words[site.index()]
+    /// Returns a word in which bit i is set if maze i has the wall.
+    pub(super) fn at(&self, wall: Wall) -> u64 {
+        self.words[index_of(wall)]
     }
 
-    pub(super) fn set(&mut self, site: WallSite, walls: u64) {
-        self.words[site.index()] = walls;
+    pub(super) fn set(&mut self, wall: Wall, present: u64) {
+        self.words[index_of(wall)] = present;
     }
 
     /// Returns the walls of the maze with this index.
@@ -100,12 +74,12 @@ impl MazeBatch {
         Walls::from_rows(self.size, rows(true), rows(false))
     }
 
-    /// Returns the walls around `site` as one byte per maze. Each bit of the byte stands for one of
-    /// the eight neighbouring sites and is set if that site has a wall. The byte is an index into
+    /// Returns the walls around `wall` as one byte per maze. Each bit of the byte stands for one of
+    /// the eight neighbouring walls and is set if that wall is present. The byte is an index into
     /// the table of [`WallPrior`](super::wall_prior::WallPrior).
-    pub(super) fn neighbours(&self, site: WallSite) -> [u8; Self::LEN] {
-        let here = site.index();
-        let words: [u64; 8] = if site.is_north() {
+    pub(super) fn neighbours(&self, wall: Wall) -> [u8; Self::LEN] {
+        let here = index_of(wall);
+        let words: [u64; 8] = if wall.heading == Heading::North {
             let (south_east, north_east) = (here + ROW, here + 3 * ROW);
             [
                 here - 1,
@@ -145,22 +119,22 @@ const fn transposed(mut square: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::Cell;
     use proptest::prelude::*;
 
     use super::*;
 
     fn walls(size: MazeSize, present: &[bool]) -> Walls {
         let mut walls = Walls::open(size);
-        for (cell, present) in size.cells().zip(present.chunks(2)) {
-            walls.set(cell, Heading::North, present[0]);
-            walls.set(cell, Heading::East, present[1]);
+        for (wall, &present) in size.walls().zip(present) {
+            walls.set(wall.cell, wall.heading, present);
         }
         walls
     }
 
     /// The reference implementation looks up the neighbouring walls one by one.
-    fn reference(walls: &Walls, site: WallSite) -> usize {
-        let (x, y) = (i32::from(site.cell.x), i32::from(site.cell.y));
+    fn reference(walls: &Walls, wall: Wall) -> usize {
+        let (x, y) = (i32::from(wall.cell.x), i32::from(wall.cell.y));
         let has_wall = |x: i32, y: i32, heading| {
             let inside = |x: i32, y: i32| {
                 let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
@@ -174,7 +148,7 @@ mod tests {
                 (None, Some(_)) => true,
             }
         };
-        let sites = if site.is_north() {
+        let sites = if wall.heading == Heading::North {
             let (n, e) = (Heading::North, Heading::East);
             [
                 (x - 1, y, n),
@@ -217,15 +191,15 @@ mod tests {
             let walls = walls(size, &present);
             let others = self::walls(size, &other);
             let mut batch = MazeBatch::repeat(&walls);
-            for site in WallSite::all(size) {
-                let is_other = others.has(site.cell, site.heading);
-                let word = batch.at(site) & !(1 << maze);
-                batch.set(site, word | u64::from(is_other) << maze);
+            for wall in size.inner_walls() {
+                let is_other = others.has(wall.cell, wall.heading);
+                let word = batch.at(wall) & !(1 << maze);
+                batch.set(wall, word | u64::from(is_other) << maze);
             }
             for (maze, walls) in [(maze, &others), ((maze + 1) % MazeBatch::LEN, &walls)] {
                 prop_assert_eq!(&batch.walls(maze), walls);
-                for site in WallSite::all(size) {
-                    prop_assert_eq!(usize::from(batch.neighbours(site)[maze]), reference(walls, site));
+                for wall in size.inner_walls() {
+                    prop_assert_eq!(usize::from(batch.neighbours(wall)[maze]), reference(walls, wall));
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Random mazes that agree with the known walls.
 
-use mmsim_maze::{KnownMaze, Unknown, WallState, Walls, WyRand};
+use mmsim_maze::{KnownMaze, Unknown, Wall, WallState, Walls, WyRand};
 
-use super::maze_batch::{MazeBatch, WallSite};
+use super::maze_batch::MazeBatch;
 use super::wall_prior::WallPrior;
 
 /// Random mazes that agree with the known walls. A [`WallPrior`] gives the probabilities of the
@@ -16,10 +16,10 @@ pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
     len: usize,
     rng: WyRand,
-    /// The wall sites between adjacent goal cells.
-    inside: Vec<WallSite>,
-    /// The wall sites between a goal cell and a cell outside the goal.
-    around: Vec<WallSite>,
+    /// The walls between adjacent goal cells.
+    inside: Vec<Wall>,
+    /// The walls between a goal cell and a cell outside the goal.
+    around: Vec<Wall>,
 }
 
 impl MazeSamples {
@@ -33,15 +33,14 @@ impl MazeSamples {
         seed: u64,
     ) -> Self {
         let mut rng = WyRand::new(seed);
-        let goals =
-            |site: &WallSite| site.cells().filter(|&cell| map.goals().contains(cell)).count();
+        let goals = |wall: &Wall| wall.cells().filter(|&cell| map.goals().contains(cell)).count();
         let with_goals =
-            |count| WallSite::all(map.size()).filter(|site| goals(site) == count).collect();
+            |count| map.size().inner_walls().filter(|wall| goals(wall) == count).collect();
         let (inside, around) = (with_goals(2), with_goals(1));
         let mut batches =
             vec![MazeBatch::repeat(map.walls(Unknown::Open)); len.div_ceil(MazeBatch::LEN)];
         for batch in &mut batches {
-            WallSite::all(map.size()).for_each(|site| batch.set(site, rng.next_u64()));
+            map.size().inner_walls().for_each(|wall| batch.set(wall, rng.next_u64()));
         }
         let mut samples = Self { batches, len, rng, inside, around };
         for _ in 0..sweeps {
@@ -52,32 +51,32 @@ impl MazeSamples {
 
     /// Sets the known walls in all samples and draws each unknown wall again at random.
     pub(super) fn resample(&mut self, map: &KnownMaze, prior: &WallPrior) {
-        let state = |site: WallSite| map.wall(site.cell, site.heading);
-        let is_unknown = |site: &WallSite| state(*site) == WallState::Unknown;
-        let (unknown, known): (Vec<WallSite>, _) = WallSite::all(map.size()).partition(is_unknown);
-        let inside: Vec<WallSite> = self.inside.iter().copied().filter(is_unknown).collect();
-        let around: Vec<WallSite> = self.around.iter().copied().filter(is_unknown).collect();
-        let has_entrance = self.around.iter().any(|&site| state(site) == WallState::Absent);
+        let state = |wall: Wall| map.wall(wall.cell, wall.heading);
+        let is_unknown = |wall: &Wall| state(*wall) == WallState::Unknown;
+        let (unknown, known): (Vec<Wall>, _) = map.size().inner_walls().partition(is_unknown);
+        let inside: Vec<Wall> = self.inside.iter().copied().filter(is_unknown).collect();
+        let around: Vec<Wall> = self.around.iter().copied().filter(is_unknown).collect();
+        let has_entrance = self.around.iter().any(|&wall| state(wall) == WallState::Absent);
         for batch in &mut self.batches {
-            for &site in &known {
-                batch.set(site, if state(site) == WallState::Present { u64::MAX } else { 0 });
+            for &wall in &known {
+                batch.set(wall, if state(wall) == WallState::Present { u64::MAX } else { 0 });
             }
-            for &site in &unknown {
-                let mut walls = 0;
-                for (eight, neighbours) in batch.neighbours(site).chunks_exact(8).enumerate() {
+            for &wall in &unknown {
+                let mut present = 0;
+                for (eight, neighbours) in batch.neighbours(wall).chunks_exact(8).enumerate() {
                     let random = self.rng.next_u64().to_le_bytes();
                     for (bit, (&neighbours, random)) in neighbours.iter().zip(random).enumerate() {
                         let is_wall = random < prior.probability(neighbours);
-                        walls |= u64::from(is_wall) << (8 * eight + bit);
+                        present |= u64::from(is_wall) << (8 * eight + bit);
                     }
                 }
-                batch.set(site, walls);
+                batch.set(wall, present);
             }
-            for &site in &inside {
-                batch.set(site, 0);
+            for &wall in &inside {
+                batch.set(wall, 0);
             }
-            for &site in &around {
-                batch.set(site, u64::MAX);
+            for &wall in &around {
+                batch.set(wall, u64::MAX);
             }
             if !has_entrance && !around.is_empty() {
                 for maze in 0..MazeBatch::LEN {

@@ -1,6 +1,6 @@
 //! The unknown stretch of the fastest race in a sampled maze.
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Unknown, WallState, Walls};
+use mmsim_maze::{Cell, CellMap, CellSet, Heading, KnownMaze, Unknown, WallState, Walls};
 
 use crate::race::{Straights, Wave};
 
@@ -18,24 +18,22 @@ pub(super) struct UnknownStretch {
 /// Finds the [`UnknownStretch`] of the fastest race in a sampled maze.
 pub(super) struct StretchFinder<'m> {
     map: &'m KnownMaze,
-    /// The number of unknown walls that a step from a cell crosses, indexed as `[cells -
-    /// 1][heading][x][y]`.
-    unknown: Box<[[[[u8; SIDE]; SIDE]; 4]; 3]>,
+    /// The number of unknown walls that a step from a cell crosses, indexed as
+    /// `[cell][heading][cells - 1]`.
+    unknown: Box<CellMap<[[u8; 3]; 4]>>,
 }
-
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 impl<'m> StretchFinder<'m> {
     pub(super) fn new(map: &'m KnownMaze) -> Self {
         let (possible, certain) = (map.walls(Unknown::Closed), map.walls(Unknown::Open));
-        let mut unknown = Box::new([[[[0; SIDE]; SIDE]; 4]; 3]);
+        let mut unknown = Box::new(CellMap::new([[0; 3]; 4]));
         for cell in map.size().cells() {
             for (heading, towards) in Heading::ALL.into_iter().enumerate() {
                 let (mut here, mut walls) = (cell, 0);
-                for unknown in &mut *unknown {
+                for unknown in &mut unknown[cell][heading] {
                     let Some(next) = map.size().neighbour(here, towards) else { break };
                     walls += u8::from(possible.has(here, towards) && !certain.has(here, towards));
-                    unknown[heading][usize::from(cell.x)][usize::from(cell.y)] = walls;
+                    *unknown = walls;
                     here = next;
                 }
             }
@@ -78,11 +76,11 @@ impl<'m> StretchFinder<'m> {
             wave = straights.next(&wave, &layer.complement());
             *layer = wave;
         }
-        let mut unknown = [[0; SIDE]; SIDE];
+        let mut unknown = CellMap::new(0);
         for pair in waves.windows(2) {
             pair[1].for_each(|cell| {
                 if let Some((walls, ..)) = self.step(straights, cell, &pair[0], &unknown) {
-                    unknown[usize::from(cell.x)][usize::from(cell.y)] = walls;
+                    unknown[cell] = walls;
                 }
             });
         }
@@ -113,15 +111,13 @@ impl<'m> StretchFinder<'m> {
         straights: &Straights<ROWS, PADDED>,
         cell: Cell,
         layer: &Wave<PADDED>,
-        unknown: &[[u8; SIDE]; SIDE],
+        unknown: &CellMap<u8>,
     ) -> Option<(u8, Heading, usize)> {
-        let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         let mut best: Option<(u8, Heading, usize)> = None;
         for (heading, towards) in Heading::ALL.into_iter().enumerate() {
             for (longer, end) in straights.ends(cell, towards).enumerate() {
                 if layer.contains(end) {
-                    let on = unknown[usize::from(end.x)][usize::from(end.y)];
-                    let walls = on.saturating_add(self.unknown[longer][heading][x][y]);
+                    let walls = unknown[end].saturating_add(self.unknown[cell][heading][longer]);
                     if best.is_none_or(|(fewest, ..)| walls < fewest) {
                         best = Some((walls, towards, longer + 1));
                     }
@@ -134,6 +130,7 @@ impl<'m> StretchFinder<'m> {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::{MazeSize, Wall};
     use proptest::prelude::*;
 
     use super::*;
@@ -188,8 +185,8 @@ mod tests {
             let (start, goals) = (inside(start), CellSet::from_iter([inside(goal)]));
             let mut sample = Walls::open(size);
             let mut map = KnownMaze::new(size, start, goals);
-            let sites = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-            for ((cell, heading), (present, known)) in sites.zip(present.into_iter().zip(known)) {
+            for (wall, (present, known)) in size.walls().zip(present.into_iter().zip(known)) {
+                let Wall { cell, heading, .. } = wall;
                 sample.set(cell, heading, present);
                 if known && size.neighbour(cell, heading).is_some() {
                     let wall = if present { WallState::Present } else { WallState::Absent };

@@ -3,7 +3,7 @@
 use mmsim_maze::Maze;
 
 use super::contest;
-use super::maze_batch::{MazeBatch, WallSite};
+use super::maze_batch::MazeBatch;
 
 /// The probability of a wall at a site, given the walls at the eight neighbouring sites. Six of the
 /// neighbouring sites share a post with the central site. Two are parallel to it, on the far sides
@@ -42,12 +42,12 @@ impl WallPrior {
         let mut counts = [[1_u32; 2]; 256];
         for maze in mazes {
             let batch = MazeBatch::repeat(maze.walls());
-            for site in WallSite::all(maze.size()) {
-                if site.cells().any(|cell| maze.goals().contains(cell)) {
+            for wall in maze.size().inner_walls() {
+                if wall.cells().any(|cell| maze.goals().contains(cell)) {
                     continue;
                 }
-                let is_wall = maze.walls().has(site.cell, site.heading);
-                for neighbours in mirrored(batch.neighbours(site)[0].into()) {
+                let is_wall = maze.walls().has(wall.cell, wall.heading);
+                for neighbours in mirrored(batch.neighbours(wall)[0].into()) {
                     counts[neighbours][usize::from(is_wall)] += 1;
                 }
             }
@@ -82,7 +82,7 @@ fn mirrored(neighbours: usize) -> [usize; 4] {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+    use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Wall, Walls};
 
     use super::*;
 
@@ -98,8 +98,7 @@ mod tests {
         let prior = WallPrior::learn([&maze]);
         let batch = MazeBatch::repeat(maze.walls());
         let [north, east] = [Heading::North, Heading::East].map(|heading| {
-            let wall = WallSite { cell: Cell::new(3, 1), heading };
-            prior.probability(batch.neighbours(wall)[0])
+            prior.probability(batch.neighbours(Wall::new(Cell::new(3, 1), heading))[0])
         });
         assert!(north > 240 && east < 16, "{north} {east}");
     }
