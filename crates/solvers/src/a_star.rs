@@ -234,9 +234,8 @@ mod tests {
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let mut walls = Walls::open(size);
-            for (cell, present) in size.cells().zip(present.chunks(2)) {
-                walls.set(cell, Heading::North, present[0]);
-                walls.set(cell, Heading::East, present[1]);
+            for (wall, present) in size.walls().zip(present) {
+                walls.set(wall.cell, wall.heading, present);
             }
             let (from, to) = (Cell::new(from.0, from.1), Cell::new(to.0, to.1));
             let flood = Distances::flood(&walls, &[to].into_iter().collect());

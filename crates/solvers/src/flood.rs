@@ -394,8 +394,7 @@ o---o---o---o
         let size = walls.size();
         let mut steps: Vec<Option<u16>> =
             size.cells().map(|cell| targets.contains(cell).then_some(0)).collect();
-        let index =
-            |cell: Cell| usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x);
+        let index = |cell: Cell| size.index(cell).unwrap();
         loop {
             let before = steps.clone();
             for cell in size.cells() {

@@ -1,7 +1,7 @@
 //! Fastest runs in random completions of a partly known maze.
 
 use mmsim_fastrun::Planner;
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls, WyRand};
+use mmsim_maze::{Cell, CellMap, CellSet, KnownMaze, MazeSize, Unknown, Walls, WyRand};
 
 use crate::run_bounds::PlannedRun;
 
@@ -42,14 +42,14 @@ impl SampledRuns {
     /// Returns the number of runs, and for each unvisited cell beside an unknown wall the number of
     /// runs that cross this wall. Samples in which the goal is unreachable have no run.
     pub(crate) fn count(&self, map: &KnownMaze) -> (i32, CellCounts) {
-        let mut counts = CellCounts([0; MazeSize::MAX_AREA]);
+        let mut counts = CellCounts(CellMap::new(0));
         let runs = self.samples.iter().filter_map(|sample| sample.run.as_ref());
         let mut number = 0;
         for run in runs {
             number += 1;
             let unvisited = run.cells_beside_unknown_walls(map) - *map.visited();
             for cell in &unvisited {
-                counts.0[index(cell)] += 1;
+                counts.0[cell] += 1;
             }
         }
         (number, counts)
@@ -57,22 +57,18 @@ impl SampledRuns {
 }
 
 /// A number for each cell.
-pub(crate) struct CellCounts([u8; MazeSize::MAX_AREA]);
+pub(crate) struct CellCounts(CellMap<u8>);
 
 impl CellCounts {
     /// Returns the number of a cell of the maze.
     pub(crate) fn at(&self, cell: Cell) -> i32 {
-        self.0[index(cell)].into()
+        self.0[cell].into()
     }
 
     /// Returns the cells of a maze whose number is not 0.
     pub(crate) fn cells(&self, size: MazeSize) -> CellSet {
         size.cells().filter(|&cell| self.at(cell) > 0).collect()
     }
-}
-
-fn index(cell: Cell) -> usize {
-    usize::from(cell.y) * usize::from(MazeSize::MAX_SIDE) + usize::from(cell.x)
 }
 
 impl Sample {
@@ -124,7 +120,7 @@ fn combined(map: &KnownMaze, random: &Walls) -> Walls {
 #[cfg(test)]
 mod tests {
     use mmsim_fastrun::Vehicle;
-    use mmsim_maze::{Heading, Maze, Pose, WallState};
+    use mmsim_maze::{Heading, Maze, Pose, Wall, WallState};
     use proptest::prelude::*;
 
     use super::*;
@@ -135,35 +131,32 @@ mod tests {
         let size = MazeSize::new(16, 9).unwrap();
         let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
         let states = [WallState::Present, WallState::Absent, WallState::Unknown];
-        let sides = |cell| [Heading::North, Heading::East].map(|side| (cell, side));
-        for ((cell, side), &state) in size.cells().flat_map(sides).zip(states.iter().cycle()) {
-            map.set_wall(cell, side, state);
+        for (wall, &state) in size.walls().zip(states.iter().cycle()) {
+            map.set_wall(wall.cell, wall.heading, state);
         }
         let (random, other) = (Sample::new(1, size).random, Sample::new(2, size).random);
         assert_ne!(random, other);
         let walls = combined(&map, &random);
-        for (cell, side) in size.cells().flat_map(sides) {
-            let expected = match map.wall(cell, side) {
+        for Wall { cell, heading, .. } in size.walls() {
+            let expected = match map.wall(cell, heading) {
                 WallState::Present => true,
                 WallState::Absent => false,
-                WallState::Unknown => random.has(cell, side),
+                WallState::Unknown => random.has(cell, heading),
             };
-            assert_eq!(walls.has(cell, side), expected, "{cell} {side}");
+            assert_eq!(walls.has(cell, heading), expected, "{cell} {heading}");
         }
     }
 
     #[test]
     fn one_to_three_eighths_of_the_random_walls_stand() {
         let size = MazeSize::HALF_SIZE;
-        let sides = |cell| [Heading::North, Heading::East].map(|side| (cell, side));
-        let inner = size.cells().flat_map(sides);
-        let inner: Vec<_> =
-            inner.filter(|&(cell, side)| size.neighbour(cell, side).is_some()).collect();
+        let count = size.inner_walls().count();
         for (first, percent) in [(0, 37), (1, 25), (2, 12)] {
             for seed in (first..SAMPLES).step_by(3) {
                 let walls = Sample::new(seed, size).random;
-                let present = inner.iter().filter(|&&(cell, side)| walls.has(cell, side)).count();
-                let found = 100 * present / inner.len();
+                let present =
+                    size.inner_walls().filter(|wall| walls.has(wall.cell, wall.heading)).count();
+                let found = 100 * present / count;
                 assert!(found.abs_diff(percent) <= 4, "{found} % instead of {percent} %");
             }
         }

@@ -1,6 +1,6 @@
 //! Helpers for tests of strategies.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Walls};
+use mmsim_maze::{Cell, KnownMaze, Maze, MazeSize, Walls};
 use proptest::prelude::{Strategy as Generator, prop};
 
 use crate::driver::SearchDriver;
@@ -35,9 +35,8 @@ pub(crate) fn random_walls(size: MazeSize, max_density: f64) -> impl Generator<V
     let rolls = prop::collection::vec(0.0..1.0, 2 * size.area());
     (rolls, 0.0..max_density).prop_map(move |(rolls, density)| {
         let mut walls = Walls::open(size);
-        for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-            walls.set(cell, Heading::North, rolls[0] < density);
-            walls.set(cell, Heading::East, rolls[1] < density);
+        for (wall, roll) in size.walls().zip(rolls) {
+            walls.set(wall.cell, wall.heading, roll < density);
         }
         walls
     })
