@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use mmsim_maze::{Cell, CellSet, Heading, Pose};
+use mmsim_maze::{Cell, CellSet, Heading, Pose, Wall};
 
 use crate::colours::INSET;
 use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
@@ -19,7 +19,6 @@ use crate::passages;
 use crate::scene::{Layers, Scene};
 use crate::theme::{WallWidths, file_style};
 use crate::trail::Trail;
-use crate::walls::inner_places;
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -266,7 +265,7 @@ impl<'a> Svg<'a> {
             .map(|(position, passage)| (passage.side(), (passage, passages::age(position, count))))
             .collect();
         self.put("<g class=\"trail\">\n");
-        for (cell, heading) in inner_places(size) {
+        for Wall { cell, heading, .. } in size.inner_walls() {
             let (class, ink, path) = match passages.get(&(cell, heading)) {
                 Some(&(passage, age)) => (
                     format!("passage age{age}"),

@@ -144,9 +144,8 @@ mod tests {
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let mut walls = Walls::open(size);
-            for (cell, stands) in size.cells().zip(stands.chunks(2)) {
-                walls.set(cell, Heading::North, stands[0]);
-                walls.set(cell, Heading::East, stands[1]);
+            for (wall, stands) in size.walls().zip(stands) {
+                walls.set(wall.cell, wall.heading, stands);
             }
             let mut expected = BTreeSet::new();
             for cell in size.cells() {

@@ -1,31 +1,21 @@
-//! The places where a maze can have walls, and the classes of walls in a drawing.
+//! The walls of a drawing and their classes.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Wall, WallState};
 
-/// A place where a wall can be, given as a cell and one of its sides.
-pub(crate) type WallPlace = (Cell, Heading);
-
-/// Returns all places where a maze can have a wall. No place is returned twice. First come the
-/// north and east sides of each cell in the order of [`MazeSize::cells`], then the south sides of
-/// the southernmost row, then the west sides of the westernmost column.
-pub(crate) fn places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
-    let inner = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-    let south = (0..size.width()).map(|x| (Cell::new(x, 0), Heading::South));
-    let west = (0..size.height()).map(|y| (Cell::new(0, y), Heading::West));
-    inner.chain(south).chain(west)
-}
-
-/// Returns the places where a maze can have a wall between two cells, in the order of [`places`].
-pub(crate) fn inner_places(size: MazeSize) -> impl Iterator<Item = WallPlace> {
-    places(size).filter(move |&(cell, heading)| size.neighbour(cell, heading).is_some())
+/// Returns all walls that a maze can have, each once: [`MazeSize::walls`], then the outer walls in the
+/// south, then those in the west.
+pub(crate) fn all(size: MazeSize) -> impl Iterator<Item = Wall> {
+    let south = (0..size.width()).map(|x| Wall::new(Cell::new(x, 0), Heading::South));
+    let west = (0..size.height()).map(|y| Wall::new(Cell::new(0, y), Heading::West));
+    size.walls().chain(south).chain(west)
 }
 
 /// The class of a wall that is neither in the true maze nor on the client's map.
 pub(crate) const INVISIBLE: &str = "wall";
 
-/// Returns the class attribute of the wall at `place`.
+/// Returns the class attribute of a wall.
 pub(crate) fn class(
-    (cell, heading): WallPlace,
+    Wall { cell, heading, .. }: Wall,
     truth: Option<&Maze>,
     map: Option<&KnownMaze>,
 ) -> &'static str {
@@ -48,11 +38,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_place_occurs_once() {
+    fn each_wall_occurs_once() {
         for (width, height) in [(1, 1), (3, 2), (32, 5)] {
             let size = MazeSize::new(width, height).unwrap();
-            // Identify a place by its midpoint in half cells, so that both adjacent cells agree.
-            let middle = |(cell, heading): WallPlace| {
+            // Identify a wall by its midpoint in half cells, so that both adjacent cells agree.
+            let middle = |Wall { cell, heading, .. }: Wall| {
                 let (x, y) = (2 * u16::from(cell.x) + 1, 2 * u16::from(cell.y) + 1);
                 match heading {
                     Heading::North => (x, y + 1),
@@ -61,8 +51,8 @@ mod tests {
                     Heading::West => (x - 1, y),
                 }
             };
-            let distinct: BTreeSet<_> = places(size).map(middle).collect();
-            assert_eq!(places(size).count(), distinct.len());
+            let distinct: BTreeSet<_> = all(size).map(middle).collect();
+            assert_eq!(all(size).count(), distinct.len());
             assert_eq!(distinct.len(), width * (height + 1) + height * (width + 1));
         }
     }

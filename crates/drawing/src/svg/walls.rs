@@ -1,6 +1,6 @@
 //! The walls and posts of a drawing.
 
-use mmsim_maze::Heading;
+use mmsim_maze::{Heading, Wall};
 
 use super::Svg;
 use crate::geometry::{PITCH, cell_area, corner};
@@ -14,8 +14,8 @@ impl Svg<'_> {
         #[expect(clippy::cast_possible_truncation, reason = "at most 3")]
         let half = (self.wall_widths().known / 2.0).ceil() as i32;
         self.put("<g class=\"walls\">\n");
-        for (cell, heading) in walls::places(size) {
-            let class = walls::class((cell, heading), truth, map);
+        for wall in walls::all(size) {
+            let (Wall { cell, heading, .. }, class) = (wall, walls::class(wall, truth, map));
             let (x, y) = corner(size, cell);
             let line = match heading {
                 Heading::North => format!("M{x} {y}h{PITCH}"),
@@ -75,12 +75,12 @@ mod tests {
             let size = MazeSize::new(width, height).unwrap();
             let mut walls = Walls::open(size);
             let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
-            for (index, cell) in size.cells().enumerate() {
-                for (side, heading) in [Heading::North, Heading::East].into_iter().enumerate() {
-                    walls.set(cell, heading, stands[2 * index + side]);
-                    let states = [WallState::Present, WallState::Absent, WallState::Unknown];
-                    map.set_wall(cell, heading, states[usize::from(believed[2 * index + side])]);
-                }
+            for (Wall { cell, heading, .. }, (stands, believed)) in
+                size.walls().zip(stands.into_iter().zip(believed))
+            {
+                walls.set(cell, heading, stands);
+                let states = [WallState::Present, WallState::Absent, WallState::Unknown];
+                map.set_wall(cell, heading, states[usize::from(believed)]);
             }
             let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
             let truth = is_truth_known.then_some(&maze);
