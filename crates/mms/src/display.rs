@@ -56,17 +56,11 @@ impl Display {
     }
 
     fn at(&self, cell: Cell) -> Option<&CellDisplay> {
-        self.cells.get(self.index(cell)?)
+        self.cells.get(self.size.index(cell)?)
     }
 
     fn at_mut(&mut self, cell: Cell) -> Option<&mut CellDisplay> {
-        let index = self.index(cell)?;
-        self.cells.get_mut(index)
-    }
-
-    fn index(&self, cell: Cell) -> Option<usize> {
-        let index = usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x);
-        self.size.contains(cell).then_some(index)
+        self.cells.get_mut(self.size.index(cell)?)
     }
 }
 
