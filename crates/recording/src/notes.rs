@@ -1,6 +1,6 @@
 //! What a mouse displays at a state: texts, colours, declared walls and names.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Wall, WallState};
 use mmsim_protocol::{Annotation, Colour};
 
 use crate::changes::{Change, ChangeWriter, Changes, NewText};
@@ -39,7 +39,7 @@ pub struct Notes {
     size: MazeSize,
     texts: Layer<Text>,
     colours: Layer<Option<Colour>>,
-    /// The north wall and the east wall of each cell.
+    /// The declared walls, indexed by [`MazeSize::wall_index`].
     walls: Layer<Option<WallState>>,
     mouse: String,
     strategy: String,
@@ -60,18 +60,18 @@ impl Notes {
 
     /// Returns the text of a cell, which is empty if the mouse displays none.
     pub fn text(&self, cell: Cell) -> &str {
-        self.index(cell).and_then(|index| self.texts.0.get(index)).map_or("", Text::as_str)
+        self.size.index(cell).and_then(|index| self.texts.0.get(index)).map_or("", Text::as_str)
     }
 
     /// Returns the colour of a cell.
     pub fn colour(&self, cell: Cell) -> Option<Colour> {
-        self.index(cell).and_then(|index| self.colours.get(index))
+        self.size.index(cell).and_then(|index| self.colours.get(index))
     }
 
     /// Returns what the mouse declares about the wall on the `heading` side of a cell. Returns
     /// `None` if the mouse declares nothing, so the flags in its state apply.
     pub fn declared_wall(&self, cell: Cell, heading: Heading) -> Option<WallState> {
-        self.wall_index(cell, heading).and_then(|index| self.walls.get(index))
+        self.size.wall_index(Wall::new(cell, heading)).and_then(|index| self.walls.get(index))
     }
 
     /// Returns the name of the mouse, if it has one.
@@ -94,11 +94,9 @@ impl Notes {
         if self.walls.0.is_empty() {
             return;
         }
-        for cell in self.size.cells() {
-            for heading in [Heading::North, Heading::East] {
-                if let Some(wall) = self.declared_wall(cell, heading) {
-                    map.set_wall(cell, heading, wall);
-                }
+        for Wall { cell, heading, .. } in self.size.inner_walls() {
+            if let Some(state) = self.declared_wall(cell, heading) {
+                map.set_wall(cell, heading, state);
             }
         }
     }
@@ -108,17 +106,17 @@ impl Notes {
         let area = self.size.area();
         match annotation {
             Annotation::Text { cell, text } => {
-                if let (Some(index), Some(text)) = (self.index(cell), Text::new(text)) {
+                if let (Some(index), Some(text)) = (self.size.index(cell), Text::new(text)) {
                     self.texts.set(index, text, area);
                 }
             }
             Annotation::Colour { cell, colour } => {
-                if let Some(index) = self.index(cell) {
+                if let Some(index) = self.size.index(cell) {
                     self.colours.set(index, colour, area);
                 }
             }
             Annotation::Wall { cell, heading, state } => {
-                if let Some(index) = self.wall_index(cell, heading) {
+                if let Some(index) = self.size.wall_index(Wall::new(cell, heading)) {
                     self.walls.set(index, state, 2 * area);
                 }
             }
@@ -248,25 +246,6 @@ impl Notes {
         let (colours, walls) = (self.colours.0.len(), self.walls.0.len());
         let names = self.mouse.len() + self.strategy.len();
         LISTS_BYTES + names + texts.sum::<usize>() + VALUE_BYTES * (colours + walls)
-    }
-
-    /// Returns the position of a cell in the maze, row by row from the south.
-    fn index(&self, cell: Cell) -> Option<usize> {
-        let width = usize::from(self.size.width());
-        self.size.contains(cell).then(|| usize::from(cell.y) * width + usize::from(cell.x))
-    }
-
-    /// Returns the position of a wall in `walls`, or `None` for an outer wall.
-    fn wall_index(&self, cell: Cell, heading: Heading) -> Option<usize> {
-        let neighbour = self.size.neighbour(cell, heading)?;
-        self.index(cell)?;
-        let (cell, east) = match heading {
-            Heading::North => (cell, 0),
-            Heading::East => (cell, 1),
-            Heading::South => (neighbour, 0),
-            Heading::West => (neighbour, 1),
-        };
-        self.index(cell).map(|index| 2 * index + east)
     }
 }
 
