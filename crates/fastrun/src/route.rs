@@ -61,10 +61,7 @@ impl Route {
     /// Finds the route by Dijkstra's algorithm. The states are the poses of the mouse.
     fn dijkstra(self, walls: &Walls, start: Cell, goals: &CellSet) -> Option<Vec<Cell>> {
         let size = walls.size();
-        let index = |Pose { cell, heading }: Pose| {
-            4 * (usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x))
-                + heading as usize
-        };
+        let index = |Pose { cell, heading }: Pose| Some(4 * size.index(cell)? + heading as usize);
         let mut poses = Vec::new();
         for cell in size.cells() {
             poses.extend(Heading::ALL.map(|heading| Pose::new(cell, heading)));
@@ -73,7 +70,7 @@ impl Route {
         let mut parents: Vec<Option<usize>> = alloc::vec![None; poses.len()];
         let mut queue = BinaryHeap::new();
         for heading in Heading::ALL {
-            let state = index(Pose::new(start, heading));
+            let state = index(Pose::new(start, heading))?;
             least[state] = [0, 0];
             queue.push(Reverse((least[state], state)));
         }
@@ -91,7 +88,7 @@ impl Route {
             for heading in Heading::ALL.into_iter().filter(|&side| !walls.has(from.cell, side)) {
                 let Some(cell) = from.cell.neighbour(heading) else { continue };
                 let turns = quarter_turns(from.heading, heading);
-                let next = index(Pose::new(cell, heading));
+                let next = index(Pose::new(cell, heading))?;
                 let cost = match self {
                     Self::FewestCells => [cost[0] + 1, cost[1] + turns],
                     Self::FewestTurns => [cost[0] + turns, cost[1] + 1],
@@ -286,9 +283,8 @@ o---o---o---o
         ) {
             let size = MazeSize::new(width, height).unwrap();
             let mut walls = Walls::open(size);
-            for (cell, rolls) in size.cells().zip(rolls.chunks(2)) {
-                walls.set(cell, Heading::North, rolls[0] < density);
-                walls.set(cell, Heading::East, rolls[1] < density);
+            for (wall, roll) in size.walls().zip(rolls) {
+                walls.set(wall.cell, wall.heading, roll < density);
             }
             let inside = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
             let (start, goals) = (inside(start), goals.into_iter().map(inside).collect());
