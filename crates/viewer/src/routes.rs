@@ -25,9 +25,8 @@ pub(crate) fn planned_path(map: &KnownMaze, state: &State<'_>) -> Vec<Cell> {
 }
 
 /// Returns the numbers of cells, y × width + x.
-pub(crate) fn cell_numbers(path: &[Cell], size: MazeSize) -> Vec<u16> {
-    let width = u16::from(size.width());
-    path.iter().map(|cell| u16::from(cell.y) * width + u16::from(cell.x)).collect()
+pub(crate) fn cell_numbers(path: &[Cell], size: MazeSize) -> Vec<usize> {
+    path.iter().filter_map(|&cell| size.index(cell)).collect()
 }
 
 /// Goes to the neighbour with the lowest number as long as it is lower than the number of the cell.

@@ -33,7 +33,7 @@ pub(crate) struct SourceInfo {
     shortest_path: Option<u16>,
     /// The cells of a shortest path of the true maze or, in a two-run trial, the cells in which the
     /// steps of a fastest race end, as y × width + x.
-    route: Vec<u16>,
+    route: Vec<usize>,
     /// The name of the robot, if the source is a two-run trial.
     robot: Option<String>,
     /// The minimum number of steps of a race in a two-run trial.

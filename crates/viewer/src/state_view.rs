@@ -1,7 +1,7 @@
 //! The view of a state on the page.
 
 use mmsim_drawing::Passage;
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, WallState};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown, WallState};
 use mmsim_protocol::Colour;
 use mmsim_recording::{LegProgress, Notes, PhaseReport, Transition};
 use serde::Serialize;
@@ -32,7 +32,7 @@ pub(crate) struct StateView {
     visited: usize,
     /// The visited cells whose walls the client does not all know, as y × width + x, each with the
     /// headings of the unknown walls as bits: 1 north, 2 east, 4 south and 8 west.
-    unknown_walls: Vec<(u16, u8)>,
+    unknown_walls: Vec<(usize, u8)>,
     #[serde(flatten)]
     distances: DistanceBounds,
     #[serde(rename = "solved")]
@@ -40,23 +40,23 @@ pub(crate) struct StateView {
     /// The passages of the trail, oldest first. A passage from (x, y) is encoded as
     /// 4 × (y × width + x) + the number of its heading, which is 0 for north, 1 for east, 2 for
     /// south and 3 for west.
-    trail: Vec<u16>,
+    trail: Vec<usize>,
     /// The cells of the path that the mouse plans to take, as y × width + x. Empty if the weights
     /// lead nowhere.
-    plan: Vec<u16>,
+    plan: Vec<usize>,
     /// The names of the mouse and of its strategy, if the client has sent them.
     mouse: Option<String>,
     strategy: Option<String>,
     /// The texts that the mouse displays, each with its cell as y × width + x.
-    texts: Vec<(u16, String)>,
+    texts: Vec<(usize, String)>,
     /// The letter of the colour of each cell, or `-` for cells without a colour. Empty if no cell has
     /// a colour.
     colours: String,
     /// The walls that the mouse declares, as 2 × (y × width + x) for the north wall of a cell and
     /// 2 × (y × width + x) + 1 for its east wall, and whether the mouse declares the wall present.
-    declared_walls: Vec<(u16, bool)>,
+    declared_walls: Vec<(usize, bool)>,
     /// The walls of the maze that the client reports as absent, encoded like `declared_walls`.
-    missed_walls: Vec<u16>,
+    missed_walls: Vec<usize>,
 }
 
 /// A change of the pose that is not a movement. See [`Transition`].
@@ -85,7 +85,6 @@ impl StateView {
             .phases(index)
             .ok_or_else(|| ApiError::internal(format!("cannot decode state {index}")))?;
         let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
-        let width = u16::from(description.size.width());
         let times = source.times_to(run, index)?;
         let trail = source.trail(run, index, &CancelToken::default())?.passages();
         let notes = decoded.context.notes();
@@ -107,8 +106,8 @@ impl StateView {
             is_proven_optimal: distances.is_proven_optimal(),
             trail: trail
                 .into_iter()
-                .map(|Passage { from, heading }| {
-                    4 * (u16::from(from.y) * width + u16::from(from.x)) + heading as u16
+                .filter_map(|Passage { from, heading }| {
+                    Some(4 * description.size.index(from)? + heading as usize)
                 })
                 .collect(),
             plan: routes::cell_numbers(
@@ -128,7 +127,7 @@ impl StateView {
     }
 }
 
-fn texts(notes: &Notes, size: MazeSize) -> Vec<(u16, String)> {
+fn texts(notes: &Notes, size: MazeSize) -> Vec<(usize, String)> {
     let texts = (0..).zip(size.cells()).map(|(index, cell)| (index, notes.text(cell)));
     let texts = texts.filter(|(_, text)| !text.is_empty());
     texts.map(|(index, text)| (index, text.to_string())).collect()
@@ -140,41 +139,30 @@ fn colours(notes: &Notes, size: MazeSize) -> String {
     if letters.trim_start_matches('-').is_empty() { String::new() } else { letters }
 }
 
-/// Returns the north wall and the east wall of each cell, with their numbers in the view.
-fn numbered_walls(size: MazeSize) -> impl Iterator<Item = (u16, Cell, Heading)> {
-    let walls = size.cells().flat_map(|cell| [(cell, Heading::North), (cell, Heading::East)]);
-    (0..).zip(walls).map(|(number, (cell, heading))| (number, cell, heading))
-}
-
 /// Returns the declared walls. See [`StateView::declared_walls`].
-fn declared_walls(notes: &Notes, size: MazeSize) -> Vec<(u16, bool)> {
-    let declared = |(number, cell, heading)| {
-        let state = notes.declared_wall(cell, heading)?;
-        Some((number, state == WallState::Present))
-    };
-    numbered_walls(size).filter_map(declared).collect()
+fn declared_walls(notes: &Notes, size: MazeSize) -> Vec<(usize, bool)> {
+    let declared = size.inner_walls().filter_map(|wall| {
+        let state = notes.declared_wall(wall.cell, wall.heading)?;
+        Some((size.wall_index(wall)?, state == WallState::Present))
+    });
+    declared.collect()
 }
 
 /// Returns the walls that exist but are absent on the map. See [`StateView::missed_walls`].
-fn missed_walls(map: &KnownMaze, maze: &Maze) -> Vec<u16> {
-    let is_missed = |&(_, cell, heading): &(u16, Cell, Heading)| {
-        maze.walls().has(cell, heading) && map.wall(cell, heading) == WallState::Absent
-    };
-    numbered_walls(map.size()).filter(is_missed).map(|(number, ..)| number).collect()
+fn missed_walls(map: &KnownMaze, maze: &Maze) -> Vec<usize> {
+    let missed = map.size().inner_walls().filter(|wall| {
+        maze.walls().has(wall.cell, wall.heading)
+            && map.wall(wall.cell, wall.heading) == WallState::Absent
+    });
+    missed.filter_map(|wall| map.size().wall_index(wall)).collect()
 }
 
 /// Returns the visited cells with unknown walls. See [`StateView::unknown_walls`].
-fn unknown_walls(known: &KnownMaze) -> Vec<(u16, u8)> {
-    let width = u16::from(known.size().width());
-    let unknown_sides = |cell: Cell| {
-        let is_unknown = |&heading: &Heading| known.wall(cell, heading) == WallState::Unknown;
-        Heading::ALL
-            .into_iter()
-            .filter(is_unknown)
-            .fold(0, |sides, heading| sides | 1 << heading as u8)
-    };
-    let cells = known.size().cells().filter(|&cell| known.visited().contains(cell));
-    let cells =
-        cells.map(|cell| (u16::from(cell.y) * width + u16::from(cell.x), unknown_sides(cell)));
+fn unknown_walls(known: &KnownMaze) -> Vec<(usize, u8)> {
+    let cells = known.visited().iter().filter_map(|cell| {
+        let [certain, possible] =
+            [Unknown::Open, Unknown::Closed].map(|unknown| known.walls(unknown).sides(cell).bits());
+        Some((known.size().index(cell)?, possible & !certain))
+    });
     cells.filter(|&(_, sides)| sides != 0).collect()
 }
