@@ -1,6 +1,6 @@
 //! The flood of firmware, which serves as the unit of comparison.
 
-use mmsim_maze::{Cell, Heading, Maze};
+use mmsim_maze::Maze;
 
 /// A maze as firmware stores it: four bits per cell, one for each open side.
 pub struct Nibbles {
@@ -15,14 +15,9 @@ impl Nibbles {
     /// Prepares a maze.
     pub fn new(maze: &Maze) -> Self {
         let width = usize::from(maze.size().width());
-        let index = |cell: Cell| width * usize::from(cell.y) + usize::from(cell.x);
-        let mut open = vec![0; maze.size().area()];
-        for cell in maze.size().cells() {
-            for (bit, heading) in Heading::ALL.into_iter().enumerate() {
-                open[index(cell)] |= u8::from(!maze.walls().has(cell, heading)) << bit;
-            }
-        }
-        Self { open, goals: maze.goals().iter().map(index).collect(), width }
+        let open = |cell| !maze.walls().sides(cell).bits() & 0b1111;
+        let goals = maze.goals().iter().filter_map(|cell| maze.size().index(cell)).collect();
+        Self { open: maze.size().cells().map(open).collect(), goals, width }
     }
 
     /// Floods the maze, using a fixed-size array as the queue. `AREA` is the number of cells. `S`

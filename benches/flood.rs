@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use criterion::Criterion;
 use mmsim_benches::{Nibbles, Row, classic_mazes, compare, large_mazes, sensor_poses};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, MazeSize, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Unknown, Walls};
 use mmsim_solvers::{Distances, Downhill, FloodFill, Instructions, steps_between};
 use pathfinding::prelude::bfs;
 use petgraph::graph::{NodeIndex, UnGraph};
@@ -50,12 +50,10 @@ impl Graph {
         let mut graph = UnGraph::default();
         let nodes: Vec<_> = (0..SIDE * SIDE).map(|_| graph.add_node(())).collect();
         let goal = graph.add_node(());
-        for cell in maze.size().cells() {
-            for heading in [Heading::North, Heading::East] {
-                if !maze.walls().has(cell, heading) {
-                    let next = cell.neighbour(heading).unwrap();
-                    graph.add_edge(nodes[index(cell)], nodes[index(next)], ());
-                }
+        for wall in maze.size().inner_walls() {
+            if !maze.walls().has(wall.cell, wall.heading) {
+                let next = wall.cell.neighbour(wall.heading).unwrap();
+                graph.add_edge(nodes[index(wall.cell)], nodes[index(next)], ());
             }
         }
         for cell in maze.goals() {
@@ -115,7 +113,6 @@ impl Prepared {
         } else {
             nibbles.flood::<1024, u16>().into()
         };
-        let width = usize::from(maze.size().width());
         let textbook = textbook(walls, goals);
         for &instructions in Instructions::ALL {
             let flooded = Distances::flood_with(instructions, walls, goals);
@@ -127,8 +124,7 @@ impl Prepared {
         for cell in maze.size().cells() {
             let steps = Some(textbook[index(cell)]).filter(|&steps| steps != FAR);
             assert_eq!(ours.at(cell), steps);
-            let nibble_index = width * usize::from(cell.y) + usize::from(cell.x);
-            assert_eq!(queue[nibble_index], steps.unwrap_or(FAR));
+            assert_eq!(queue[maze.size().index(cell).unwrap()], steps.unwrap_or(FAR));
             assert_eq!(graph[index(cell)], steps.unwrap_or(FAR));
             assert_eq!(
                 downhill.headings(cell).next().is_some(),

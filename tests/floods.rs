@@ -4,33 +4,28 @@
 use std::collections::VecDeque;
 
 use mmsim_formats::Catalogue;
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls, WyRand};
+use mmsim_maze::{Cell, CellMap, CellSet, Heading, MazeSize, Walls, WyRand};
 use mmsim_solvers::{Distances, Downhill, Instructions, steps_between};
 use mmsim_tests::shared;
 
-/// The reference implementation. Returns the number of steps from each cell to the nearest target,
-/// in rows of 32 cells.
-fn flood_with_queue(walls: &Walls, targets: &CellSet) -> Vec<Option<u16>> {
-    let mut steps = vec![None; MazeSize::MAX_AREA];
+/// The reference implementation. Returns the number of steps from each cell to the nearest target.
+fn flood_with_queue(walls: &Walls, targets: &CellSet) -> CellMap<Option<u16>> {
+    let mut steps = CellMap::new(None);
     let mut queue: VecDeque<_> =
         targets.iter().filter(|&cell| walls.size().contains(cell)).collect();
     for &cell in &queue {
-        steps[index(cell)] = Some(0);
+        steps[cell] = Some(0);
     }
     while let Some(cell) = queue.pop_front() {
         for heading in Heading::ALL.into_iter().filter(|&heading| !walls.has(cell, heading)) {
             let next = cell.neighbour(heading).unwrap();
-            if steps[index(next)].is_none() {
-                steps[index(next)] = steps[index(cell)].map(|steps| steps + 1);
+            if steps[next].is_none() {
+                steps[next] = steps[cell].map(|steps| steps + 1);
                 queue.push_back(next);
             }
         }
     }
     steps
-}
-
-fn index(cell: Cell) -> usize {
-    32 * usize::from(cell.y) + usize::from(cell.x)
 }
 
 /// Compares every flood implementation with the reference implementation. Returns the longest
@@ -42,15 +37,13 @@ fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
     let flood = |instructions| Distances::flood_with(instructions, walls, targets);
     let floods: Vec<_> = available.clone().map(flood).collect();
     for cell in walls.size().cells() {
-        let steps = expected[index(cell)];
+        let steps = expected[cell];
         for (flood, instructions) in floods.iter().zip(available.clone()) {
             assert_eq!(flood.at(cell), steps, "{name}: {cell}, {instructions:?}");
         }
         let is_downhill = |&heading: &Heading| {
             let next = cell.neighbour(heading).filter(|_| !walls.has(cell, heading));
-            next.is_some_and(|next| {
-                expected[index(next)] < steps && expected[index(next)].is_some()
-            })
+            next.is_some_and(|next| expected[next] < steps && expected[next].is_some())
         };
         assert!(
             downhill.headings(cell).eq(Heading::ALL.into_iter().filter(is_downhill)),
@@ -58,9 +51,9 @@ fn check(name: &str, walls: &Walls, targets: &CellSet) -> u16 {
         );
     }
     for cell in walls.size().cells().step_by(37) {
-        assert_eq!(steps_between(walls, cell, targets), expected[index(cell)], "{name}: {cell}");
+        assert_eq!(steps_between(walls, cell, targets), expected[cell], "{name}: {cell}");
     }
-    expected.into_iter().flatten().max().unwrap_or(0)
+    walls.size().cells().filter_map(|cell| expected[cell]).max().unwrap_or(0)
 }
 
 #[test]

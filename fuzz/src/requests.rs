@@ -74,10 +74,8 @@ static MAZES: LazyLock<[Maze; SIZES.len()]> = LazyLock::new(|| {
         let size = MazeSize::new(width.into(), height.into()).expect("each side has 1 to 32 cells");
         let mut walls = Walls::open(size);
         let mut rng = WyRand::new(1);
-        for cell in size.cells() {
-            for heading in [Heading::North, Heading::East] {
-                walls.set(cell, heading, rng.flip());
-            }
+        for wall in size.walls() {
+            walls.set(wall.cell, wall.heading, rng.flip());
         }
         Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).expect("the start is inside the maze")
     })
