@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::hash::{BuildHasher, RandomState};
 
-use mmsim_maze::{Cell, Heading, Maze, MazeSize, Pose};
+use mmsim_maze::{Cell, Heading, Maze, Pose};
 use mmsim_protocol::{CellWalls, State};
 
 /// The script that draws the states.
@@ -15,7 +15,7 @@ const CELL: i32 = 20;
 /// What the animation shows of a state.
 pub(crate) struct Frame {
     pose: Pose,
-    /// The weight and the flags of each cell, in the order of [`MazeSize::cells`].
+    /// The weight and the flags of each cell, in the order of [`MazeSize::cells`](mmsim_maze::MazeSize::cells).
     cells: Vec<[u8; 2]>,
 }
 
@@ -48,7 +48,7 @@ fn picture(maze: &Maze, frames: &[Frame]) -> String {
     let corner = |cell: Cell| (CELL * i32::from(cell.x), height - CELL - CELL * i32::from(cell.y));
     let last = frames.last();
     let is_known = |cell: Cell, heading| {
-        let flags = |cell| last.and_then(|last| last.cells.get(index(size, cell)));
+        let flags = |cell| last.and_then(|last| last.cells.get(size.index(cell)?));
         let has =
             |cell, heading| flags(cell).is_some_and(|&[_, flags]| CellWalls(flags).wall(heading));
         let neighbour = size.neighbour(cell, heading);
@@ -94,7 +94,7 @@ fn data(maze: &Maze, frames: &[Frame]) -> String {
     let mut changes: Vec<String> = Vec::new();
     let mut before = vec![[0; 2]; size.area()];
     for Frame { pose: Pose { cell, heading }, cells } in frames {
-        push_digits(&mut poses, index(size, *cell));
+        push_digits(&mut poses, size.index(*cell).unwrap_or(0));
         poses.push(heading.letter());
         let mut text = String::new();
         for (index, (old, new)) in before.iter().zip(cells).enumerate() {
@@ -113,19 +113,14 @@ fn data(maze: &Maze, frames: &[Frame]) -> String {
         let bits = [Heading::North, Heading::East].map(|side| maze.walls().has(cell, side));
         let _ = write!(walls, "{}", u8::from(bits[0]) | u8::from(bits[1]) << 1);
     }
-    let goals: Vec<usize> = maze.goals().iter().map(|cell| index(size, cell)).collect();
-    let start = index(size, maze.start().cell);
+    let goals: Vec<usize> = maze.goals().iter().filter_map(|cell| size.index(cell)).collect();
+    let start = size.index(maze.start().cell);
     let (width, height) = (size.width(), size.height());
     serde_json::json!({
         "width": width, "height": height, "walls": walls, "start": start, "goals": goals,
         "poses": poses, "changes": changes,
     })
     .to_string()
-}
-
-/// Returns the index of a cell in the order of [`MazeSize::cells`].
-fn index(size: MazeSize, cell: Cell) -> usize {
-    usize::from(cell.y) * usize::from(size.width()) + usize::from(cell.x)
 }
 
 /// Writes a number below 36² with two digits in base 36.
