@@ -2,15 +2,14 @@
 
 use std::collections::HashMap;
 
-use mmsim_maze::{Cell, Heading, MazeSize, Pose, WallsAround};
+use mmsim_maze::{Cell, MazeSize, Pose, Wall, WallsAround};
 
 /// The walls in the replies of a server.
 pub(super) struct Readings {
     size: MazeSize,
     all: Vec<(Pose, WallsAround)>,
-    /// True for each wall that is present, and the pose in which the wall was first read. A wall is
-    /// the north or east wall of a cell.
-    walls: HashMap<(Cell, Heading), (bool, Pose)>,
+    /// True for each wall that is present, and the pose in which the wall was first read.
+    walls: HashMap<Wall, (bool, Pose)>,
 }
 
 /// Returns the pose and the walls that a reply is about if the server makes a certain mistake.
@@ -48,12 +47,9 @@ impl Readings {
             (heading, around.front),
             (heading.right(), around.right),
         ] {
-            let fault = if let Some(neighbour) = self.size.neighbour(cell, side) {
-                let wall = match side {
-                    Heading::North | Heading::East => (cell, side),
-                    Heading::South | Heading::West => (neighbour, side.back()),
-                };
-                let &mut (expected, first) = self.walls.entry(wall).or_insert((found, pose));
+            let fault = if self.size.neighbour(cell, side).is_some() {
+                let reading = self.walls.entry(Wall::new(cell, side)).or_insert((found, pose));
+                let &mut (expected, first) = reading;
                 (expected != found).then(|| {
                     let [expected, found] =
                         [expected, found].map(|wall| if wall { "a wall" } else { "no wall" });
@@ -88,7 +84,7 @@ impl Readings {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::Maze;
+    use mmsim_maze::{Heading, Maze};
 
     use super::*;
 

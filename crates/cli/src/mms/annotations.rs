@@ -1,11 +1,8 @@
 //! The annotations of a state: what a mouse displays that the state message cannot express.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, WallState};
+use mmsim_maze::{Cell, KnownMaze, Wall, WallState};
 use mmsim_mms::SimulatedMouse;
 use mmsim_protocol::{Annotation, Colour};
-
-/// The sides of a cell whose walls are declared. The other sides are those of its neighbours.
-const SIDES: [Heading; 2] = [Heading::North, Heading::East];
 
 /// Returns the annotations that change what the mouse displayed before into what it displays now.
 /// At first, there are no texts, colours and declared walls.
@@ -29,9 +26,9 @@ pub(crate) fn changes<'n>(
     let has_new_colour = |&cell: &Cell| display.colour(cell) != colour_before(cell);
     changes.extend(cells().filter(has_new_colour).map(colour));
     if before.is_none_or(|before| before.map() != now.map()) {
-        for (cell, heading) in cells().flat_map(|cell| SIDES.map(|heading| (cell, heading))) {
-            let state = declaration(now.map(), cell, heading);
-            if state != before.and_then(|before| declaration(before.map(), cell, heading)) {
+        for wall in now.map().size().inner_walls() {
+            let (state, Wall { cell, heading, .. }) = (declaration(now.map(), wall), wall);
+            if state != before.and_then(|before| declaration(before.map(), wall)) {
                 changes.push(Annotation::Wall { cell, heading, state });
             }
         }
@@ -41,10 +38,9 @@ pub(crate) fn changes<'n>(
 
 /// Returns what to declare about a wall, or `None` if the state message expresses it. In the state
 /// message, a wall is known if it is present or if one of its cells is visited.
-fn declaration(map: &KnownMaze, cell: Cell, heading: Heading) -> Option<WallState> {
-    let neighbour = map.size().neighbour(cell, heading)?;
-    let is_visited = map.visited().contains(cell) || map.visited().contains(neighbour);
-    match map.wall(cell, heading) {
+fn declaration(map: &KnownMaze, wall: Wall) -> Option<WallState> {
+    let is_visited = wall.cells().any(|cell| map.visited().contains(cell));
+    match map.wall(wall.cell, wall.heading) {
         WallState::Unknown if is_visited => Some(WallState::Unknown),
         WallState::Absent if !is_visited => Some(WallState::Absent),
         _ => None,
@@ -55,7 +51,7 @@ fn declaration(map: &KnownMaze, cell: Cell, heading: Heading) -> Option<WallStat
 mod tests {
     use std::collections::HashMap;
 
-    use mmsim_maze::{CellSet, MazeSize, Walls, WyRand};
+    use mmsim_maze::{CellSet, Heading, MazeSize, Walls, WyRand};
     use mmsim_mms::Command;
     use mmsim_protocol::{MapState, Order, State};
 

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
-use mmsim_maze::{Heading, KnownMaze, Maze, Unknown, WallState, Walls};
+use mmsim_maze::{KnownMaze, Maze, Unknown, Wall, WallState, Walls};
 use mmsim_protocol::Annotation;
 use mmsim_server::Monitor;
 use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
@@ -168,15 +168,14 @@ impl<'a> Reporter<'a> {
         }
         let visited = seen.visited();
         let mut open_sides = Vec::new();
-        for cell in seen.size().cells().filter(|&cell| !visited.contains(cell)) {
-            for heading in [Heading::North, Heading::East] {
-                let is_open = seen.wall(cell, heading) == WallState::Absent
-                    && cell.neighbour(heading).is_some_and(|there| !visited.contains(there));
-                if is_open && !self.declared.has(cell, heading) {
-                    self.declared.set(cell, heading, true);
-                    let state = Some(WallState::Absent);
-                    open_sides.push(Annotation::Wall { cell, heading, state });
-                }
+        for wall in seen.size().inner_walls() {
+            let Wall { cell, heading, .. } = wall;
+            let is_open = seen.wall(cell, heading) == WallState::Absent
+                && !wall.cells().any(|cell| visited.contains(cell));
+            if is_open && !self.declared.has(cell, heading) {
+                self.declared.set(cell, heading, true);
+                let state = Some(WallState::Absent);
+                open_sides.push(Annotation::Wall { cell, heading, state });
             }
         }
         simulator.annotate(open_sides)

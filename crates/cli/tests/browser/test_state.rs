@@ -44,7 +44,7 @@ impl TestState {
     }
 
     pub(crate) fn index(&self, cell: Cell) -> usize {
-        usize::from(cell.y) * usize::from(self.size.width()) + usize::from(cell.x)
+        self.size.index(cell).unwrap()
     }
 
     /// Returns true for outer walls, and for walls that the client reports in at least one of the

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::process::Stdio;
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, WallState};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose, Wall, WallState};
 use mmsim_protocol::{
     Annotation, AnnotationWriter, CellWalls, Colour, MAX_STATE_BYTES, MapState, Order, Reply,
     Request, state_bytes,
@@ -82,20 +82,14 @@ fn number(value: usize) -> [u8; 2] {
 fn map(size: MazeSize) -> KnownMaze {
     let mut map = KnownMaze::new(size, Cell::new(0, 0), size.central_cells());
     for cell in size.cells() {
-        let mix = 5 * cell.x + 3 * cell.y;
-        if mix.is_multiple_of(3) {
+        if (5 * cell.x + 3 * cell.y).is_multiple_of(3) {
             map.visit(cell);
         }
-        for heading in [Heading::North, Heading::East] {
-            let state = if (mix + heading as u8).is_multiple_of(4) {
-                WallState::Present
-            } else {
-                WallState::Absent
-            };
-            if size.neighbour(cell, heading).is_some() {
-                map.set_wall(cell, heading, state);
-            }
-        }
+    }
+    for Wall { cell, heading, .. } in size.inner_walls() {
+        let is_present = (5 * cell.x + 3 * cell.y + heading as u8).is_multiple_of(4);
+        let state = if is_present { WallState::Present } else { WallState::Absent };
+        map.set_wall(cell, heading, state);
     }
     map
 }
