@@ -1,6 +1,6 @@
 //! Positions in half cells, and the eight directions of movement.
 
-use mmsim_maze::{Cell, Heading};
+use mmsim_maze::{Cell, Heading, Wall};
 
 /// A position in a maze, in half cells from the south-west corner of the maze.
 ///
@@ -19,15 +19,15 @@ pub struct GridPoint {
     pub y: u8,
 }
 
-/// The possible locations of a [`GridPoint`]: the centre of a cell, a post or the side of a cell.
+/// The possible locations of a [`GridPoint`]: the centre of a cell, a post or a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GridPointKind {
     /// The centre of a cell.
     Centre,
     /// A post.
     Post,
-    /// A side of a cell, where there may be a wall.
-    Side(Cell, Heading),
+    /// The middle of a wall, which may be absent.
+    Wall(Wall),
 }
 
 impl GridPoint {
@@ -51,17 +51,13 @@ impl GridPoint {
         Some(Self { x: self.x.checked_add_signed(east)?, y: self.y.checked_add_signed(north)? })
     }
 
-    /// Returns whether the point is the centre of a cell, a post or the side of a cell.
+    /// Returns whether the point is the centre of a cell, a post or the middle of a wall.
     pub const fn kind(self) -> GridPointKind {
-        let Cell { x, y } = self.cell();
         match (self.x % 2, self.y % 2) {
             (1, 1) => GridPointKind::Centre,
             (0, 0) => GridPointKind::Post,
-            // An inner side belongs to the cell to the west or south.
-            (0, _) if x == 0 => GridPointKind::Side(Cell::new(x, y), Heading::West),
-            (0, _) => GridPointKind::Side(Cell::new(x - 1, y), Heading::East),
-            (..) if y == 0 => GridPointKind::Side(Cell::new(x, y), Heading::South),
-            (..) => GridPointKind::Side(Cell::new(x, y - 1), Heading::North),
+            (0, _) => GridPointKind::Wall(Wall::new(self.cell(), Heading::West)),
+            (..) => GridPointKind::Wall(Wall::new(self.cell(), Heading::South)),
         }
     }
 }
@@ -118,13 +114,14 @@ mod tests {
     #[test]
     fn kinds_match_the_drawing() {
         let kind = |x, y| GridPoint { x, y }.kind();
+        let wall = |x, y, side| GridPointKind::Wall(Wall::new(Cell::new(x, y), side));
         assert_eq!(kind(1, 1), GridPointKind::Centre);
         assert_eq!(kind(2, 0), GridPointKind::Post);
-        assert_eq!(kind(0, 1), GridPointKind::Side(Cell::new(0, 0), Heading::West));
-        assert_eq!(kind(2, 1), GridPointKind::Side(Cell::new(0, 0), Heading::East));
-        assert_eq!(kind(4, 1), GridPointKind::Side(Cell::new(1, 0), Heading::East));
-        assert_eq!(kind(3, 0), GridPointKind::Side(Cell::new(1, 0), Heading::South));
-        assert_eq!(kind(3, 2), GridPointKind::Side(Cell::new(1, 0), Heading::North));
+        assert_eq!(kind(0, 1), wall(0, 0, Heading::West));
+        assert_eq!(kind(2, 1), wall(0, 0, Heading::East));
+        assert_eq!(kind(4, 1), wall(1, 0, Heading::East));
+        assert_eq!(kind(3, 0), wall(1, 0, Heading::South));
+        assert_eq!(kind(3, 2), wall(1, 0, Heading::North));
         assert_eq!(GridPoint { x: 3, y: 2 }.cell(), Cell::new(1, 1), "the cell to the north");
         assert_eq!(GridPoint::centre(Cell::new(31, 0)), GridPoint { x: 63, y: 1 });
         assert_eq!(GridPoint { x: 0, y: 1 }.ahead(CompassDirection::NORTH.turned(-2)), None);

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, WallState, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Wall, WallState, Walls};
 
 use crate::command::Command;
 use crate::display::Display;
@@ -260,17 +260,15 @@ impl SimulatedMouse {
         let is_free = match next.kind() {
             GridPointKind::Centre => self.map.size().contains(next.cell()),
             GridPointKind::Post => false,
-            GridPointKind::Side(cell, heading) => !self.sense_wall(cell, heading, environment)?,
+            GridPointKind::Wall(wall) => !self.sense_wall(wall, environment)?,
         };
         Ok(is_free.then_some(next))
     }
 
-    /// Returns true if there is a wall on the given side of the cell, and records the result on the
-    /// map.
+    /// Returns true if the wall is present, and records the result on the map.
     fn sense_wall<E: Environment>(
         &mut self,
-        cell: Cell,
-        heading: Heading,
+        Wall { cell, heading, .. }: Wall,
         environment: &mut E,
     ) -> Result<bool, E::Error> {
         if self.map.size().neighbour(cell, heading).is_none() {
