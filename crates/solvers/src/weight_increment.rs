@@ -1,10 +1,8 @@
 //! The weight-increment strategy, which goes to the least visited neighbour.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_maze::{Cell, CellMap, Heading, KnownMaze, MazeSize, Pose};
 
 use crate::strategy::{Move, SearchError, Strategy, step_to_least};
-
-const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// A strategy that counts the visits to each cell and goes to the least visited neighbour.
 ///
@@ -13,15 +11,14 @@ const SIDE: usize = MazeSize::MAX_SIDE as usize;
 /// strategy always reaches a reachable goal, but takes detours.
 #[derive(Clone, Debug)]
 pub struct WeightIncrement {
-    /// `visits[x][y]`
-    visits: [[u16; SIDE]; SIDE],
+    visits: CellMap<u16>,
     has_begun: bool,
 }
 
 impl WeightIncrement {
     /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
-        Self { visits: [[0; SIDE]; SIDE], has_begun: false }
+        Self { visits: CellMap::new(0), has_begun: false }
     }
 }
 
@@ -35,9 +32,8 @@ impl Strategy for WeightIncrement {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
         let more = if self.has_begun { 1 } else { 2 };
         self.has_begun = true;
-        let column = self.visits.get_mut(usize::from(pose.cell.x));
-        if let Some(visits) = column.and_then(|column| column.get_mut(usize::from(pose.cell.y))) {
-            *visits = visits.saturating_add(more);
+        if MazeSize::LARGEST.contains(pose.cell) {
+            self.visits[pose.cell] = self.visits[pose.cell].saturating_add(more);
         }
         if map.goals().contains(pose.cell) {
             return Ok(Move::Stop);
@@ -54,8 +50,7 @@ impl Strategy for WeightIncrement {
     }
 
     fn weight(&self, cell: Cell) -> Option<u16> {
-        let column = self.visits.get(usize::from(cell.x))?;
-        column.get(usize::from(cell.y)).copied()
+        MazeSize::LARGEST.contains(cell).then(|| self.visits[cell])
     }
 }
 
