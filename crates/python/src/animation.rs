@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::hash::{BuildHasher, RandomState};
 
-use mmsim_maze::{Cell, Heading, Maze, Pose};
+use mmsim_maze::{Cell, Heading, Maze, Pose, Wall};
 use mmsim_protocol::{CellWalls, State};
 
 /// The script that draws the states.
@@ -55,18 +55,16 @@ fn picture(maze: &Maze, frames: &[Frame]) -> String {
         has(cell, heading) || neighbour.is_some_and(|cell| has(cell, heading.back()))
     };
     let [mut unknown, mut known] = [String::new(), String::new()];
-    for cell in size.cells() {
+    for Wall { cell, heading, .. } in size.walls() {
         let (left, top) = corner(cell);
-        let sides = [
-            (Heading::North, format!("M{left} {top}h{CELL}")),
-            (Heading::East, format!("M{} {top}v{CELL}", left + CELL)),
-        ];
-        for (heading, line) in sides {
-            if is_known(cell, heading) {
-                known += &line;
-            } else if maze.walls().has(cell, heading) {
-                unknown += &line;
-            }
+        let line = match heading {
+            Heading::North => format!("M{left} {top}h{CELL}"),
+            _ => format!("M{} {top}v{CELL}", left + CELL),
+        };
+        if is_known(cell, heading) {
+            known += &line;
+        } else if maze.walls().has(cell, heading) {
+            unknown += &line;
         }
     }
     let centres = frames.iter().map(|frame| {
@@ -110,8 +108,8 @@ fn data(maze: &Maze, frames: &[Frame]) -> String {
     }
     let mut walls = String::new();
     for cell in size.cells() {
-        let bits = [Heading::North, Heading::East].map(|side| maze.walls().has(cell, side));
-        let _ = write!(walls, "{}", u8::from(bits[0]) | u8::from(bits[1]) << 1);
+        let north_and_east = maze.walls().sides(cell).bits() & 0b11;
+        let _ = write!(walls, "{north_and_east}");
     }
     let goals: Vec<usize> = maze.goals().iter().filter_map(|cell| size.index(cell)).collect();
     let start = size.index(maze.start().cell);
