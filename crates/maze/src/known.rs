@@ -220,7 +220,7 @@ impl KnownMaze {
         &'a self,
         truth: &'a Walls,
     ) -> impl Iterator<Item = (Cell, Heading)> + 'a {
-        let sides = self.size().inner_walls().map(|wall| (wall.cell, wall.heading));
+        let sides = self.size().walls().map(|wall| (wall.cell, wall.heading));
         sides.filter(|&(cell, heading)| {
             let opposite =
                 if truth.has(cell, heading) { WallState::Absent } else { WallState::Present };

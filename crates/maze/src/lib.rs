@@ -18,7 +18,8 @@
 //! [`Maze`] is the true maze, which only a simulator knows. [`KnownMaze`] is the map that a mouse
 //! builds: each wall is known to be present, known to be absent, or unknown. [`Maze`] and
 //! [`KnownMaze`] store each wall once (in [`Walls`]), so two cells cannot disagree about the wall
-//! between them. Everything outside the maze counts as a wall, so callers need no bounds checks.
+//! between them. Each wall has one name ([`Wall`]) and one number. Everything outside the maze counts
+//! as a wall, so callers need no bounds checks.
 //!
 //! ```
 //! use mmsim_maze::{Heading, Maze, Step};

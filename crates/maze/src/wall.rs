@@ -30,9 +30,12 @@ pub struct Wall {
 
 impl Wall {
     /// Returns the wall on the `heading` side of `cell`.
+    #[inline]
     pub const fn new(cell: Cell, heading: Heading) -> Self {
-        match (heading, cell.neighbour(heading)) {
-            (Heading::South | Heading::West, Some(cell)) => Self { cell, heading: heading.back() },
+        let Cell { x, y } = cell;
+        match heading {
+            Heading::South if y > 0 => Self { cell: Cell::new(x, y - 1), heading: Heading::North },
+            Heading::West if x > 0 => Self { cell: Cell::new(x - 1, y), heading: Heading::East },
             _ => Self { cell, heading },
         }
     }
@@ -49,8 +52,8 @@ impl MazeSize {
     /// [`cells`](Self::cells), north before east. The outer walls to the south and west are not
     /// included.
     pub fn walls(self) -> impl Iterator<Item = Wall> + Clone {
-        let sides = [Heading::North, Heading::East];
-        self.cells().flat_map(move |cell| sides.map(|heading| Wall { cell, heading }))
+        let wall = |cell, heading| Wall { cell, heading };
+        self.cells().flat_map(move |cell| [wall(cell, Heading::North), wall(cell, Heading::East)])
     }
 
     /// Returns the walls between two cells of the maze, in the order of [`walls`](Self::walls).
@@ -63,7 +66,7 @@ impl MazeSize {
     /// # Ok::<(), mmsim_maze::SizeError>(())
     /// ```
     pub fn inner_walls(self) -> impl Iterator<Item = Wall> + Clone {
-        self.walls().filter(move |wall| self.neighbour(wall.cell, wall.heading).is_some())
+        self.walls().filter(move |&wall| self.wall_index(wall).is_some())
     }
 
     /// Returns the number of a wall in the order of [`walls`](Self::walls): 2 · i for the north
@@ -77,9 +80,14 @@ impl MazeSize {
     /// assert_eq!(size.wall_index(Wall::new(Cell::new(2, 0), Heading::East)), None);
     /// # Ok::<(), mmsim_maze::SizeError>(())
     /// ```
-    pub fn wall_index(self, wall: Wall) -> Option<usize> {
-        self.neighbour(wall.cell, wall.heading)?;
-        Some(2 * self.index(wall.cell)? + usize::from(wall.heading == Heading::East))
+    #[inline]
+    pub fn wall_index(self, Wall { cell, heading }: Wall) -> Option<usize> {
+        let side = match heading {
+            Heading::North if cell.y < self.height() - 1 => 0,
+            Heading::East if cell.x < self.width() - 1 => 1,
+            _ => return None,
+        };
+        Some(2 * self.index(cell)? + side)
     }
 }
 
@@ -114,8 +122,8 @@ mod tests {
                 }
             }
             prop_assert_eq!(names.len(), width * (height + 1) + height * (width + 1));
-            let inner: Vec<_> =
-                size.walls().filter(|&wall| size.wall_index(wall).is_some()).collect();
+            let is_inner = |wall: &Wall| size.neighbour(wall.cell, wall.heading).is_some();
+            let inner: Vec<_> = size.walls().filter(is_inner).collect();
             prop_assert!(size.inner_walls().eq(inner));
             prop_assert_eq!(size.inner_walls().count(), 2 * width * height - width - height);
         }
