@@ -5,38 +5,30 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Unknown, Walls};
 
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
-mod avx512;
-mod bitboard;
 mod bytes;
 mod dispatch;
-mod distance;
 mod downhill;
 mod exploration;
-mod exploration_bytes;
-mod plane;
-mod portable;
 mod processor;
-mod queue;
-mod small_steps;
+mod steps;
+mod steps_between;
 mod task;
 mod update;
-mod waves;
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-mod x86;
+mod wide;
 
-use bitboard::{Bitboard, CellPlanes};
+use bytes::waves::OpenSides;
 use dispatch::{run, run_with};
-pub use distance::steps_between;
-pub(crate) use distance::steps_between_in;
 pub use downhill::Downhill;
 pub(crate) use exploration::{ExplorationMemory, ExplorationTarget};
-use plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
 pub use processor::Instructions;
-use queue::OpenSides;
-use small_steps::SmallSteps;
+use steps::SmallSteps;
+pub use steps_between::steps_between;
+pub(crate) use steps_between::steps_between_in;
 use task::Task;
-use waves::Flooded;
+use wide::bitboard::{Bitboard, CellPlanes};
+use wide::plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
+use wide::waves::Flooded;
+use wide::{spread, waves};
 
 /// The distances in steps from each cell of a maze to the nearest target cell.
 ///
@@ -309,8 +301,8 @@ impl Task for RefloodTask<'_> {
 fn large_steps<H: ParityPlane>(flooded: &Flooded<H>) -> [u16; LARGE_AREA] {
     let lines: [[Line; 8]; MazeSize::MAX_AREA / 128] = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
     let (mut low, mut high) = (lines, lines);
-    bytes::write(flooded, 0, &mut low);
-    bytes::write(flooded, 8, &mut high);
+    spread::write(flooded, 0, &mut low);
+    spread::write(flooded, 8, &mut high);
     let (low, high) = (low.as_flattened().as_flattened(), high.as_flattened().as_flattened());
     let mut steps = [0; LARGE_AREA];
     for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {

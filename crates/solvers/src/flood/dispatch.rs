@@ -2,13 +2,13 @@
 
 use mmsim_maze::MazeSize;
 
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
-use super::avx512::{Avx512Large, Avx512Small, run_avx512};
-use super::plane::is_small;
 use super::processor::Instructions;
 use super::task::Task;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
+use super::wide::avx512::{Avx512Large, Avx512Small, run_avx512};
+use super::wide::plane::is_small;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-use super::x86::{self, run_avx2};
+use super::wide::sse2::{self, run_avx2};
 
 /// Runs a task with the best available instruction set.
 pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
@@ -41,10 +41,10 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
         (Avx512, true) if Avx512.is_available() => run_avx512::<Avx512Small, T>,
         #[cfg(feature = "avx512")]
         (Avx512, false) if Avx512.is_available() => run_avx512::<Avx512Large, T>,
-        (Avx512 | Avx2, true) if Avx2.is_available() => run_avx2::<x86::Sse2<1>, T>,
-        (Avx512 | Avx2, false) if Avx2.is_available() => run_avx2::<x86::Sse2<4>, T>,
-        (Avx512 | Avx2 | Sse2, true) => T::run::<x86::Sse2<1>>,
-        (Avx512 | Avx2 | Sse2, false) => T::run::<x86::Sse2<4>>,
+        (Avx512 | Avx2, true) if Avx2.is_available() => run_avx2::<sse2::Sse2<1>, T>,
+        (Avx512 | Avx2, false) if Avx2.is_available() => run_avx2::<sse2::Sse2<4>, T>,
+        (Avx512 | Avx2 | Sse2, true) => T::run::<sse2::Sse2<1>>,
+        (Avx512 | Avx2 | Sse2, false) => T::run::<sse2::Sse2<4>>,
     };
     // SAFETY: the processor supports the features of `run`. `is_available` has checked all of them
     // except SSE2.

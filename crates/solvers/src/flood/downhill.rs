@@ -2,11 +2,11 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, Row, Walls};
 
-use super::bitboard::{Bitboard, CellPlanes, rows};
 use super::dispatch::run;
-use super::plane::{ParityPlane, SIDE};
 use super::task::Task;
-use super::waves::{self, Marks};
+use super::wide::bitboard::{Bitboard, CellPlanes, rows};
+use super::wide::plane::{ParityPlane, SIDE};
+use super::wide::waves::{self, Marks};
 use super::{Distances, Instructions};
 
 /// The downhill headings of all cells. A heading is downhill if a step in that direction leads

@@ -2,13 +2,14 @@
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown};
 
-use super::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
+use super::bytes;
+use super::bytes::waves::OpenSides;
 use super::dispatch::run;
-use super::plane::ParityPlane;
-use super::queue::OpenSides;
 use super::task::Task;
-use super::waves::first_targets;
-use super::{Distances, Instructions, exploration_bytes};
+use super::wide::bitboard::{Bitboard, CellPlanes, Openings, is_dark, rows};
+use super::wide::plane::ParityPlane;
+use super::wide::waves::first_targets;
+use super::{Distances, Instructions};
 
 /// The cell to explore next, and the paths to which it belongs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -92,7 +93,7 @@ impl Task for FindTarget<'_> {
     }
 
     fn run_on_bytes(self) -> Option<ExplorationTarget> {
-        exploration_bytes::find(self)
+        bytes::exploration::find(self)
     }
 }
 

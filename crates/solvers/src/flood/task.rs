@@ -1,6 +1,6 @@
 //! Tasks: computations that can run with any instruction set.
 
-use super::plane::ParityPlane;
+use super::wide::plane::ParityPlane;
 
 /// A computation on sets of cells that is generic over the instruction set.
 pub(super) trait Task {

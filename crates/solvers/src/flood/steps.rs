@@ -2,10 +2,12 @@
 
 use mmsim_maze::{CellSet, Walls};
 
-use super::plane::{Line, ParityPlane, SMALL_SIDE};
-use super::queue::OpenSides;
-use super::waves::Flooded;
-use super::{UNREACHABLE, bytes, queue};
+use super::UNREACHABLE;
+use super::bytes::waves;
+use super::bytes::waves::OpenSides;
+use super::wide::plane::{Line, ParityPlane, SMALL_SIDE};
+use super::wide::spread;
+use super::wide::waves::Flooded;
 
 /// The distances in a maze of up to 16×16 cells.
 #[derive(Clone, Debug)]
@@ -40,7 +42,7 @@ impl SmallSteps {
     #[inline(always)]
     pub(super) fn from_flooded<H: ParityPlane>(flooded: &Flooded<H>) -> Self {
         let mut lines = [[[0; SMALL_SIDE]; 8]; SMALL_SIDE / 8];
-        bytes::write(flooded, 0, &mut lines);
+        spread::write(flooded, 0, &mut lines);
         Self { lines, all_reached: flooded.is_full() }
     }
 
@@ -52,13 +54,13 @@ impl SmallSteps {
         sides: &mut OpenSides,
     ) {
         if let Some(bytes) = self.bytes() {
-            self.all_reached = queue::flood(walls, targets, sides, bytes);
+            self.all_reached = waves::flood(walls, targets, sides, bytes);
         }
     }
 
     /// Returns the bytes of all cells. The result is never `None`.
     #[inline(always)]
-    pub(super) fn bytes(&mut self) -> Option<&mut [u8; queue::AREA]> {
+    pub(super) fn bytes(&mut self) -> Option<&mut [u8; waves::AREA]> {
         self.lines.as_flattened_mut().as_flattened_mut().first_chunk_mut()
     }
 

@@ -4,23 +4,23 @@ use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
 
 /// The number of bits in a distance. The longest distance in a maze of 32×32 cells is 1,023 steps.
-pub(super) const PLANES: usize = 10;
+pub(crate) const PLANES: usize = 10;
 
 /// The distances of all cells of one chessboard colour, stored bit by bit.
-pub(super) struct Marks<B> {
+pub(crate) struct Marks<B> {
     /// Element i holds bit i of each distance.
-    pub(super) planes: [B; PLANES],
+    pub(crate) planes: [B; PLANES],
     /// The cells that no wave has reached.
-    pub(super) unvisited: B,
+    pub(crate) unvisited: B,
 }
 
 /// The distances of all cells. If the cells where the flood begins all have the same chessboard
 /// colour, `near` holds the distances of the cells of that colour; otherwise, it holds those of the
 /// dark cells. `far` holds the distances of the cells of the opposite colour.
-pub(super) struct Flooded<B> {
-    pub(super) near: Marks<B>,
-    pub(super) far: Marks<B>,
-    pub(super) near_is_dark: bool,
+pub(crate) struct Flooded<B> {
+    pub(crate) near: Marks<B>,
+    pub(crate) far: Marks<B>,
+    pub(crate) near_is_dark: bool,
 }
 
 /// One counter per cell, incremented until a wave reaches the cell. Element `FIRST` + i of `code`
@@ -62,7 +62,7 @@ impl<B: BitOps, const FIRST: usize> Counts<B, FIRST> {
 
 /// Floods the maze from the targets.
 #[inline(always)]
-pub(super) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> Flooded<B> {
+pub(crate) fn flood<B: BitOps>(board: &Bitboard<B>, targets: CellPlanes<B>) -> Flooded<B> {
     let unvisited =
         CellPlanes { dark: B::ALL.without(targets.dark), light: B::ALL.without(targets.light) };
     // Waves begin at targets with an open neighbour. If all of these have the same colour, each
@@ -148,7 +148,7 @@ impl<B: ParityPlane> Flooded<B> {
     /// Calls `plane` once per chessboard colour to get two sets of cells. Returns the same cells,
     /// grouped into even and odd columns.
     #[inline(always)]
-    pub(super) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
+    pub(crate) fn columns(&self, plane: impl Fn(&Marks<B>) -> B) -> [B; 2] {
         let even: B = even_rows();
         let odd = B::ALL.without(even);
         let (near, far) = (plane(&self.near), plane(&self.far));
@@ -159,7 +159,7 @@ impl<B: ParityPlane> Flooded<B> {
     /// Returns true if the maze is the largest that the bit sets can hold and the waves have reached
     /// every cell.
     #[inline(always)]
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.near.unvisited.or(self.far.unvisited).is_empty()
     }
 }
@@ -169,7 +169,7 @@ impl<B: ParityPlane> Flooded<B> {
 /// if no target is reachable. If this distance is even, the returned targets have the same colour
 /// as the cells of `from`, otherwise the opposite colour.
 #[inline(always)]
-pub(super) fn first_targets<B: BitOps>(
+pub(crate) fn first_targets<B: BitOps>(
     [into_far, into_near]: [&Openings<B>; 2],
     from: B,
     [near_targets, far_targets]: [B; 2],

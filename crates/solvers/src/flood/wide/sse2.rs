@@ -15,17 +15,17 @@ use core::arch::x86_64::*;
 use core::mem::transmute;
 
 use super::plane::{BitOps, Line, ParityPlane, zip};
-use super::task::Task;
+use crate::flood::task::Task;
 
 /// A set of cells of one chessboard colour, stored in 128-bit vectors. Mazes of up to 16×16 cells
 /// need one vector, and larger mazes need four.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
+pub(crate) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
 
 /// Runs a task written for SSE2, but lets the compiler use AVX2 instructions.
 #[target_feature(enable = "avx2,bmi1,popcnt")]
-pub(super) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
+pub(crate) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
 }
 
@@ -36,7 +36,7 @@ macro_rules! simd {
     };
 }
 #[cfg(feature = "avx512")]
-pub(super) use simd;
+pub(crate) use simd;
 
 macro_rules! parity_plane {
     ($words:literal, $vectors:literal) => {

@@ -8,21 +8,21 @@ use super::plane::{BitOps, ParityPlane, SIDE, Words};
 /// One value for the dark cells of a maze and one for its light cells. The cells are coloured like
 /// a chessboard, and the cell (0, 0) is dark, like the square a1.
 #[derive(Clone, Copy)]
-pub(super) struct ByColour<T> {
-    pub(super) dark: T,
-    pub(super) light: T,
+pub(crate) struct ByColour<T> {
+    pub(crate) dark: T,
+    pub(crate) light: T,
 }
 
 /// A set of cells, stored as one bit set for each chessboard colour.
-pub(super) type CellPlanes<H> = ByColour<H>;
+pub(crate) type CellPlanes<H> = ByColour<H>;
 
 /// The openings (sides without a wall) of a maze, grouped by the chessboard colour of the cell that
 /// they lead into.
-pub(super) type Bitboard<H> = ByColour<Openings<H>>;
+pub(crate) type Bitboard<H> = ByColour<Openings<H>>;
 
 /// The open sides through which the cells of one chessboard colour can be entered.
 #[derive(Clone, Copy)]
-pub(super) struct Openings<B> {
+pub(crate) struct Openings<B> {
     /// The cells that can be entered from the cell of the opposite colour at the same bit position.
     /// The cells (2k, y) and (2k + 1, y) share a bit position.
     same: B,
@@ -39,7 +39,7 @@ pub(super) struct Openings<B> {
 impl<B: BitOps> Openings<B> {
     /// Returns the cells of `wanted` that can be entered from `cells`.
     #[inline(always)]
-    pub(super) fn from(&self, cells: B, wanted: B) -> B {
+    pub(crate) fn from(&self, cells: B, wanted: B) -> B {
         let [along, across] = self.along_and_across(cells);
         along.or_and(across, wanted)
     }
@@ -49,7 +49,7 @@ impl<B: BitOps> Openings<B> {
     /// every open neighbour of the wave belongs to the preceding or to the following wave, so
     /// earlier waves need not be excluded.
     #[inline(always)]
-    pub(super) fn onward(&self, wave: B, before: B) -> B {
+    pub(crate) fn onward(&self, wave: B, before: B) -> B {
         let [along, across] = self.along_and_across(wave);
         along.or_without(across, before)
     }
@@ -68,7 +68,7 @@ impl<B: BitOps> Openings<B> {
 
     /// Returns the openings that are not in `other`.
     #[inline(always)]
-    pub(super) fn without(self, other: Self) -> Self {
+    pub(crate) fn without(self, other: Self) -> Self {
         Self {
             same: self.same.without(other.same),
             east: self.east.without(other.east),
@@ -81,7 +81,7 @@ impl<B: BitOps> Openings<B> {
 
 impl<H: ParityPlane> Bitboard<H> {
     #[inline(always)]
-    pub(super) fn from_walls(walls: &Walls) -> Self {
+    pub(crate) fn from_walls(walls: &Walls) -> Self {
         let [inner, between]: [H; 2] = split(&open::<H>(walls.east_rows()));
         let north: CellPlanes<H> = by_colour(split(&open::<H>(walls.north_rows())));
         let even: H = even_rows();
@@ -109,14 +109,14 @@ impl<T> ByColour<T> {
     /// Returns the values for the dark and the light cells, in that order if `near_is_dark` is
     /// true, and in the opposite order otherwise.
     #[inline(always)]
-    pub(super) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
+    pub(crate) fn near_and_far(self, near_is_dark: bool) -> [T; 2] {
         let Self { dark, light } = self;
         if near_is_dark { [dark, light] } else { [light, dark] }
     }
 
     /// Inverse of [`near_and_far`](Self::near_and_far).
     #[inline(always)]
-    pub(super) fn from_near_and_far([near, far]: [T; 2], near_is_dark: bool) -> Self {
+    pub(crate) fn from_near_and_far([near, far]: [T; 2], near_is_dark: bool) -> Self {
         let (dark, light) = if near_is_dark { (near, far) } else { (far, near) };
         Self { dark, light }
     }
@@ -124,13 +124,13 @@ impl<T> ByColour<T> {
 
 impl<H: ParityPlane> CellPlanes<H> {
     #[inline(always)]
-    pub(super) fn from_cells(cells: &CellSet) -> Self {
+    pub(crate) fn from_cells(cells: &CellSet) -> Self {
         by_colour(split(cells.rows()))
     }
 
     /// Creates a set of the given cells that are inside a maze of the given size.
     #[inline(always)]
-    pub(super) fn from_cells_inside(cells: &CellSet, size: MazeSize) -> Self {
+    pub(crate) fn from_cells_inside(cells: &CellSet, size: MazeSize) -> Self {
         let columns = Row::MAX >> (Row::BITS - u32::from(size.width()));
         let mut rows = *cells.rows();
         for (y, row) in rows.iter_mut().enumerate().take(H::ROWS) {
@@ -141,7 +141,7 @@ impl<H: ParityPlane> CellPlanes<H> {
 
     /// Creates a set of one cell.
     #[inline(always)]
-    pub(super) fn from_cell(cell: Cell) -> Self {
+    pub(crate) fn from_cell(cell: Cell) -> Self {
         let mut words = H::Words::repeat(0);
         let bit = usize::from(cell.y) * H::ROW_BITS + usize::from(cell.x / 2);
         if usize::from(cell.x / 2) < H::ROW_BITS {
@@ -160,7 +160,7 @@ impl<H: ParityPlane> CellPlanes<H> {
 }
 
 /// Returns true if the cell is dark, in a chessboard pattern in which (0, 0) is dark.
-pub(super) const fn is_dark(cell: Cell) -> bool {
+pub(crate) const fn is_dark(cell: Cell) -> bool {
     (cell.x ^ cell.y) & 1 == 0
 }
 
@@ -169,7 +169,7 @@ impl<H: ParityPlane> CellPlanes<H> {
     /// chessboard pattern come before the light cells. Cells of the same colour are ordered from
     /// south to north, and in each row from west to east.
     #[inline(always)]
-    pub(super) fn first_cell(self) -> Option<Cell> {
+    pub(crate) fn first_cell(self) -> Option<Cell> {
         let first = |plane: H| {
             let words = plane.to_words();
             let words = words.as_ref();
@@ -188,7 +188,7 @@ impl<H: ParityPlane> CellPlanes<H> {
 
     /// Returns the cells in even columns and the cells in odd columns.
     #[inline(always)]
-    pub(super) fn columns(self) -> [H; 2] {
+    pub(crate) fn columns(self) -> [H; 2] {
         // `by_colour` is its own inverse: it swaps the two planes in odd rows.
         let CellPlanes { dark, light } = by_colour([self.dark, self.light]);
         [dark, light]
@@ -197,7 +197,7 @@ impl<H: ParityPlane> CellPlanes<H> {
 
 /// Returns a bit set in which exactly the bits of the even rows are set.
 #[inline(always)]
-pub(super) fn even_rows<H: ParityPlane>() -> H {
+pub(crate) fn even_rows<H: ParityPlane>() -> H {
     let word = if H::IS_SMALL { 0x00ff_00ff_00ff_00ff } else { 0x0000_ffff_0000_ffff };
     H::from_words(H::Words::repeat(word))
 }
@@ -266,7 +266,7 @@ fn split<H: ParityPlane>(rows: &[Row; SIDE]) -> [H; 2] {
 #[inline(always)]
 // Depends on the feature `half-size`.
 #[allow(clippy::cast_possible_truncation, clippy::unnecessary_cast)]
-pub(super) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [Row; SIDE] {
+pub(crate) fn rows<H: ParityPlane>([even, odd]: [H; 2]) -> [Row; SIDE] {
     let (even, odd) = (even.to_words(), odd.to_words());
     let mut rows = [0; SIDE];
     if H::IS_SMALL {

@@ -4,17 +4,17 @@
 use mmsim_maze::MazeSize;
 
 /// The bytes of 16 adjacent cells in a row, from west to east.
-pub(super) type Line = [u8; 16];
+pub(crate) type Line = [u8; 16];
 
 /// The maximum side length of a maze in cells.
-pub(super) const SIDE: usize = MazeSize::MAX_SIDE as usize;
+pub(crate) const SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// The maximum side length of a small maze in cells. In a small maze, a set of cells of one
 /// chessboard colour fits into two 64-bit words, with one bit per cell.
-pub(super) const SMALL_SIDE: usize = 16;
+pub(crate) const SMALL_SIDE: usize = 16;
 
 /// Returns true if neither side of the maze is longer than [`SMALL_SIDE`] cells.
-pub(super) const fn is_small(size: MazeSize) -> bool {
+pub(crate) const fn is_small(size: MazeSize) -> bool {
     // The compiler removes the code for larger mazes if there are none.
     SIDE == SMALL_SIDE
         || size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
@@ -35,7 +35,7 @@ pub(super) const fn is_small(size: MazeSize) -> bool {
 ///
 /// A shift may move a bit from the end of a row into another row. A flood then clears the bit,
 /// because no cell can be entered through an outer wall.
-pub(super) trait ParityPlane: BitOps {
+pub(crate) trait ParityPlane: BitOps {
     /// The 64-bit words that store the bits, from south to north.
     type Words: Words;
 
@@ -78,7 +78,7 @@ pub(super) trait ParityPlane: BitOps {
 }
 
 /// An array of words.
-pub(super) trait Words: Copy + AsRef<[u64]> + AsMut<[u64]> {
+pub(crate) trait Words: Copy + AsRef<[u64]> + AsMut<[u64]> {
     /// Creates an array filled with copies of `word`.
     fn repeat(word: u64) -> Self;
 }
@@ -91,7 +91,7 @@ impl<const N: usize> Words for [u64; N] {
 }
 
 /// The bit operations that a flood needs.
-pub(super) trait BitOps: Copy {
+pub(crate) trait BitOps: Copy {
     /// No bits.
     const NONE: Self;
     /// All bits.
@@ -141,7 +141,7 @@ pub(super) trait BitOps: Copy {
 
 /// Combines the elements of two arrays of at most 8 elements, pair by pair.
 #[inline(always)]
-pub(super) fn zip<T: Copy, const N: usize>(
+pub(crate) fn zip<T: Copy, const N: usize>(
     mut a: [T; N],
     b: [T; N],
     both: impl Fn(T, T) -> T,
@@ -161,7 +161,7 @@ pub(super) fn zip<T: Copy, const N: usize>(
 
 /// Returns the 64-bit words of each bit set.
 #[inline(always)]
-pub(super) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
+pub(crate) fn to_words<H: ParityPlane>(planes: &[H; 8]) -> [H::Words; 8] {
     // `map` of arrays and `zip` are not always inlined.
     let mut words = [H::Words::repeat(0); 8];
     for (i, plane) in planes.iter().enumerate() {

@@ -2,11 +2,12 @@
 
 use mmsim_maze::{Cell, CellSet, Walls};
 
-use super::bitboard::{Bitboard, CellPlanes};
 use super::dispatch::run;
-use super::plane::ParityPlane;
 use super::task::Task;
-use super::{ExplorationMemory, queue, waves};
+use super::wide::bitboard::{Bitboard, CellPlanes};
+use super::wide::plane::ParityPlane;
+use super::wide::waves;
+use super::{ExplorationMemory, bytes};
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
 /// reachable or the cell is outside the maze. This function is faster than a flood, because it
@@ -67,8 +68,8 @@ impl Task for StepsBetweenTask<'_> {
     fn run_on_bytes(self) -> Option<u16> {
         let Self { walls, from, targets, memory } = self;
         let steps = |ExplorationMemory { sides, from_start, .. }: &mut _| {
-            let nearest = queue::nearest(walls, from, targets, sides, from_start);
-            Some(from_start[queue::index(nearest.iter().next()?)].into())
+            let nearest = bytes::waves::nearest(walls, from, targets, sides, from_start);
+            Some(from_start[bytes::waves::index(nearest.iter().next()?)].into())
         };
         match memory {
             Some(memory) => steps(memory),

@@ -5,21 +5,21 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
-use super::plane::{Line, SMALL_SIDE};
+use crate::flood::wide::plane::{Line, SMALL_SIDE};
 
 /// The number of cells of the largest small maze.
-pub(super) const AREA: usize = SMALL_SIDE * SMALL_SIDE;
+pub(crate) const AREA: usize = SMALL_SIDE * SMALL_SIDE;
 
 /// The open sides of a cell are a sum of these numbers.
-pub(super) const NORTH: u8 = 1;
-pub(super) const EAST: u8 = 2;
-pub(super) const SOUTH: u8 = 4;
-pub(super) const WEST: u8 = 8;
+pub(crate) const NORTH: u8 = 1;
+pub(crate) const EAST: u8 = 2;
+pub(crate) const SOUTH: u8 = 4;
+pub(crate) const WEST: u8 = 8;
 
 /// Added to the open sides of a cell at which a flood stops.
 const STOP: u8 = 16;
 /// Added to the open sides of an unvisited cell.
-pub(super) const UNVISITED: u8 = 32;
+pub(crate) const UNVISITED: u8 = 32;
 
 /// The open sides of each cell. When a flood enters a cell, the side through which it enters and
 /// `UNVISITED` are removed.
@@ -67,7 +67,7 @@ const fn open_sides_of_four_cells<const N: usize, const M: usize>(
 /// which has one element for each cell, in rows of 16 cells from south to north, with the distances
 /// of the cells, and with 255 if a cell cannot reach a target. Overwrites `sides`, whose contents do
 /// not matter. Returns true if 255 is a distance.
-pub(super) fn flood(
+pub(crate) fn flood(
     walls: &Walls,
     targets: &CellSet,
     sides: &mut OpenSides,
@@ -80,7 +80,7 @@ pub(super) fn flood(
 /// Returns the cells of `wanted` that are nearest to `from` in a small maze, or no cells if none is
 /// reachable. Overwrites `bytes` with the distances from `from`, and with 255 for all cells that are
 /// farther than the nearest wanted cells. Overwrites `sides` too.
-pub(super) fn nearest(
+pub(crate) fn nearest(
     walls: &Walls,
     from: Cell,
     wanted: &CellSet,
@@ -177,7 +177,7 @@ impl OpenSides {
 
     /// Sets the open sides of all cells in a small maze.
     #[inline(always)]
-    pub(super) fn fill_in(&mut self, walls: &Walls) {
+    pub(crate) fn fill_in(&mut self, walls: &Walls) {
         let rows = walls.north_rows().iter().zip(walls.east_rows());
         let mut south = usize::MAX;
         for (line, (&north, &east)) in self.0[1..=SMALL_SIDE].iter_mut().zip(rows) {
@@ -195,7 +195,7 @@ impl OpenSides {
     /// Returns the bytes from the southern neighbour of a cell to its northern neighbour. Some of the
     /// neighbours may be outside the maze.
     #[inline(always)]
-    pub(super) fn around(&mut self, cell: usize) -> &mut [u8; 2 * SMALL_SIDE + 1] {
+    pub(crate) fn around(&mut self, cell: usize) -> &mut [u8; 2 * SMALL_SIDE + 1] {
         // There are two rows more than the maze has.
         self.0.as_flattened_mut()[cell % AREA..].first_chunk_mut().unwrap()
     }
@@ -270,12 +270,12 @@ fn enter_neighbours<const STOPS: bool>(
 
 /// Returns the cell at `index`, which must be less than 256.
 #[inline(always)]
-pub(super) const fn cell_at(index: usize) -> Cell {
+pub(crate) const fn cell_at(index: usize) -> Cell {
     Cell::new((index % SMALL_SIDE) as u8, (index / SMALL_SIDE) as u8)
 }
 
 /// Returns the index of a cell.
 #[inline(always)]
-pub(super) fn index(Cell { x, y }: Cell) -> usize {
+pub(crate) fn index(Cell { x, y }: Cell) -> usize {
     usize::from(y) * SMALL_SIDE + usize::from(x)
 }

@@ -1,4 +1,4 @@
-//! Floods with AVX-512. The rules for `unsafe` code at the top of `x86.rs` also apply to this file.
+//! Floods with AVX-512. The rules for `unsafe` code at the top of `sse2.rs` also apply to this file.
 #![allow(unsafe_code)]
 // Intrinsics have long names, and this file consists of them.
 #![allow(clippy::wildcard_imports)]
@@ -9,21 +9,21 @@ use core::arch::x86_64::*;
 use core::mem::transmute;
 
 use super::plane::{BitOps, Line, ParityPlane, Words, to_words};
-use super::task::Task;
-use super::x86::{Sse2, simd};
+use super::sse2::{Sse2, simd};
+use crate::flood::task::Task;
 
 /// A 128-bit vector, whose three-operand logic requires the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct Avx512Small(Sse2<1>);
+pub(crate) struct Avx512Small(Sse2<1>);
 
 /// A 512-bit vector, whose operations require the AVX-512 features F and BW.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct Avx512Large(__m512i);
+pub(crate) struct Avx512Large(__m512i);
 
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-pub(super) unsafe fn run_avx512<H: ParityPlane, T: Task>(task: T) -> T::Output {
+pub(crate) unsafe fn run_avx512<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
 }
 

@@ -7,9 +7,9 @@ use core::cmp::Reverse;
 
 use mmsim_maze::{CellSet, KnownMaze, MazeSize, Row, Unknown, Walls};
 
-use super::exploration::{ExplorationMemory, ExplorationTarget, FindTarget};
-use super::queue::{AREA, EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, cell_at, index, nearest};
-use super::{SMALL_SIDE, Steps};
+use super::waves::{AREA, EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, cell_at, index, nearest};
+use crate::flood::exploration::{ExplorationMemory, ExplorationTarget, FindTarget};
+use crate::flood::{SMALL_SIDE, Steps};
 
 /// A flag beside the open sides of a path cell: a path from it to the goal is known to be open.
 const OPEN: u8 = 1 << 6;
@@ -20,7 +20,7 @@ const DOUBTFUL: u8 = 1 << 7;
 /// Does the same as [`ExplorationTarget::find`] in a maze of up to 16×16 cells.
 // Not inlined, so that the sets occupy the stack only during this call.
 #[inline(never)]
-pub(super) fn find(task: FindTarget) -> Option<ExplorationTarget> {
+pub(crate) fn find(task: FindTarget) -> Option<ExplorationTarget> {
     let FindTarget { map, mouse, memory, distances } = task;
     let Steps::Small(distances) = &mut distances.steps else { return None };
     let (bytes, open) = (distances.bytes()?, map.walls(Unknown::Open));
