@@ -1,8 +1,8 @@
 //! Facts about a maze that do not depend on a strategy.
 
-use mmsim_maze::{CellSet, Maze};
+use mmsim_maze::Maze;
 
-use crate::flood::Distances;
+use crate::flood::{Distances, only};
 
 /// Facts about a maze that do not depend on a strategy.
 ///
@@ -28,10 +28,9 @@ impl MazeFacts {
     #[must_use]
     pub fn new(maze: &Maze) -> Self {
         let start = maze.start().cell;
-        let from_start: CellSet = [start].into_iter().collect();
         Self {
             shortest_path: Distances::flood(maze.walls(), maze.goals()).at(start),
-            reachable_cells: Distances::flood(maze.walls(), &from_start).reachable_cells(),
+            reachable_cells: Distances::flood(maze.walls(), &only(start)).reachable_cells(),
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The fastest-path search, which explores until the fastest run is proven.
 
 use mmsim_fastrun::{Planner, Vehicle};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Step, Unknown};
+use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Step, Unknown};
 
-use crate::flood::{Distances, UNREACHABLE};
+use crate::flood::{Distances, only};
+use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
 use crate::run_bounds::{RunBounds, TimeBounds, fastest_known_route};
 use crate::sampled_runs::SampledRuns;
-use crate::shortest_path_search::{corners, crow_flies_around, only};
-use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
+use crate::strategy::{Move, Phase, SearchError, Strategy};
 use crate::tolerance::Tolerance;
 
 /// A strategy that goes to the goal, explores until no unknown wall can hide a faster run, returns
@@ -52,43 +52,7 @@ use crate::tolerance::Tolerance;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct FastestPathSearch {
-    leg: Leg,
-    planner: Planner,
-    tolerance: Tolerance,
-    bounds: RunBounds,
-    samples: SampledRuns,
-    /// The cells in which the strategy has made a decision. A second visit to a cell reveals no new
-    /// walls.
-    visited: CellSet,
-    /// The current target of the exploration.
-    target: Option<Cell>,
-    distances: Distances,
-    /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
-    /// before the first decision.
-    goal_corners: Option<[Cell; 2]>,
-    /// The cells of the fast run after the mouse's cell, the last one first.
-    route: Vec<Cell>,
-}
-
-/// A part of the search.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Leg {
-    ToGoal,
-    Explore,
-    Return,
-    /// The mouse returns to the start because the goal is unreachable.
-    GiveUp,
-    FastRun,
-}
-
-/// The mouse prefers a cell on the optimistic run to a cell on the fastest runs of few sampled mazes,
-/// even if the first cell is up to this many steps farther away.
-const DETOUR: i32 = 4;
-
-/// The mouse prefers a cell that is more than this many steps farther from the start, even if the
-/// cell is one step farther away. It can visit the other cells on its way back.
-const STEPS_FROM_START: i32 = 8;
+pub struct FastestPathSearch(ProvingSearch<LeastTime>);
 
 impl FastestPathSearch {
     /// Creates the strategy in its initial state. The mouse stops exploring when the best known run
@@ -100,76 +64,69 @@ impl FastestPathSearch {
     /// Creates the strategy with the tables of a planner. This is faster than [`new`](Self::new) if
     /// a program creates several strategies for the same vehicle.
     pub fn with_planner(planner: Planner, tolerance: Tolerance) -> Self {
-        Self {
-            leg: Leg::ToGoal,
-            planner,
-            tolerance,
-            bounds: RunBounds::default(),
-            samples: SampledRuns::default(),
-            visited: CellSet::EMPTY,
-            target: None,
-            distances: Distances::unreachable(MazeSize::CLASSIC),
-            goal_corners: None,
-            route: Vec::new(),
-        }
+        let (bounds, samples) = (RunBounds::default(), SampledRuns::default());
+        let objective = LeastTime { planner, tolerance, bounds, samples, route: Vec::new() };
+        Self(ProvingSearch::new(objective))
     }
 
     /// Returns the vehicle.
     pub const fn vehicle(&self) -> &Vehicle {
-        self.planner.vehicle()
+        self.0.objective.planner.vehicle()
     }
 
     /// Returns the bounds on the time of the fastest run. The mouse computes them while it explores,
     /// so both are `None` before it has reached the goal.
     pub fn bounds(&self) -> TimeBounds {
-        self.bounds.times()
+        self.0.objective.bounds.times()
+    }
+}
+
+impl Default for FastestPathSearch {
+    fn default() -> Self {
+        Self::new(Vehicle::expert(), Tolerance::ZERO)
+    }
+}
+
+impl Strategy for FastestPathSearch {
+    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+        self.0.next_move(map, pose)
     }
 
-    /// Plans the next steps. If the current part of the search (see [`Leg`]) is complete, begins the
-    /// next one.
-    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
-        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
-        if self.leg == Leg::ToGoal {
-            if !self.distances.is_downhill_open(open, cell) {
-                self.distances.reflood(open, map.goals());
-            }
-            if map.goals().contains(cell) {
-                self.leg = Leg::Explore;
-            } else if self.distances.at(cell).is_none() {
-                self.leg = Leg::GiveUp;
-            }
-        }
-        if self.leg == Leg::Explore {
-            let before = self.target;
-            self.target = self.exploration_target(map, cell);
-            let is_valid = self.target == before && self.distances.is_downhill_open(open, cell);
-            match self.target {
-                None => self.leg = Leg::Return,
-                Some(_) if is_valid => {}
-                Some(target) => self.distances.reflood(open, &only(target)),
-            }
-        }
-        if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            let known = Distances::flood(closed, &only(map.start().cell));
-            self.distances.reflood(open, &only(map.start().cell));
-            if self.distances.at(cell) >= known.at(cell) {
-                self.distances = known;
-            }
-        }
-        if self.leg == Leg::Return && cell == map.start().cell {
-            self.leg = Leg::FastRun;
-            self.bounds.update(&mut self.planner, map);
-            self.route = fastest_known_route(&mut self.planner, map).unwrap_or_default();
-            if let Some(&end) = self.route.last() {
-                self.distances.reflood(closed, &only(end));
-            }
-            self.route.reverse();
-            self.route.pop();
-        }
+    fn weight(&self, cell: Cell) -> Option<u16> {
+        self.0.weight(cell)
     }
 
-    /// Selects the cell that the mouse explores next. Returns `None` if the bounds are close enough.
-    fn exploration_target(&mut self, map: &KnownMaze, mouse: Cell) -> Option<Cell> {
+    fn phase(&self) -> Phase {
+        self.0.phase()
+    }
+}
+
+/// The objective to run to the goal in the least time.
+#[derive(Clone, Debug)]
+struct LeastTime {
+    planner: Planner,
+    tolerance: Tolerance,
+    bounds: RunBounds,
+    samples: SampledRuns,
+    /// The cells of the fast run after the mouse's cell, the last one first.
+    route: Vec<Cell>,
+}
+
+/// The mouse prefers a cell on the optimistic run to a cell on the fastest runs of few sampled mazes,
+/// even if the first cell is up to this many steps farther away.
+const DETOUR: i32 = 4;
+
+/// The mouse prefers a cell that is more than this many steps farther from the start, even if the
+/// cell is one step farther away. It can visit the other cells on its way back.
+const STEPS_FROM_START: i32 = 8;
+
+impl Objective for LeastTime {
+    /// Every wall may change the run in a sampled maze.
+    fn may_change_target(&self, _: Cell) -> bool {
+        true
+    }
+
+    fn next_target(&mut self, map: &KnownMaze, mouse: Cell, _: &mut DownhillPlan) -> Option<Cell> {
         self.bounds.update(&mut self.planner, map);
         if self.bounds.times().are_within(self.tolerance) {
             return None;
@@ -196,74 +153,28 @@ impl FastestPathSearch {
         costs.min_by_key(|&(cost, _)| cost).map(|(_, cell)| cell)
     }
 
-    /// Returns true if the current part of the search ends when the mouse enters `cell`.
-    fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
-        match self.leg {
-            Leg::ToGoal => map.goals().contains(cell),
-            Leg::Return => cell == map.start().cell,
-            Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
-        }
-    }
-
-    /// Returns the step to the neighbour that is nearest to the target. Among equally near
-    /// neighbours, prefers the one with the smallest of the other numbers.
-    fn step_downhill(&self, map: &KnownMaze, pose: Pose, others: [u8; 4]) -> Option<Step> {
-        let mut numbers = self.distances.raw_around(pose.cell).map(u32::from);
-        for (number, other) in numbers.iter_mut().zip(others) {
-            *number = *number << 8 | u32::from(other);
-        }
-        let (step, number) = step_to_least(map, pose, numbers)?;
-        (number >> 8 < UNREACHABLE.into()).then_some(step)
-    }
-}
-
-impl Default for FastestPathSearch {
-    fn default() -> Self {
-        Self::new(Vehicle::expert(), Tolerance::ZERO)
-    }
-}
-
-impl Strategy for FastestPathSearch {
-    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        let cell = pose.cell;
-        let is_new = self.visited.insert(cell) || cell == map.start().cell;
-        if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
-            self.plan(map, cell);
-        }
-        let step = match self.leg {
-            Leg::FastRun => {
-                let Some(next) = self.route.pop() else { return Ok(Move::Stop) };
-                let leads_there = |step: &Step| pose.after(*step).is_some_and(|to| to.cell == next);
-                Step::ALL.into_iter().find(leads_there)
-            }
-            Leg::GiveUp if map.start().cell == cell => {
-                return Err(SearchError::GoalUnreachable { cell });
-            }
-            Leg::ToGoal => {
-                let corners = *self.goal_corners.get_or_insert_with(|| corners(map.goals()));
-                self.step_downhill(map, pose, crow_flies_around(cell, corners))
-            }
-            Leg::Explore | Leg::Return | Leg::GiveUp => {
-                let is_visited = |heading| {
-                    let next = cell.neighbour(heading);
-                    u8::from(next.is_some_and(|next| map.visited().contains(next)))
-                };
-                self.step_downhill(map, pose, Heading::ALL.map(is_visited))
-            }
+    fn preferences(&self, map: &KnownMaze, cell: Cell) -> [u8; 4] {
+        let is_visited = |heading| {
+            let next = cell.neighbour(heading);
+            u8::from(next.is_some_and(|next| map.visited().contains(next)))
         };
-        step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
+        Heading::ALL.map(is_visited)
     }
 
-    fn weight(&self, cell: Cell) -> Option<u16> {
-        self.distances.at(cell)
-    }
-
-    fn phase(&self) -> Phase {
-        match self.leg {
-            Leg::ToGoal | Leg::Explore => Phase::SearchRun,
-            Leg::Return | Leg::GiveUp => Phase::ReturnRun,
-            Leg::FastRun => Phase::FastRun,
+    fn plan_fast_run(&mut self, map: &KnownMaze, plan: &mut DownhillPlan) {
+        self.bounds.update(&mut self.planner, map);
+        self.route = fastest_known_route(&mut self.planner, map).unwrap_or_default();
+        if let Some(&end) = self.route.last() {
+            plan.flood_from(map.walls(Unknown::Closed), end);
         }
+        self.route.reverse();
+        self.route.pop();
+    }
+
+    fn fast_move(&mut self, _: &KnownMaze, pose: Pose, _: &DownhillPlan) -> Option<Move> {
+        let Some(next) = self.route.pop() else { return Some(Move::Stop) };
+        let leads_there = |step: &Step| pose.after(*step).is_some_and(|to| to.cell == next);
+        Step::ALL.into_iter().find(leads_there).map(Move::Step)
     }
 }
 

@@ -1,4 +1,8 @@
 //! A flood computes the distance from each cell to the nearest target.
+//!
+//! The code in `wide` stores one bit per cell and runs on processors with 64-bit registers, with the
+//! vector instructions that the processor has. The code in `bytes` stores one byte per cell and runs
+//! on microcontrollers. `dispatch.rs` chooses between them.
 
 // The operations of a wave must be inlined into the loop that is compiled for each instruction set.
 #![allow(clippy::inline_always)]
@@ -9,26 +13,24 @@ mod bytes;
 mod dispatch;
 mod downhill;
 mod exploration;
-mod processor;
 mod steps;
 mod steps_between;
-mod task;
 mod update;
 mod wide;
 
-use bytes::waves::OpenSides;
-use dispatch::{run, run_with};
+pub(crate) use bytes::FloodMemory;
+use bytes::waves::{self as byte_waves, OpenSides};
+pub use dispatch::Instructions;
+use dispatch::{Task, run, run_with};
 pub use downhill::Downhill;
-pub(crate) use exploration::{ExplorationMemory, ExplorationTarget};
-pub use processor::Instructions;
-use steps::SmallSteps;
+pub(crate) use exploration::{KEEPS_DISTANCES, exploration_target};
+pub(crate) use steps::UNREACHABLE;
+use steps::{LARGE_AREA, SmallSteps, Steps, is_small};
 pub use steps_between::steps_between;
 pub(crate) use steps_between::steps_between_in;
-use task::Task;
 use wide::bitboard::{Bitboard, CellPlanes};
-use wide::plane::{Line, ParityPlane, SIDE, SMALL_SIDE, is_small};
-use wide::waves::Flooded;
-use wide::{spread, waves};
+use wide::plane::ParityPlane;
+use wide::waves::{self, Flooded};
 
 /// The distances in steps from each cell of a maze to the nearest target cell.
 ///
@@ -46,33 +48,16 @@ pub struct Distances {
     steps: Steps,
 }
 
-// The large variant is not boxed, because there may be no allocator.
-#[allow(clippy::large_enum_variant)]
-#[derive(Clone, PartialEq, Eq, Debug)]
-enum Steps {
-    /// The distances in a maze of up to 16×16 cells, stored as rows of 16 cells from south to
-    /// north.
-    Small(SmallSteps),
-    /// The distances in a larger maze, stored as rows of 32 cells from south to north.
-    Large([u16; LARGE_AREA]),
+/// Returns the set that contains only `cell`.
+pub(crate) fn only(cell: Cell) -> CellSet {
+    [cell].into_iter().collect()
 }
-
-/// The number of cells for which [`Steps::Large`] has memory, which is 0 if all mazes are small.
-const LARGE_AREA: usize = if SIDE > SMALL_SIDE { MazeSize::MAX_AREA } else { 0 };
-
-/// The internal value for the distance of a cell that cannot reach a target.
-pub(crate) const UNREACHABLE: u16 = u16::MAX;
 
 impl Distances {
     /// Creates the distances of a maze in which no cell can reach a target.
     #[must_use]
     pub const fn unreachable(size: MazeSize) -> Self {
-        let steps = if is_small(size) {
-            Steps::Small(SmallSteps::UNREACHABLE)
-        } else {
-            Steps::Large([UNREACHABLE; LARGE_AREA])
-        };
-        Self { size, steps }
+        Self { size, steps: Steps::unreachable(size) }
     }
 
     /// Computes the distances by a breadth-first search from the targets. Targets outside the maze
@@ -171,7 +156,7 @@ impl Distances {
     ) -> impl DoubleEndedIterator<Item = impl DoubleEndedIterator<Item = Option<u16>>> {
         // With an index instead of a slice, the compiler moves the check of the variant out of a
         // loop over the row.
-        let steps = move |y, x| Some(self.raw_inside(x, y)).filter(|&steps| steps != UNREACHABLE);
+        let steps = move |y, x| Some(self.steps.at(x, y)).filter(|&steps| steps != UNREACHABLE);
         (0..self.size.height())
             .map(move |y| (0..self.size.width()).map(move |x| steps(y.into(), x.into())))
     }
@@ -180,18 +165,9 @@ impl Distances {
     #[inline]
     pub(crate) fn raw(&self, cell: Cell) -> u16 {
         if self.size.contains(cell) {
-            self.raw_inside(cell.x.into(), cell.y.into())
+            self.steps.at(cell.x.into(), cell.y.into())
         } else {
             UNREACHABLE
-        }
-    }
-
-    /// Does the same as [`raw`](Self::raw), but requires a cell inside the maze.
-    #[inline]
-    fn raw_inside(&self, x: usize, y: usize) -> u16 {
-        match &self.steps {
-            Steps::Small(steps) => steps.raw(y * SMALL_SIDE + x),
-            Steps::Large(steps) => large_step(steps, y * SIDE + x),
         }
     }
 
@@ -199,35 +175,13 @@ impl Distances {
     /// [`Heading::ALL`](mmsim_maze::Heading::ALL). This method does not check bounds: the values
     /// for neighbours outside the maze are arbitrary.
     pub(crate) fn raw_around(&self, cell: Cell) -> [u16; 4] {
-        let (x, y) = (usize::from(cell.x), usize::from(cell.y));
-        match &self.steps {
-            Steps::Small(steps) => {
-                neighbours(y * SMALL_SIDE + x, SMALL_SIDE).map(|index| steps.raw(index))
-            }
-            Steps::Large(steps) => {
-                neighbours(y * SIDE + x, SIDE).map(|index| large_step(steps, index))
-            }
-        }
+        self.steps.around(cell)
     }
 
     /// Returns the number of cells that can reach a target, including the targets.
     pub fn reachable_cells(&self) -> usize {
         self.rows().map(|row| row.flatten().count()).sum()
     }
-}
-
-/// Returns the distance of the cell at `index` in a large maze.
-#[inline(always)]
-#[allow(clippy::trivially_copy_pass_by_ref)] // depends on the feature `half-size`
-fn large_step(steps: &[u16; LARGE_AREA], index: usize) -> u16 {
-    // In two checks, so that the compiler can remove the second one.
-    steps.get(index % MazeSize::MAX_AREA).copied().unwrap_or(UNREACHABLE)
-}
-
-/// Returns the indices of the neighbours of the cell at `index`, where `row` is the number of cells
-/// per row.
-fn neighbours(index: usize, row: usize) -> [usize; 4] {
-    [index + row, index + 1, index.wrapping_sub(row), index.wrapping_sub(1)]
 }
 
 struct FloodTask<'a> {
@@ -250,7 +204,7 @@ impl Task for FloodTask<'_> {
     fn run<H: ParityPlane>(self) -> Distances {
         let flooded = self.waves::<H>();
         let steps = if H::IS_SMALL {
-            Steps::Small(SmallSteps::from_flooded(&flooded))
+            Steps::Small(small_steps(&flooded))
         } else {
             Steps::Large(large_steps(&flooded))
         };
@@ -280,7 +234,7 @@ impl Task for RefloodTask<'_> {
     fn run<H: ParityPlane>(self) {
         let flooded = self.flood.waves::<H>();
         match self.steps {
-            Steps::Small(steps) => *steps = SmallSteps::from_flooded(&flooded),
+            Steps::Small(steps) => *steps = small_steps(&flooded),
             Steps::Large(steps) => *steps = large_steps(&flooded),
         }
     }
@@ -288,21 +242,28 @@ impl Task for RefloodTask<'_> {
     #[inline(always)]
     fn run_on_bytes(self) {
         let FloodTask { walls, targets } = self.flood;
-        if let Steps::Small(steps) = self.steps {
-            match self.sides {
-                Some(sides) => steps.flood_on_bytes(walls, targets, sides),
-                None => steps.flood_on_bytes(walls, targets, &mut { OpenSides::NONE }),
-            }
-        }
+        let Steps::Small(steps) = self.steps else { return };
+        let Some(bytes) = steps.bytes() else { return };
+        steps.all_reached = match self.sides {
+            Some(sides) => byte_waves::flood(walls, targets, sides, bytes),
+            None => byte_waves::flood(walls, targets, &mut { OpenSides::NONE }, bytes),
+        };
     }
 }
 
 #[inline(always)]
+fn small_steps<H: ParityPlane>(flooded: &Flooded<H>) -> SmallSteps {
+    let mut rows = [[[0; 16]; 8]; 2];
+    flooded.write_bytes(0, &mut rows);
+    SmallSteps { rows, all_reached: flooded.is_full() }
+}
+
+#[inline(always)]
 fn large_steps<H: ParityPlane>(flooded: &Flooded<H>) -> [u16; LARGE_AREA] {
-    let lines: [[Line; 8]; MazeSize::MAX_AREA / 128] = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
-    let (mut low, mut high) = (lines, lines);
-    spread::write(flooded, 0, &mut low);
-    spread::write(flooded, 8, &mut high);
+    let rows = [[[0; 16]; 8]; MazeSize::MAX_AREA / 128];
+    let (mut low, mut high) = (rows, rows);
+    flooded.write_bytes(0, &mut low);
+    flooded.write_bytes(8, &mut high);
     let (low, high) = (low.as_flattened().as_flattened(), high.as_flattened().as_flattened());
     let mut steps = [0; LARGE_AREA];
     for (steps, (&low, &high)) in steps.iter_mut().zip(low.iter().zip(high)) {

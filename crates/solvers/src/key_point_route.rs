@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
 use crate::a_star::ShortestPath;
-use crate::flood::Distances;
+use crate::flood::{Distances, only};
 
 /// A route that visits the goal and the corners of a maze in the same order as the robot published
 /// for the project "plot and navigate a virtual maze".
@@ -134,7 +134,7 @@ pub fn centre(goals: &CellSet, walls: &Walls, from: Cell) -> Option<Cell> {
     let size = walls.size();
     // The distances from the middle are doubled, because the middle may lie between cells.
     let off = |coordinate: u8, side: u8| (2 * coordinate + 1).abs_diff(side);
-    let reached = Distances::flood(walls, &[from].into_iter().collect());
+    let reached = Distances::flood(walls, &only(from));
     goals.iter().filter(|&cell| reached.at(cell).is_some()).min_by_key(|cell| {
         let off = off(cell.x, size.width()) + off(cell.y, size.height());
         (off, core::cmp::Reverse(cell.y), cell.x)

@@ -54,6 +54,7 @@ mod key_point_route;
 mod left_wall;
 mod mouse;
 mod proof;
+mod proving_search;
 #[cfg(feature = "std")]
 mod run_bounds;
 #[cfg(feature = "std")]

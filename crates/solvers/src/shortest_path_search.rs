@@ -1,11 +1,10 @@
 //! The shortest-path search, which explores until a known path is proven to be shortest.
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Pose, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, KnownMaze, Pose, Unknown};
 
-use crate::flood::{
-    Distances, ExplorationMemory, ExplorationTarget, UNREACHABLE, steps_between_in,
-};
-use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
+use crate::flood::{KEEPS_DISTANCES, exploration_target};
+use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
+use crate::strategy::{Move, Phase, SearchError, Strategy};
 
 /// A strategy that goes to the goal, explores until no unknown wall can hide a shorter path,
 /// returns to the start, and runs to the goal.
@@ -29,114 +28,12 @@ use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 /// reachable, the strategy always finds a path and proves that it is the shortest. If the goal is
 /// unreachable, the mouse returns to the start before the strategy returns an error.
 #[derive(Clone, Debug)]
-pub struct ShortestPathSearch {
-    leg: Leg,
-    /// The cells in which the strategy has made a decision. A second visit to a cell reveals no new
-    /// walls.
-    visited: CellSet,
-    /// The current target of the exploration.
-    target: Option<ExplorationTarget>,
-    distances: Distances,
-    /// The south-western and north-eastern corners of the bounding box of the goal cells, or `None`
-    /// before the first decision.
-    goal_corners: Option<[Cell; 2]>,
-    /// Memory for floods and for [`ExplorationTarget::find`] on small cores.
-    memory: ExplorationMemory,
-}
-
-/// A part of the search.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Leg {
-    ToGoal,
-    Explore,
-    Return,
-    /// The mouse returns to the start because the goal is unreachable.
-    GiveUp,
-    FastRun,
-}
+pub struct ShortestPathSearch(ProvingSearch<FewestSteps>);
 
 impl ShortestPathSearch {
     /// Creates the strategy in its initial state.
     pub const fn new() -> Self {
-        Self {
-            leg: Leg::ToGoal,
-            visited: CellSet::EMPTY,
-            target: None,
-            distances: Distances::unreachable(MazeSize::CLASSIC),
-            goal_corners: None,
-            memory: ExplorationMemory::NEW,
-        }
-    }
-
-    /// Plans the next steps. If the current part of the search (see [`Leg`]) is complete, begins
-    /// the next one.
-    fn plan(&mut self, map: &KnownMaze, cell: Cell) {
-        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
-        if self.leg == Leg::ToGoal {
-            if !self.distances.is_downhill_open(open, cell) {
-                self.flood(open, map.goals());
-            }
-            if map.goals().contains(cell) {
-                self.leg = Leg::Explore;
-            } else if self.distances.at(cell).is_none() {
-                self.leg = Leg::GiveUp;
-            }
-        }
-        // A new plan is only needed if a wall blocks the current plan, or if the mouse is on a
-        // shortest path. Walls elsewhere do not change the shortest paths.
-        if self.leg == Leg::Explore {
-            let is_valid = self.target.is_some() && self.distances.is_downhill_open(open, cell);
-            if !is_valid || self.target.as_ref().is_some_and(|target| target.paths.contains(cell)) {
-                let before = self.target.as_ref().map(|target| target.cell);
-                self.target =
-                    ExplorationTarget::find(map, cell, &mut self.memory, &mut self.distances);
-                let after = self.target.as_ref().map(|target| target.cell);
-                let is_same = is_valid && before == after && ExplorationTarget::KEEPS_DISTANCES;
-                match after {
-                    Some(cell) if !is_same => self.flood_from(open, cell),
-                    Some(_) => {}
-                    None => self.leg = Leg::Return,
-                }
-            }
-        }
-        if matches!(self.leg, Leg::Return | Leg::GiveUp) {
-            self.plan_return(map, cell);
-        }
-        if self.leg == Leg::Return && cell == map.start().cell {
-            self.leg = Leg::FastRun;
-            self.flood(closed, map.goals());
-        }
-    }
-
-    /// Plans the shortest known path to the start, or a shorter path through unknown walls.
-    // Not inlined, like `flood_from`, so that the set occupies the stack only during this call.
-    #[inline(never)]
-    fn plan_return(&mut self, map: &KnownMaze, cell: Cell) {
-        let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
-        let start = only(map.start().cell);
-        let optimistic = steps_between_in(&mut self.memory, open, cell, &start);
-        self.flood(closed, &start);
-        if optimistic.unwrap_or(UNREACHABLE) < self.distances.raw(cell) {
-            self.flood(open, &start);
-        }
-    }
-
-    #[inline(never)]
-    fn flood_from(&mut self, walls: &Walls, cell: Cell) {
-        self.flood(walls, &only(cell));
-    }
-
-    fn flood(&mut self, walls: &Walls, targets: &CellSet) {
-        self.distances.reflood_in(Some(&mut self.memory.sides), walls, targets);
-    }
-
-    /// Returns true if the current part of the search ends when the mouse enters `cell`.
-    fn has_arrived(&self, map: &KnownMaze, cell: Cell) -> bool {
-        match self.leg {
-            Leg::ToGoal => map.goals().contains(cell),
-            Leg::Return => cell == map.start().cell,
-            Leg::Explore | Leg::GiveUp | Leg::FastRun => false,
-        }
+        Self(ProvingSearch::new(FewestSteps { paths: CellSet::EMPTY }))
     }
 }
 
@@ -148,74 +45,56 @@ impl Default for ShortestPathSearch {
 
 impl Strategy for ShortestPathSearch {
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        let cell = pose.cell;
-        let is_new = self.visited.insert(cell) || cell == map.start().cell;
-        if self.leg != Leg::FastRun && (is_new || self.has_arrived(map, cell)) {
-            self.plan(map, cell);
-        }
-        match self.leg {
-            Leg::FastRun if map.goals().contains(cell) => return Ok(Move::Stop),
-            Leg::GiveUp if map.start().cell == cell => {
-                return Err(SearchError::GoalUnreachable { cell });
-            }
-            _ => {}
-        }
-        let corners = *self.goal_corners.get_or_insert_with(|| corners(map.goals()));
-        let crow_flies =
-            if self.leg == Leg::ToGoal { crow_flies_around(cell, corners) } else { [0; 4] };
-        let mut numbers = self.distances.raw_around(cell).map(u32::from);
-        for (number, crow_flies) in numbers.iter_mut().zip(crow_flies) {
-            *number = *number << 8 | u32::from(crow_flies);
-        }
-        step_to_least(map, pose, numbers)
-            .filter(|&(_, number)| number >> 8 < UNREACHABLE.into())
-            .map(|(step, _)| Move::Step(step))
-            .ok_or(SearchError::BoxedIn { cell })
+        self.0.next_move(map, pose)
     }
 
     fn weight(&self, cell: Cell) -> Option<u16> {
-        self.distances.at(cell)
+        self.0.weight(cell)
     }
 
     fn phase(&self) -> Phase {
-        match self.leg {
-            Leg::ToGoal | Leg::Explore => Phase::SearchRun,
-            Leg::Return | Leg::GiveUp => Phase::ReturnRun,
-            Leg::FastRun => Phase::FastRun,
-        }
+        self.0.phase()
     }
 }
 
-/// Returns the south-western and north-eastern corners of the bounding box of `cells`.
-pub(crate) fn corners(cells: &CellSet) -> [Cell; 2] {
-    let mut cells = cells.iter();
-    let first = cells.next().unwrap_or(Cell::new(0, 0));
-    cells.fold([first; 2], |[south_west, north_east], Cell { x, y }| {
-        [
-            Cell::new(south_west.x.min(x), south_west.y.min(y)),
-            Cell::new(north_east.x.max(x), north_east.y.max(y)),
-        ]
-    })
+/// The objective to run to the goal in the fewest steps.
+#[derive(Clone, Debug)]
+struct FewestSteps {
+    /// The cells on the optimistic shortest paths when the target was selected.
+    paths: CellSet,
 }
 
-/// Returns the distances of a cell's neighbours from a bounding box, in the order of
-/// [`Heading::ALL`](mmsim_maze::Heading::ALL). The distance is the difference in columns or in
-/// rows, whichever is larger. Walls are ignored.
-pub(crate) fn crow_flies_around(cell: Cell, [south_west, north_east]: [Cell; 2]) -> [u8; 4] {
-    let off = |from: u8, at: u8, to: u8| from.saturating_sub(at).max(at.saturating_sub(to));
-    let columns = |x| off(south_west.x, x, north_east.x);
-    let rows = |y| off(south_west.y, y, north_east.y);
-    let Cell { x, y } = cell;
-    [
-        columns(x).max(rows(y.saturating_add(1))),
-        columns(x.saturating_add(1)).max(rows(y)),
-        columns(x).max(rows(y.saturating_sub(1))),
-        columns(x.saturating_sub(1)).max(rows(y)),
-    ]
-}
+impl Objective for FewestSteps {
+    const OVERWRITES_DISTANCES: bool = !KEEPS_DISTANCES;
 
-pub(crate) fn only(cell: Cell) -> CellSet {
-    [cell].into_iter().collect()
+    /// Walls elsewhere do not change the shortest paths.
+    fn may_change_target(&self, cell: Cell) -> bool {
+        self.paths.contains(cell)
+    }
+
+    fn next_target(
+        &mut self,
+        map: &KnownMaze,
+        cell: Cell,
+        DownhillPlan { distances, memory }: &mut DownhillPlan,
+    ) -> Option<Cell> {
+        exploration_target(map, cell, &mut self.paths, memory, distances)
+    }
+
+    fn preferences(&self, _: &KnownMaze, _: Cell) -> [u8; 4] {
+        [0; 4]
+    }
+
+    fn plan_fast_run(&mut self, map: &KnownMaze, plan: &mut DownhillPlan) {
+        plan.flood(map.walls(Unknown::Closed), map.goals());
+    }
+
+    fn fast_move(&mut self, map: &KnownMaze, pose: Pose, plan: &DownhillPlan) -> Option<Move> {
+        if map.goals().contains(pose.cell) {
+            return Some(Move::Stop);
+        }
+        plan.step(map, pose, [0; 4]).map(Move::Step)
+    }
 }
 
 #[cfg(test)]
@@ -224,6 +103,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::Distances;
     use crate::driver::SearchDriver;
     use crate::mouse::Mouse;
     use crate::testing::{Outcome, random_mazes, search};

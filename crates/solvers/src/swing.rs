@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, KnownMaze, MazeSize, Pose, Step, Unknown, Walls};
 
 use crate::a_star::ShortestPath;
-use crate::flood::Distances;
+use crate::flood::{Distances, only};
 use crate::key_point_route::{KeyPointRoute, centre};
 use crate::strategy::{Move, Phase, SearchError, Strategy, step_to_least};
 
@@ -51,7 +51,7 @@ impl Swing {
             Some(_) => Phase::SearchRun,
         };
         self.distances = match target {
-            Some(target) => Distances::flood(walls, &[target].into_iter().collect()),
+            Some(target) => Distances::flood(walls, &only(target)),
             None => Distances::flood(map.walls(Unknown::Closed), map.goals()),
         };
         Ok(())

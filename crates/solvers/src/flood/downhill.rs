@@ -2,12 +2,11 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, Row, Walls};
 
-use super::dispatch::run;
-use super::task::Task;
+use super::dispatch::{Instructions, Task, run};
 use super::wide::bitboard::{Bitboard, CellPlanes, rows};
-use super::wide::plane::{ParityPlane, SIDE};
+use super::wide::plane::ParityPlane;
 use super::wide::waves::{self, Marks};
-use super::{Distances, Instructions};
+use super::{Distances, steps::SIDE};
 
 /// The downhill headings of all cells. A heading is downhill if a step in that direction leads
 /// nearer to a target.

@@ -2,12 +2,11 @@
 
 use mmsim_maze::{Cell, CellSet, Walls};
 
-use super::dispatch::run;
-use super::task::Task;
+use super::bytes::{self, FloodMemory};
+use super::dispatch::{Task, run};
 use super::wide::bitboard::{Bitboard, CellPlanes};
 use super::wide::plane::ParityPlane;
 use super::wide::waves;
-use super::{ExplorationMemory, bytes};
 
 /// Returns the number of steps from a cell to the nearest target, or `None` if no target is
 /// reachable or the cell is outside the maze. This function is faster than a flood, because it
@@ -28,7 +27,7 @@ pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16
 /// Does the same as [`steps_between`], but uses the given memory instead of the stack. The contents
 /// of the memory do not matter.
 pub(crate) fn steps_between_in(
-    memory: &mut ExplorationMemory,
+    memory: &mut FloodMemory,
     walls: &Walls,
     from: Cell,
     targets: &CellSet,
@@ -45,7 +44,7 @@ struct StepsBetweenTask<'a> {
     walls: &'a Walls,
     from: Cell,
     targets: &'a CellSet,
-    memory: Option<&'a mut ExplorationMemory>,
+    memory: Option<&'a mut FloodMemory>,
 }
 
 impl Task for StepsBetweenTask<'_> {
@@ -67,13 +66,13 @@ impl Task for StepsBetweenTask<'_> {
 
     fn run_on_bytes(self) -> Option<u16> {
         let Self { walls, from, targets, memory } = self;
-        let steps = |ExplorationMemory { sides, from_start, .. }: &mut _| {
+        let steps = |FloodMemory { sides, from_start, .. }: &mut _| {
             let nearest = bytes::waves::nearest(walls, from, targets, sides, from_start);
             Some(from_start[bytes::waves::index(nearest.iter().next()?)].into())
         };
         match memory {
             Some(memory) => steps(memory),
-            None => steps(&mut { ExplorationMemory::NEW }),
+            None => steps(&mut { FloodMemory::NEW }),
         }
     }
 }

@@ -13,8 +13,8 @@
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
 pub(super) mod avx512;
 pub(super) mod bitboard;
+pub(super) mod exploration;
 pub(super) mod plane;
-pub(super) mod spread;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(super) mod sse2;
 pub(super) mod waves;

@@ -5,11 +5,11 @@
 
 use core::cmp::Reverse;
 
-use mmsim_maze::{CellSet, KnownMaze, MazeSize, Row, Unknown, Walls};
+use mmsim_maze::{Cell, CellSet, KnownMaze, MazeSize, Row, Unknown, Walls};
 
-use super::waves::{AREA, EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, cell_at, index, nearest};
-use crate::flood::exploration::{ExplorationMemory, ExplorationTarget, FindTarget};
-use crate::flood::{SMALL_SIDE, Steps};
+use super::FloodMemory;
+use super::waves::{EAST, NORTH, OpenSides, SOUTH, UNVISITED, WEST, cell_at, index, nearest};
+use crate::flood::steps::{SMALL_AREA, SMALL_SIDE};
 
 /// A flag beside the open sides of a path cell: a path from it to the goal is known to be open.
 const OPEN: u8 = 1 << 6;
@@ -17,23 +17,27 @@ const OPEN: u8 = 1 << 6;
 /// optimistic shortest path crosses.
 const DOUBTFUL: u8 = 1 << 7;
 
-/// Does the same as [`ExplorationTarget::find`] in a maze of up to 16×16 cells.
+/// Does the same as [`exploration_target`](crate::flood::exploration_target) in a small maze.
+/// Overwrites `memory` and `bytes`.
 // Not inlined, so that the sets occupy the stack only during this call.
 #[inline(never)]
-pub(crate) fn find(task: FindTarget) -> Option<ExplorationTarget> {
-    let FindTarget { map, mouse, memory, distances } = task;
-    let Steps::Small(distances) = &mut distances.steps else { return None };
-    let (bytes, open) = (distances.bytes()?, map.walls(Unknown::Open));
-    let ExplorationMemory { sides, from_start, candidates } = memory;
+pub(crate) fn find(
+    map: &KnownMaze,
+    mouse: Cell,
+    paths: &mut CellSet,
+    memory: &mut FloodMemory,
+    bytes: &mut [u8; SMALL_AREA],
+) -> Option<Cell> {
+    let FloodMemory { sides, from_start, candidates } = memory;
+    let open = map.walls(Unknown::Open);
     let goals = nearest(open, map.start().cell, map.goals(), sides, from_start);
-    let paths = follow_back(map, &goals, sides, from_start, bytes, candidates)?;
+    *paths = follow_back(map, &goals, sides, from_start, bytes, candidates)?;
     let nearest = nearest(open, mouse, candidates, sides, bytes);
-    let cell = nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % AREA]))?;
-    Some(ExplorationTarget { cell, paths })
+    nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % SMALL_AREA]))
 }
 
 /// Follows the optimistic shortest paths from the nearest goal cells back to the start. Returns all
-/// path cells, and puts the cells that [`ExplorationTarget::find`] considers into `candidates`.
+/// path cells, and puts the cells that [`exploration_target`](crate::flood::exploration_target) considers into `candidates`.
 /// Returns `None` if one of the paths is known to be open, or if there is no path.
 ///
 /// The paths are found layer by layer. A layer consists of all path cells with the same distance
@@ -43,11 +47,11 @@ fn follow_back(
     map: &KnownMaze,
     goals: &CellSet,
     sides: &mut OpenSides,
-    from_start: &[u8; AREA],
-    links: &mut [u8; AREA],
+    from_start: &[u8; SMALL_AREA],
+    links: &mut [u8; SMALL_AREA],
     candidates: &mut CellSet,
 ) -> Option<CellSet> {
-    let length = from_start[index(goals.iter().next()?) % AREA];
+    let length = from_start[index(goals.iter().next()?) % SMALL_AREA];
     let visited = map.visited().rows();
     sides.fill_in(map.walls(Unknown::Open));
     let (known, found) = (map.walls(Unknown::Closed), *CellSet::EMPTY.rows());
@@ -57,7 +61,7 @@ fn follow_back(
         *byte = *byte & !UNVISITED | OPEN;
         paths.add(goal);
     }
-    let mut least_width = AREA;
+    let mut least_width = SMALL_AREA;
     *candidates = CellSet::EMPTY;
     for steps in (0..=usize::from(length)).rev() {
         let (first, cells) = (paths.first, paths.width);
@@ -67,11 +71,11 @@ fn follow_back(
             flags = paths.follow_back_from(cell, steps.wrapping_sub(1));
             if has(visited, cell) {
                 // Layers with a visited cell are the last choice.
-                width = AREA;
+                width = SMALL_AREA;
             } else {
                 unvisited_flags |= flags;
             }
-            cell = paths.links[cell % AREA].into();
+            cell = paths.links[cell % SMALL_AREA].into();
         }
         if steps == 0 && flags & OPEN > 0 {
             return None;
@@ -87,7 +91,7 @@ fn follow_back(
             if paths.sides.around(cell)[SMALL_SIDE] & DOUBTFUL > 0 && !has(visited, cell) {
                 candidates.insert(cell_at(cell));
             }
-            cell = paths.links[cell % AREA].into();
+            cell = paths.links[cell % SMALL_AREA].into();
         }
     }
     Some(CellSet::from_rows(paths.found))
@@ -107,8 +111,8 @@ struct Paths<'a> {
     sides: &'a mut OpenSides,
     /// The walls if unknown walls are closed.
     known: &'a Walls,
-    from_start: &'a [u8; AREA],
-    links: &'a mut [u8; AREA],
+    from_start: &'a [u8; SMALL_AREA],
+    links: &'a mut [u8; SMALL_AREA],
     /// All path cells.
     found: Rows,
     /// The first cell of the list of the next layer.
@@ -120,8 +124,8 @@ struct Paths<'a> {
 impl Paths<'_> {
     #[inline(always)]
     fn add(&mut self, cell: usize) {
-        self.links[cell % AREA] = self.first as u8;
-        self.first = cell % AREA;
+        self.links[cell % SMALL_AREA] = self.first as u8;
+        self.first = cell % SMALL_AREA;
         self.width += 1;
         self.found[cell / SMALL_SIDE % SMALL_SIDE] |= 1 << (cell % SMALL_SIDE);
     }
@@ -135,7 +139,7 @@ impl Paths<'_> {
         let (norths, easts) = (self.known.north_rows(), self.known.east_rows());
         let mut follow =
             |[side, opposite]: [u8; 2], place: usize, next, rows: &Rows, wall: usize| {
-                let next: usize = next % AREA;
+                let next: usize = next % SMALL_AREA;
                 if sides & side == 0 || usize::from(self.from_start[next]) != nearer {
                     return;
                 }

@@ -5,10 +5,8 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 
-use crate::flood::wide::plane::{Line, SMALL_SIDE};
-
-/// The number of cells of the largest small maze.
-pub(crate) const AREA: usize = SMALL_SIDE * SMALL_SIDE;
+use crate::flood::only;
+use crate::flood::steps::{ByteRow, SMALL_AREA, SMALL_SIDE};
 
 /// The open sides of a cell are a sum of these numbers.
 pub(crate) const NORTH: u8 = 1;
@@ -29,7 +27,7 @@ pub(crate) const UNVISITED: u8 = 32;
 // Aligned, so that four cells can be written at once.
 #[derive(Clone, Debug)]
 #[repr(align(4))]
-pub(crate) struct OpenSides([Line; SMALL_SIDE + 2]);
+pub(crate) struct OpenSides([ByteRow; SMALL_SIDE + 2]);
 
 /// The northern sides of four cells, given the bits of their northern walls.
 const NORTHS: [u32; 1 << 4] = open_sides_of_four_cells([(0, NORTH)], 0);
@@ -71,7 +69,7 @@ pub(crate) fn flood(
     walls: &Walls,
     targets: &CellSet,
     sides: &mut OpenSides,
-    bytes: &mut [u8; AREA],
+    bytes: &mut [u8; SMALL_AREA],
 ) -> bool {
     send_waves::<false>(walls, targets, &CellSet::EMPTY, sides, bytes)
         .is_ok_and(|longest| longest == u8::MAX)
@@ -85,11 +83,10 @@ pub(crate) fn nearest(
     from: Cell,
     wanted: &CellSet,
     sides: &mut OpenSides,
-    bytes: &mut [u8; AREA],
+    bytes: &mut [u8; SMALL_AREA],
 ) -> CellSet {
     let mut nearest = CellSet::EMPTY;
-    let from = [from].into_iter().collect();
-    let Err(stopped) = send_waves::<true>(walls, &from, wanted, sides, bytes) else {
+    let Err(stopped) = send_waves::<true>(walls, &only(from), wanted, sides, bytes) else {
         return nearest;
     };
     let Stopped { distance, mut cell, mut link, next_wave, end } = stopped;
@@ -105,8 +102,8 @@ pub(crate) fn nearest(
     }
     cell = next_wave;
     while cell != end {
-        link = bytes[cell % AREA].into();
-        bytes[cell % AREA] = u8::MAX;
+        link = bytes[cell % SMALL_AREA].into();
+        bytes[cell % SMALL_AREA] = u8::MAX;
         cell = link;
     }
     nearest
@@ -137,7 +134,7 @@ fn send_waves<const STOPS: bool>(
     targets: &CellSet,
     stops: &CellSet,
     sides: &mut OpenSides,
-    bytes: &mut [u8; AREA],
+    bytes: &mut [u8; SMALL_AREA],
 ) -> Result<u8, Stopped> {
     bytes.fill(u8::MAX);
     sides.fill_in(walls);
@@ -166,7 +163,7 @@ fn send_waves<const STOPS: bool>(
         if next_wave == first {
             return Ok(distance);
         }
-        wave = next_wave % AREA;
+        wave = next_wave % SMALL_AREA;
         // The last wave of 256 cells has a distance of at most 255.
         distance = distance.wrapping_add(1);
     }
@@ -197,7 +194,7 @@ impl OpenSides {
     #[inline(always)]
     pub(crate) fn around(&mut self, cell: usize) -> &mut [u8; 2 * SMALL_SIDE + 1] {
         // There are two rows more than the maze has.
-        self.0.as_flattened_mut()[cell % AREA..].first_chunk_mut().unwrap()
+        self.0.as_flattened_mut()[cell % SMALL_AREA..].first_chunk_mut().unwrap()
     }
 }
 
@@ -207,10 +204,10 @@ fn link_targets(
     size: MazeSize,
     targets: &CellSet,
     sides: &mut OpenSides,
-    links: &mut [u8; AREA],
+    links: &mut [u8; SMALL_AREA],
 ) -> Option<usize> {
     let mut targets =
-        targets.iter().filter(|&cell| size.contains(cell)).map(|cell| index(cell) % AREA);
+        targets.iter().filter(|&cell| size.contains(cell)).map(|cell| index(cell) % SMALL_AREA);
     let first = targets.next()?;
     let mut last = first;
     for target in core::iter::once(first).chain(targets) {
@@ -228,7 +225,7 @@ fn link_targets(
 fn enter_neighbours<const STOPS: bool>(
     cell: usize,
     sides: &mut OpenSides,
-    links: &mut [u8; AREA],
+    links: &mut [u8; SMALL_AREA],
     mut next_wave: usize,
 ) -> Option<usize> {
     let around = sides.around(cell);
@@ -237,7 +234,7 @@ fn enter_neighbours<const STOPS: bool>(
         let others = i32::from(*sides) - i32::from(UNVISITED + from);
         if others >= 0 {
             *sides = others as u8;
-            links[cell % AREA] = next_wave as u8;
+            links[cell % SMALL_AREA] = next_wave as u8;
             next_wave = cell;
         }
     };

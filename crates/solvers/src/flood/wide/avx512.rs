@@ -8,9 +8,9 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, Line, ParityPlane, Words, to_words};
+use super::plane::{BitOps, ParityPlane, Words, to_words};
 use super::sse2::{Sse2, simd};
-use crate::flood::task::Task;
+use crate::flood::steps::ByteRow;
 
 /// A 128-bit vector, whose three-operand logic requires the AVX-512 features F and VL.
 #[derive(Clone, Copy)]
@@ -21,11 +21,6 @@ pub(crate) struct Avx512Small(Sse2<1>);
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(crate) struct Avx512Large(__m512i);
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,bmi1,popcnt")]
-pub(crate) unsafe fn run_avx512<H: ParityPlane, T: Task>(task: T) -> T::Output {
-    task.run::<H>()
-}
 
 impl ParityPlane for Avx512Small {
     type Words = [u64; 2];
@@ -41,7 +36,7 @@ impl ParityPlane for Avx512Small {
     }
 
     #[inline(always)]
-    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
+    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[ByteRow; 8]]) {
         spread_by_masks(&even, &odd, lines);
     }
 }
@@ -104,7 +99,7 @@ impl BitOps for Avx512Small {
 /// Implements [`ParityPlane::spread`] with masked instructions, in which each bit of a 64-bit word
 /// selects one of 64 bytes.
 #[inline(always)]
-fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Line; 8]]) {
+fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[ByteRow; 8]]) {
     let (even, odd) = (to_words(even), to_words(odd));
     // Restores the order of the lines after unpacking.
     let order = simd!([
@@ -117,7 +112,7 @@ fn spread_by_masks<H: ParityPlane>(even: &[H; 8], odd: &[H; 8], lines: &mut [[Li
         let second = simd!(_mm512_unpackhi_epi8(even, odd));
         let south = simd!(_mm512_permutex2var_epi64(first, order[0], second));
         let north = simd!(_mm512_permutex2var_epi64(first, order[1], second));
-        *lines = simd!(transmute::<[__m512i; 2], [Line; 8]>([south, north]));
+        *lines = simd!(transmute::<[__m512i; 2], [ByteRow; 8]>([south, north]));
     }
 }
 
@@ -163,7 +158,7 @@ impl ParityPlane for Avx512Large {
     }
 
     #[inline(always)]
-    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[Line; 8]]) {
+    fn spread(even: [Self; 8], odd: [Self; 8], lines: &mut [[ByteRow; 8]]) {
         spread_by_masks(&even, &odd, lines);
     }
 }

@@ -3,7 +3,8 @@
 
 use mmsim_maze::{Cell, CellSet, MazeSize, Row, Walls};
 
-use super::plane::{BitOps, ParityPlane, SIDE, Words};
+use super::plane::{BitOps, ParityPlane, Words};
+use crate::flood::steps::SIDE;
 
 /// One value for the dark cells of a maze and one for its light cells. The cells are coloured like
 /// a chessboard, and the cell (0, 0) is dark, like the square a1.

@@ -1,24 +1,7 @@
 //! Parity planes (sets of cells of one chessboard colour, with one bit per cell) and their
 //! conversion to one byte per cell.
 
-use mmsim_maze::MazeSize;
-
-/// The bytes of 16 adjacent cells in a row, from west to east.
-pub(crate) type Line = [u8; 16];
-
-/// The maximum side length of a maze in cells.
-pub(crate) const SIDE: usize = MazeSize::MAX_SIDE as usize;
-
-/// The maximum side length of a small maze in cells. In a small maze, a set of cells of one
-/// chessboard colour fits into two 64-bit words, with one bit per cell.
-pub(crate) const SMALL_SIDE: usize = 16;
-
-/// Returns true if neither side of the maze is longer than [`SMALL_SIDE`] cells.
-pub(crate) const fn is_small(size: MazeSize) -> bool {
-    // The compiler removes the code for larger mazes if there are none.
-    SIDE == SMALL_SIDE
-        || size.width() as usize <= SMALL_SIDE && size.height() as usize <= SMALL_SIDE
-}
+use crate::flood::steps::{ByteRow, SIDE, SMALL_SIDE};
 
 /// A set of cells of one chessboard colour, with one bit per cell.
 ///
@@ -53,7 +36,7 @@ pub(crate) trait ParityPlane: BitOps {
     /// Writes one byte per cell. Bit i of the byte is the bit of the cell in `even[i]` if the cell
     /// is in an even column, otherwise in `odd[i]`.
     #[inline(always)]
-    fn spread(mut even: [Self; 8], mut odd: [Self; 8], lines: &mut [[Line; 8]]) {
+    fn spread(mut even: [Self; 8], mut odd: [Self; 8], lines: &mut [[ByteRow; 8]]) {
         transpose_bits(&mut even);
         transpose_bits(&mut odd);
         Self::interleave(&even, &odd, lines);
@@ -62,7 +45,7 @@ pub(crate) trait ParityPlane: BitOps {
     /// Merges the bytes of the cells in even and odd columns: byte j of `even[i]` becomes element
     /// 2i of line j, and byte j of `odd[i]` becomes element 2i + 1 of line j.
     #[inline(always)]
-    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+    fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[ByteRow; 8]]) {
         let (even, odd) = (to_words(even), to_words(odd));
         for (word, lines) in lines.iter_mut().enumerate() {
             let pair = |i: usize| [even[i].as_ref()[word], odd[i].as_ref()[word]];

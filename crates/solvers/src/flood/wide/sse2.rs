@@ -14,20 +14,14 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, Line, ParityPlane, zip};
-use crate::flood::task::Task;
+use super::plane::{BitOps, ParityPlane, zip};
+use crate::flood::steps::ByteRow;
 
 /// A set of cells of one chessboard colour, stored in 128-bit vectors. Mazes of up to 16×16 cells
 /// need one vector, and larger mazes need four.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(crate) struct Sse2<const VECTORS: usize>(pub(super) [__m128i; VECTORS]);
-
-/// Runs a task written for SSE2, but lets the compiler use AVX2 instructions.
-#[target_feature(enable = "avx2,bmi1,popcnt")]
-pub(crate) unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
-    task.run::<H>()
-}
 
 /// Calls an intrinsic. The safety rules are at the top of this file.
 macro_rules! simd {
@@ -54,7 +48,7 @@ macro_rules! parity_plane {
             }
 
             #[inline(always)]
-            fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[Line; 8]]) {
+            fn interleave(even: &[Self; 8], odd: &[Self; 8], lines: &mut [[ByteRow; 8]]) {
                 interleave(even, odd, lines);
             }
         }
@@ -68,7 +62,7 @@ parity_plane!(8, 4);
 fn interleave<const VECTORS: usize>(
     even: &[Sse2<VECTORS>; 8],
     odd: &[Sse2<VECTORS>; 8],
-    lines: &mut [[Line; 8]],
+    lines: &mut [[ByteRow; 8]],
 ) {
     for (vector, lines) in lines.chunks_exact_mut(2).enumerate() {
         let mut pairs = [[NONE; 8]; 2];
@@ -77,7 +71,7 @@ fn interleave<const VECTORS: usize>(
             pairs[1][i] = simd!(_mm_unpackhi_epi8(even.0[vector], odd.0[vector]));
         }
         for (lines, pairs) in lines.iter_mut().zip(pairs) {
-            *lines = simd!(transmute::<[__m128i; 8], [Line; 8]>(transposed_pairs(pairs)));
+            *lines = simd!(transmute::<[__m128i; 8], [ByteRow; 8]>(transposed_pairs(pairs)));
         }
     }
 }

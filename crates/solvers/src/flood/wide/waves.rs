@@ -2,6 +2,7 @@
 
 use super::bitboard::{Bitboard, CellPlanes, Openings, even_rows};
 use super::plane::{BitOps, ParityPlane};
+use crate::flood::steps::ByteRow;
 
 /// The number of bits in a distance. The longest distance in a maze of 32×32 cells is 1,023 steps.
 pub(crate) const PLANES: usize = 10;
@@ -154,6 +155,22 @@ impl<B: ParityPlane> Flooded<B> {
         let (near, far) = (plane(&self.near), plane(&self.far));
         let swapped = near.xor(far).and(if self.near_is_dark { odd } else { even });
         [near.xor(swapped), far.xor(swapped)]
+    }
+
+    /// Writes one byte of each cell's distance: the low byte if `first` is 0, the high byte if it is
+    /// 8. The rows are ordered from south to north, and the cells of each row from west to east. The
+    /// bytes of unvisited cells have all bits set.
+    #[inline(always)]
+    pub(crate) fn write_bytes(&self, first: usize, rows: &mut [[ByteRow; 8]]) {
+        let (mut even, mut odd) = ([B::NONE; 8], [B::NONE; 8]);
+        for i in 0..8 {
+            let plane = |marks: &Marks<B>| match marks.planes.get(first + i) {
+                Some(plane) => plane.or(marks.unvisited),
+                None => marks.unvisited,
+            };
+            [even[i], odd[i]] = self.columns(plane);
+        }
+        B::spread(even, odd, rows);
     }
 
     /// Returns true if the maze is the largest that the bit sets can hold and the waves have reached
