@@ -5,13 +5,12 @@ use std::str::FromStr;
 
 use mmsim_fastrun::Planner;
 
-use crate::fastest_path_search::FastestPathSearch;
+use crate::fastest_path_search::{FastestPathSearch, Tolerance};
 use crate::flood_fill::FloodFill;
 use crate::left_wall::LeftWall;
 use crate::shortest_path_search::ShortestPathSearch;
 use crate::strategy::Strategy;
 use crate::swing::Swing;
-use crate::tolerance::Tolerance;
 use crate::weight_increment::WeightIncrement;
 
 /// A bundled strategy, selected by name.

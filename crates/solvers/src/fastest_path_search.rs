@@ -5,10 +5,13 @@ use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Step, Unknown};
 
 use crate::flood::{Distances, only};
 use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
-use crate::run_bounds::{RunBounds, TimeBounds, fastest_known_route};
-use crate::sampled_runs::SampledRuns;
-use crate::strategy::{Move, Phase, SearchError, Strategy};
-use crate::tolerance::Tolerance;
+use crate::strategy::{Move, Phase, SearchError, Strategy, forward_strategy};
+use sampled_runs::SampledRuns;
+pub use time_bounds::{InvalidTolerance, TimeBounds, Tolerance};
+use time_bounds::{RunBounds, fastest_known_route};
+
+mod sampled_runs;
+mod time_bounds;
 
 /// A strategy that goes to the goal, explores until no unknown wall can hide a faster run, returns
 /// to the start, and drives the fastest run. Times are those of a [`Vehicle`], so the fastest run is
@@ -88,17 +91,7 @@ impl Default for FastestPathSearch {
 }
 
 impl Strategy for FastestPathSearch {
-    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        self.0.next_move(map, pose)
-    }
-
-    fn weight(&self, cell: Cell) -> Option<u16> {
-        self.0.weight(cell)
-    }
-
-    fn phase(&self) -> Phase {
-        self.0.phase()
-    }
+    forward_strategy!(self => self.0);
 }
 
 /// The objective to run to the goal in the least time.

@@ -45,7 +45,6 @@ mod a_star;
 #[cfg(feature = "std")]
 mod bundled;
 mod driver;
-mod facts;
 #[cfg(feature = "std")]
 mod fastest_path_search;
 mod flood;
@@ -53,43 +52,32 @@ mod flood_fill;
 mod key_point_route;
 mod left_wall;
 mod mouse;
-mod proof;
+mod path_bounds;
 mod proving_search;
-#[cfg(feature = "std")]
-mod run_bounds;
-#[cfg(feature = "std")]
-mod sampled_runs;
 mod shortest_path_search;
 mod stats;
 mod strategy;
 mod swing;
 #[cfg(test)]
 mod testing;
-#[cfg(feature = "std")]
-mod tolerance;
 mod weight_increment;
 
 pub use a_star::ShortestPath;
 #[cfg(feature = "std")]
 pub use bundled::{BundledStrategy, UnknownStrategy};
 pub use driver::{DriveError, SearchDriver};
-pub use facts::MazeFacts;
 #[cfg(feature = "std")]
-pub use fastest_path_search::FastestPathSearch;
+pub use fastest_path_search::{FastestPathSearch, InvalidTolerance, TimeBounds, Tolerance};
 pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
 pub use key_point_route::{KeyPointRoute, centre};
 pub use left_wall::LeftWall;
 pub use mouse::{Crash, Mouse};
-pub use proof::{PathBounds, steps_until_proven};
-#[cfg(feature = "std")]
-pub use run_bounds::TimeBounds;
+pub use path_bounds::{MazeFacts, PathBounds, steps_until_proven};
 pub use shortest_path_search::ShortestPathSearch;
 pub use stats::{PhaseStats, SearchStats};
 pub use strategy::{Move, Phase, SearchError, Strategy, open_steps};
 pub use swing::Swing;
-#[cfg(feature = "std")]
-pub use tolerance::{InvalidTolerance, Tolerance};
 pub use weight_increment::WeightIncrement;
 
 /// Tests the code in the README of this crate.

@@ -4,7 +4,7 @@ use mmsim_maze::{Cell, CellSet, KnownMaze, Pose, Unknown};
 
 use crate::flood::{KEEPS_DISTANCES, exploration_target};
 use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
-use crate::strategy::{Move, Phase, SearchError, Strategy};
+use crate::strategy::{Move, Phase, SearchError, Strategy, forward_strategy};
 
 /// A strategy that goes to the goal, explores until no unknown wall can hide a shorter path,
 /// returns to the start, and runs to the goal.
@@ -44,17 +44,7 @@ impl Default for ShortestPathSearch {
 }
 
 impl Strategy for ShortestPathSearch {
-    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        self.0.next_move(map, pose)
-    }
-
-    fn weight(&self, cell: Cell) -> Option<u16> {
-        self.0.weight(cell)
-    }
-
-    fn phase(&self) -> Phase {
-        self.0.phase()
-    }
+    forward_strategy!(self => self.0);
 }
 
 /// The objective to run to the goal in the fewest steps.

@@ -49,33 +49,31 @@ pub trait Strategy {
     }
 }
 
+/// Defines the methods of a [`Strategy`] that does the same as another one.
+macro_rules! forward_strategy {
+    ($self:ident => $other:expr) => {
+        fn next_move(&mut $self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+            $other.next_move(map, pose)
+        }
+
+        fn weight(&$self, cell: Cell) -> Option<u16> {
+            $other.weight(cell)
+        }
+
+        fn phase(&$self) -> Phase {
+            $other.phase()
+        }
+    };
+}
+pub(crate) use forward_strategy;
+
 impl<S: Strategy + ?Sized> Strategy for &mut S {
-    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        (**self).next_move(map, pose)
-    }
-
-    fn weight(&self, cell: Cell) -> Option<u16> {
-        (**self).weight(cell)
-    }
-
-    fn phase(&self) -> Phase {
-        (**self).phase()
-    }
+    forward_strategy!(self => **self);
 }
 
 #[cfg(feature = "std")]
 impl<S: Strategy + ?Sized> Strategy for Box<S> {
-    fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
-        (**self).next_move(map, pose)
-    }
-
-    fn weight(&self, cell: Cell) -> Option<u16> {
-        (**self).weight(cell)
-    }
-
-    fn phase(&self) -> Phase {
-        (**self).phase()
-    }
+    forward_strategy!(self => **self);
 }
 
 /// A phase of a search.

@@ -111,6 +111,7 @@ pub(super) trait Task: Sized {
 }
 
 /// Runs a task with the best available instruction set.
+#[inline]
 pub(super) fn run<T: Task>(task: T, size: MazeSize) -> T::Output {
     run_with(Instructions::PREFERRED, task, size)
 }
@@ -130,6 +131,8 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
 /// one is not available.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[allow(unsafe_code)]
+// With a constant instruction set, nothing but the last check remains.
+#[inline]
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     use Instructions::{Avx2, Avx512, Bytes, Portable, Sse2};
     // A single call, so that the result is written in place.

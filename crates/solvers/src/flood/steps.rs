@@ -65,6 +65,7 @@ impl Steps {
     /// Returns the distances of a cell's neighbours, in the order of
     /// [`Heading::ALL`](mmsim_maze::Heading::ALL). The values for neighbours outside the maze are
     /// arbitrary.
+    #[inline]
     pub(super) fn around(&self, cell: Cell) -> [u16; 4] {
         let (x, y) = (usize::from(cell.x), usize::from(cell.y));
         match self {

@@ -3,7 +3,7 @@
 use mmsim_fastrun::Planner;
 use mmsim_maze::{Cell, CellMap, CellSet, KnownMaze, MazeSize, Unknown, Walls, WyRand};
 
-use crate::run_bounds::PlannedRun;
+use super::time_bounds::PlannedRun;
 
 /// The fastest runs in random mazes that agree with all known walls. The more of these runs cross a
 /// wall, the more likely the fastest run in the actual maze crosses it.
