@@ -141,7 +141,7 @@ impl DownhillPlan {
     fn return_to_start(&mut self, map: &KnownMaze, cell: Cell) {
         let (open, closed) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
         let start = only(map.start().cell);
-        let optimistic = steps_between_in(&mut self.memory, open, cell, &start);
+        let optimistic = steps_between_in(Some(&mut self.memory), open, cell, &start);
         self.flood(closed, &start);
         if optimistic.unwrap_or(UNREACHABLE) < self.distances.raw(cell) {
             self.flood(open, &start);

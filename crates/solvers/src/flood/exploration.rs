@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, CellSet, KnownMaze};
 
 use super::Distances;
-use super::bytes::{self, FloodMemory};
+use super::bytes::{FloodMemory, exploration::TargetSelection};
 use super::dispatch::{Instructions, Task, run};
 use super::steps::Steps;
 use super::wide::{self, plane::ParityPlane};
@@ -55,7 +55,7 @@ impl Task for FindTarget<'_> {
     fn run_on_bytes(self) -> Option<Cell> {
         let Self { map, mouse, paths, memory, distances } = self;
         let Steps::Small(steps) = &mut distances.steps else { return None };
-        bytes::exploration::find(map, mouse, paths, memory, steps.bytes()?)
+        TargetSelection { map, mouse, paths, memory, bytes: steps.bytes()? }.find()
     }
 }
 

@@ -21,23 +21,18 @@ use super::wide::waves;
 /// ```
 #[must_use]
 pub fn steps_between(walls: &Walls, from: Cell, targets: &CellSet) -> Option<u16> {
-    run_steps_between(StepsBetweenTask { walls, from, targets, memory: None })
+    steps_between_in(None, walls, from, targets)
 }
 
-/// Does the same as [`steps_between`], but uses the given memory instead of the stack. The contents
-/// of the memory do not matter.
+/// Does the same as [`steps_between`], but may use the given memory instead of the stack.
 pub(crate) fn steps_between_in(
-    memory: &mut FloodMemory,
+    memory: Option<&mut FloodMemory>,
     walls: &Walls,
     from: Cell,
     targets: &CellSet,
 ) -> Option<u16> {
-    run_steps_between(StepsBetweenTask { walls, from, targets, memory: Some(memory) })
-}
-
-fn run_steps_between(task: StepsBetweenTask) -> Option<u16> {
-    let size = task.walls.size();
-    size.contains(task.from).then(|| run(task, size)).flatten()
+    let task = StepsBetweenTask { walls, from, targets, memory };
+    walls.size().contains(from).then(|| run(task, walls.size())).flatten()
 }
 
 struct StepsBetweenTask<'a> {

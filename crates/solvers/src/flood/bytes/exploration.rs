@@ -17,23 +17,32 @@ const OPEN: u8 = 1 << 6;
 /// optimistic shortest path crosses.
 const DOUBTFUL: u8 = 1 << 7;
 
-/// Does the same as [`exploration_target`](crate::flood::exploration_target) in a small maze.
-/// Overwrites `memory` and `bytes`.
-// Not inlined, so that the sets occupy the stack only during this call.
-#[inline(never)]
-pub(crate) fn find(
-    map: &KnownMaze,
-    mouse: Cell,
-    paths: &mut CellSet,
-    memory: &mut FloodMemory,
-    bytes: &mut [u8; SMALL_AREA],
-) -> Option<Cell> {
-    let FloodMemory { sides, from_start, candidates } = memory;
-    let open = map.walls(Unknown::Open);
-    let goals = nearest(open, map.start().cell, map.goals(), sides, from_start);
-    *paths = follow_back(map, &goals, sides, from_start, bytes, candidates)?;
-    let nearest = nearest(open, mouse, candidates, sides, bytes);
-    nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % SMALL_AREA]))
+/// The selection of the cell to explore next in a small maze.
+// A struct, because the compiler makes slower loops from arguments whose addresses are constant, as
+// those of a `static` mouse are.
+pub(crate) struct TargetSelection<'a> {
+    pub(crate) map: &'a KnownMaze,
+    pub(crate) mouse: Cell,
+    pub(crate) paths: &'a mut CellSet,
+    pub(crate) memory: &'a mut FloodMemory,
+    /// Memory for distances and lists.
+    pub(crate) bytes: &'a mut [u8; SMALL_AREA],
+}
+
+impl TargetSelection<'_> {
+    /// Does the same as [`exploration_target`](crate::flood::exploration_target). Overwrites
+    /// `memory` and `bytes`.
+    // Not inlined, so that the sets occupy the stack only during this call.
+    #[inline(never)]
+    pub(crate) fn find(self) -> Option<Cell> {
+        let Self { map, mouse, paths, memory, bytes } = self;
+        let FloodMemory { sides, from_start, candidates } = memory;
+        let open = map.walls(Unknown::Open);
+        let goals = nearest(open, map.start().cell, map.goals(), sides, from_start);
+        *paths = follow_back(map, &goals, sides, from_start, bytes, candidates)?;
+        let nearest = nearest(open, mouse, candidates, sides, bytes);
+        nearest.iter().min_by_key(|&cell| Reverse(from_start[index(cell) % SMALL_AREA]))
+    }
 }
 
 /// Follows the optimistic shortest paths from the nearest goal cells back to the start. Returns all

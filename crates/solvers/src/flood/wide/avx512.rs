@@ -8,7 +8,7 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, ParityPlane, Words, to_words};
+use super::plane::{BitOps, ParityPlane, Words, each, to_words};
 use super::sse2::{Sse2, simd};
 use crate::flood::steps::ByteRow;
 
@@ -49,6 +49,20 @@ impl Avx512Small {
     }
 }
 
+/// Defines the operations on three sets by truth tables. Bit 4a + 2b + c of a table is the result for
+/// the bits a, b and c.
+macro_rules! ternary_ops {
+    () => {
+        ternary_ops!(and_or 0b1110_1010, or_and 0b1010_1000, or_without 0b0101_0100);
+    };
+    ($($operation:ident $table:literal),*) => { $(
+        #[inline(always)]
+        fn $operation(self, b: Self, c: Self) -> Self {
+            self.ternary::<$table>(b, c)
+        }
+    )* };
+}
+
 /// Forwards operations to the inner SSE2 vector.
 macro_rules! forward {
     ($($operation:ident($($other:ident)?)),*) => { $(
@@ -80,20 +94,7 @@ impl BitOps for Avx512Small {
         self.0.is_empty()
     }
 
-    #[inline(always)]
-    fn and_or(self, mask: Self, others: Self) -> Self {
-        self.ternary::<AND_OR>(mask, others)
-    }
-
-    #[inline(always)]
-    fn or_and(self, others: Self, mask: Self) -> Self {
-        self.ternary::<OR_AND>(others, mask)
-    }
-
-    #[inline(always)]
-    fn or_without(self, others: Self, mask: Self) -> Self {
-        self.ternary::<OR_WITHOUT>(others, mask)
-    }
+    ternary_ops!();
 }
 
 /// Implements [`ParityPlane::spread`] with masked instructions, in which each bit of a 64-bit word
@@ -127,12 +128,6 @@ fn bytes_of<W: Words>(planes: &[W; 8], word: usize) -> __m512i {
     bytes
 }
 
-/// Truth tables for three-operand logic. Bit 4a + 2b + c of a table is the result for the bits a, b
-/// and c.
-const AND_OR: i32 = 0b1110_1010;
-const OR_AND: i32 = 0b1010_1000;
-const OR_WITHOUT: i32 = 0b0101_0100;
-
 /// Returns the row numbers from `further` to 31, followed by those from 0 to `further` - 1.
 const fn neighbour_rows(further: u16) -> [u16; 32] {
     let mut rows = [further; 32];
@@ -163,40 +158,30 @@ impl ParityPlane for Avx512Large {
     }
 }
 
+impl Avx512Large {
+    #[inline(always)]
+    fn zip(self, other: Self, both: impl Fn(__m512i, __m512i) -> __m512i) -> Self {
+        Self(both(self.0, other.0))
+    }
+
+    #[inline(always)]
+    fn ternary<const TABLE: i32>(self, b: Self, c: Self) -> Self {
+        Self(simd!(_mm512_ternarylogic_epi64::<TABLE>(self.0, b.0, c.0)))
+    }
+}
+
 impl BitOps for Avx512Large {
     const NONE: Self = Self(simd!(transmute::<[u64; 8], __m512i>([0; 8])));
     const ALL: Self = Self(simd!(transmute::<[u64; 8], __m512i>([u64::MAX; 8])));
 
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self(simd!(_mm512_and_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        Self(simd!(_mm512_or_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        Self(simd!(_mm512_xor_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        Self(simd!(_mm512_andnot_si512(other.0, self.0)))
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        let bits = simd!(_mm_cvtsi32_si128(BITS));
-        Self(simd!(_mm512_sll_epi64(self.0, bits)))
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        let bits = simd!(_mm_cvtsi32_si128(BITS));
-        Self(simd!(_mm512_srl_epi64(self.0, bits)))
+    each! {
+        Self::zip:
+        and = |a, b| simd!(_mm512_and_si512(a, b)),
+        or = |a, b| simd!(_mm512_or_si512(a, b)),
+        xor = |a, b| simd!(_mm512_xor_si512(a, b)),
+        without = |a, b| simd!(_mm512_andnot_si512(b, a));
+        up = |a, _| simd!(_mm512_sll_epi64(a, _mm_cvtsi32_si128(BITS))),
+        down = |a, _| simd!(_mm512_srl_epi64(a, _mm_cvtsi32_si128(BITS)))
     }
 
     #[inline(always)]
@@ -216,18 +201,5 @@ impl BitOps for Avx512Large {
         simd!(_mm512_test_epi64_mask(self.0, self.0)) == 0
     }
 
-    #[inline(always)]
-    fn and_or(self, mask: Self, others: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<AND_OR>(self.0, mask.0, others.0)))
-    }
-
-    #[inline(always)]
-    fn or_and(self, others: Self, mask: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<OR_AND>(self.0, others.0, mask.0)))
-    }
-
-    #[inline(always)]
-    fn or_without(self, others: Self, mask: Self) -> Self {
-        Self(simd!(_mm512_ternarylogic_epi64::<OR_WITHOUT>(self.0, others.0, mask.0)))
-    }
+    ternary_ops!();
 }

@@ -158,14 +158,7 @@ impl<H: ParityPlane> CellPlanes<H> {
             Self { dark: none, light: plane }
         }
     }
-}
 
-/// Returns true if the cell is dark, in a chessboard pattern in which (0, 0) is dark.
-pub(crate) const fn is_dark(cell: Cell) -> bool {
-    (cell.x ^ cell.y) & 1 == 0
-}
-
-impl<H: ParityPlane> CellPlanes<H> {
     /// Returns the first cell of the set, or `None` if the set is empty. The dark cells of the
     /// chessboard pattern come before the light cells. Cells of the same colour are ordered from
     /// south to north, and in each row from west to east.
@@ -194,6 +187,11 @@ impl<H: ParityPlane> CellPlanes<H> {
         let CellPlanes { dark, light } = by_colour([self.dark, self.light]);
         [dark, light]
     }
+}
+
+/// Returns true if the cell is dark, in a chessboard pattern in which (0, 0) is dark.
+pub(crate) const fn is_dark(cell: Cell) -> bool {
+    (cell.x ^ cell.y) & 1 == 0
 }
 
 /// Returns a bit set in which exactly the bits of the even rows are set.

@@ -122,6 +122,26 @@ pub(crate) trait BitOps: Copy {
     }
 }
 
+/// Defines the operations of [`BitOps`] that combine words or vectors one by one. `$zip` applies a
+/// function to all words or vectors of two sets. The functions for `up` and `down` use `BITS`.
+macro_rules! each {
+    ($zip:path: $($operation:ident = $both:expr),*; $($shift:ident = $shifted:expr),*) => {
+        $(
+            #[inline(always)]
+            fn $operation(self, other: Self) -> Self {
+                $zip(self, other, $both)
+            }
+        )*
+        $(
+            #[inline(always)]
+            fn $shift<const BITS: i32>(self) -> Self {
+                $zip(self, self, $shifted)
+            }
+        )*
+    };
+}
+pub(crate) use each;
+
 /// Combines the elements of two arrays of at most 8 elements, pair by pair.
 #[inline(always)]
 pub(crate) fn zip<T: Copy, const N: usize>(

@@ -14,7 +14,7 @@
 use core::arch::x86_64::*;
 use core::mem::transmute;
 
-use super::plane::{BitOps, ParityPlane, zip};
+use super::plane::{BitOps, ParityPlane, each, zip};
 use crate::flood::steps::ByteRow;
 
 /// A set of cells of one chessboard colour, stored in 128-bit vectors. Mazes of up to 16×16 cells
@@ -107,34 +107,14 @@ impl<const VECTORS: usize> BitOps for Sse2<VECTORS> {
     const NONE: Self = Self([NONE; VECTORS]);
     const ALL: Self = Self([ALL; VECTORS]);
 
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        self.zip(other, |a, b| simd!(_mm_and_si128(a, b)))
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        self.zip(other, |a, b| simd!(_mm_or_si128(a, b)))
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        self.zip(other, |a, b| simd!(_mm_xor_si128(a, b)))
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        self.zip(other, |a, b| simd!(_mm_andnot_si128(b, a)))
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        self.zip(self, |a, _| simd!(_mm_slli_epi64::<BITS>(a)))
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        self.zip(self, |a, _| simd!(_mm_srli_epi64::<BITS>(a)))
+    each! {
+        Self::zip:
+        and = |a, b| simd!(_mm_and_si128(a, b)),
+        or = |a, b| simd!(_mm_or_si128(a, b)),
+        xor = |a, b| simd!(_mm_xor_si128(a, b)),
+        without = |a, b| simd!(_mm_andnot_si128(b, a));
+        up = |a, _| simd!(_mm_slli_epi64::<BITS>(a)),
+        down = |a, _| simd!(_mm_srli_epi64::<BITS>(a))
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Floods without vector instructions.
 
-use super::plane::{BitOps, ParityPlane, zip};
+use super::plane::{BitOps, ParityPlane, each, zip};
 
 impl<const N: usize> ParityPlane for [u64; N] {
     type Words = Self;
@@ -20,34 +20,9 @@ impl<const N: usize> BitOps for [u64; N] {
     const NONE: Self = [0; N];
     const ALL: Self = [u64::MAX; N];
 
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        zip(self, other, |a, b| a & b)
-    }
-
-    #[inline(always)]
-    fn or(self, other: Self) -> Self {
-        zip(self, other, |a, b| a | b)
-    }
-
-    #[inline(always)]
-    fn xor(self, other: Self) -> Self {
-        zip(self, other, |a, b| a ^ b)
-    }
-
-    #[inline(always)]
-    fn without(self, other: Self) -> Self {
-        zip(self, other, |a, b| a & !b)
-    }
-
-    #[inline(always)]
-    fn up<const BITS: i32>(self) -> Self {
-        zip(self, self, |word, _| word << BITS)
-    }
-
-    #[inline(always)]
-    fn down<const BITS: i32>(self) -> Self {
-        zip(self, self, |word, _| word >> BITS)
+    each! {
+        zip: and = |a, b| a & b, or = |a, b| a | b, xor = |a, b| a ^ b, without = |a, b| a & !b;
+        up = |word, _| word << BITS, down = |word, _| word >> BITS
     }
 
     #[inline(always)]
