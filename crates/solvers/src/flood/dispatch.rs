@@ -131,7 +131,7 @@ pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeS
 /// one is not available.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[allow(unsafe_code)]
-// With a constant instruction set, nothing but the last check remains.
+// Inlined, so that a constant instruction set leaves only the check whether it is available.
 #[inline]
 pub(super) fn run_with<T: Task>(instructions: Instructions, task: T, size: MazeSize) -> T::Output {
     use Instructions::{Avx2, Avx512, Bytes, Portable, Sse2};

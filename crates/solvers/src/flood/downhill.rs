@@ -12,7 +12,7 @@ use super::{Distances, steps::SIDE};
 /// nearer to a target.
 ///
 /// A mouse that always takes a downhill heading reaches a target. Downhill headings are computed
-/// faster than [`Distances`](crate::Distances), because they need only the two lowest bits of each
+/// faster than [`Distances`], because they need only the two lowest bits of each
 /// distance. Two bits suffice, because the distances of connected neighbours differ by at most 1.
 ///
 /// ```

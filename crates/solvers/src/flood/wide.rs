@@ -1,14 +1,14 @@
 //! The wide flood, which operates on one bit per cell, for processors with 64-bit registers.
 //!
-//! Two chessboard colours halve the bits of a wave ([`ParityPlane`]), so a wave of a small maze fits
-//! into one vector register:
+//! The cells are coloured like a chessboard, and a set of cells of one colour (`ParityPlane`) of a
+//! small maze fits into one vector register.
 //!
 //! | file | processor |
 //! |---|---|
 //! | `words.rs` | every processor, with 64-bit words |
 //! | `sse2.rs` | x86-64 with SSE2 or AVX2 |
 //! | `avx512.rs` | x86-64 with AVX-512 |
-//! | all others | generic over these, compiled once for each |
+//! | all others | all of these: generic, compiled once for each |
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2", feature = "avx512"))]
 pub(super) mod avx512;
