@@ -10,7 +10,7 @@ use criterion::{Criterion, Throughput};
 use mmsim_benches::harbour;
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::{MapState, Order};
-use mmsim_recording::Recorder;
+use mmsim_recording::{NewMessages, Recorder};
 use mmsim_server::{Server, Simulation};
 use mmsim_zmtp::ReqClient;
 
@@ -139,8 +139,8 @@ fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     let is_test = std::env::args().any(|argument| argument == "--test");
     let folder = tempfile::tempdir().unwrap();
-    let recorder = |name: &str, has_json| {
-        Some(Recorder::new(&folder.path().join(name)).unwrap().with_json(has_json))
+    let recorder = |name: &str, messages: Option<NewMessages>| {
+        Some(Recorder::new(&folder.path().join(name)).unwrap().with_messages(messages))
     };
     let server = |recorder: Option<Recorder>| {
         let server = Server::bind("127.0.0.1", 0).unwrap().with_recorder(recorder);
@@ -148,8 +148,8 @@ fn main() {
     };
     let servers = [
         ("mmsim", server(None)),
-        ("mmsim --record", server(recorder("json", true))),
-        ("mmsim --record --states-only", server(recorder("states", false))),
+        ("mmsim --record", server(recorder("json", Some(mmsim_run::messages)))),
+        ("mmsim --record --states-only", server(recorder("states", None))),
     ];
     for exchange in exchanges() {
         let mut bare = connect_to_bare_rep(exchange.reply);

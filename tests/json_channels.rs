@@ -9,7 +9,8 @@ use std::path::Path;
 use boon::{Compiler, Schemas};
 use mmsim_client::{InMemory, search_run};
 use mmsim_maze::{KnownMaze, Maze, Pose};
-use mmsim_recording::{Recording, RecordingWriter};
+use mmsim_recording::{NewMessages, Recording, RecordingWriter};
+use mmsim_run::messages;
 use mmsim_server::Simulation;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
 use serde_json::{Value, json};
@@ -30,7 +31,9 @@ type Topics = BTreeMap<String, Vec<(u32, u64, Value)>>;
 fn record(path: &Path, maze: &Maze, strategy: BundledStrategy, has_json: bool) -> Vec<Observed> {
     let mut simulation = Simulation::new("maze", maze.clone());
     let info = simulation.info();
-    let mut writer = RecordingWriter::create(path, &info, Some(maze)).unwrap().with_json(has_json);
+    let messages: NewMessages = messages;
+    let writer = RecordingWriter::create(path, &info, Some(maze)).unwrap();
+    let mut writer = writer.with_messages(has_json.then_some(messages));
     let mut transport = InMemory::new(|request, reply| {
         simulation.handle(request, reply);
         if request.starts_with(b"S") {
@@ -134,7 +137,8 @@ fn an_unreachable_goal_has_no_distance() {
     let path = folder.path().join("a.mcap");
     let maze: Maze = "o---o---o\n| S | G |\no---o---o\n".parse().unwrap();
     let info = Simulation::new("small", maze.clone()).info();
-    let mut writer = RecordingWriter::create(&path, &info, Some(&maze)).unwrap().with_json(true);
+    let writer = RecordingWriter::create(&path, &info, Some(&maze)).unwrap();
+    let mut writer = writer.with_messages(Some(messages));
     for _ in 0..10 {
         writer.write(b"S\x00\x00NC\x01\x00C\x1f\x00").unwrap();
     }

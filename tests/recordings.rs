@@ -45,7 +45,7 @@ fn a_recorded_search_takes_few_bytes_per_state() {
                 (all_states, all_bytes) = (all_states + states, all_bytes + bytes);
                 let json_path = path.with_extension("json.mcap");
                 let file = BufWriter::new(File::create(&json_path).unwrap());
-                Recording::open(&path).unwrap().save(file, true).unwrap();
+                Recording::open(&path).unwrap().save(file, Some(mmsim_run::messages)).unwrap();
                 all_json += length(&json_path) - bytes;
             }
         }

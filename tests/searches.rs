@@ -8,8 +8,8 @@ use std::thread;
 use mmsim_client::{Exchange, Timeout, Zmq, search_run};
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
-use mmsim_protocol::{MAX_STATE_BYTES, MapState, MazeSize, Order, Request};
-use mmsim_recording::{Block, Course, History, RunFigures};
+use mmsim_protocol::{MazeSize, Request};
+use mmsim_run::{MovementRules, Phases, RunFigures};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::{
     BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
@@ -86,18 +86,14 @@ fn phases_of_poses_equal_those_of_the_strategies() {
             let map = KnownMaze::unexplored(&maze);
             let mut mouse = Mouse::new(strategy.strategy(), map, maze.start());
             let mut driver = SearchDriver::new(&mut mouse, 1000);
-            let mut history = History::new(maze.size()).with_course(Course::from_maze(&maze));
-            let mut buffer = [0; MAX_STATE_BYTES];
+            let (rules, mut found) = (MovementRules::from_maze(&maze), Phases::default());
             // The steps and turns of the search run, the latest return run and the latest fast run.
             let (mut runs, mut run, mut next) = ([(0, 0); 3], 0, None);
             let mut before = (0, 0);
             while driver.advance_in(&maze) == Ok(true) {
-                let (map, pose) = (driver.mouse().map(), driver.mouse().pose());
-                let length = MapState::new(pose, map, |_| 0, Order::C).encode(&mut buffer).unwrap();
-                history.push(&buffer[..length]).unwrap();
-                let index = history.len() - 1;
-                let block = history.block(index / Block::STATES).unwrap().unpack().unwrap();
-                let (found, stats) = (block.phases(index).unwrap(), driver.stats());
+                let (pose, stats) = (driver.mouse().pose(), driver.stats());
+                found.add(&rules, pose, false);
+                let index = found.states - 1;
                 if let Some(begun) = next.take() {
                     (run, runs[begun]) = (begun, (0, 0));
                 }
@@ -117,6 +113,7 @@ fn phases_of_poses_equal_those_of_the_strategies() {
                 let total = (stats.steps().into(), stats.turns().into());
                 assert_eq!((found.total.steps, found.total.turns), total, "{text}");
                 assert_eq!((found.restarts, found.jumps), (0, 0), "{text}");
+                assert_eq!(found.is_goal_reached(), stats.goal_reached(), "{text}");
                 complete += u32::from(stats.fast_run.steps > 0 && found.best_run.is_some());
             }
         }

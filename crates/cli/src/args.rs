@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Cell, MazeSize};
-use mmsim_viewer::Pace;
+use mmsim_mouse::Pace;
 
 use crate::vehicle::parse_vehicle;
 

@@ -7,12 +7,12 @@ mod readings;
 use std::io;
 
 use mmsim_client::TransportError;
-use mmsim_maze::{Cell, Escaped, Heading, MazeSize, Pose};
+use mmsim_maze::{Cell, Escaped, Heading, MazeSize, Pose, counted};
 use mmsim_protocol::{Info, MAX_STATE_BYTES, Matrix, Order, Reply, Request, State};
 use serde::Serialize;
 
 use crate::connection::connect;
-use crate::output::{counted, own_command, print, print_json, warn};
+use crate::output::{own_command, print, print_json, warn};
 use crate::usage::CommandResult;
 use args::CheckServerArgs;
 use malformed::malformed_requests;
@@ -29,8 +29,8 @@ pub(crate) fn run(args: &CheckServerArgs) -> CommandResult {
     if args.json {
         print_json(&checks)?;
     } else {
-        let number = counted(checks.len() as u64, "check");
-        print(&format!("{number}, {}\n", counted(faults as u64, "fault")))?;
+        let number = counted(checks.len(), "check");
+        print(&format!("{number}, {}\n", counted(faults, "fault")))?;
     }
     if stopped {
         warn(why_stopped(&endpoint, &checks));
@@ -220,7 +220,7 @@ impl<E: FnMut(&[&[u8]], &mut Vec<u8>) -> Result<(), TransportError>> Checker<E> 
         let (reply, verdict) = match (self.exchange)(frames, &mut reply) {
             Ok(()) => (Some(shown(&reply)), verdict(&reply)),
             Err(TransportError::Frames { found, .. }) => {
-                let found = counted(found as u64, "frame");
+                let found = counted(found, "frame").to_string();
                 (Some(found.clone()), wrong("a reply of one frame", &found))
             }
             Err(TransportError::NoReply { after, .. }) => {

@@ -5,13 +5,11 @@ use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Timeout, TransportError, Waiting, Zmq};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_mouse::ENDPOINT_VARIABLE;
 
 use crate::args::KnownMazeArgs;
 use crate::output::{own_command, warn};
 use crate::usage::UsageError;
-
-/// The environment variable with the address to which a mouse of `mmsim run` connects.
-pub(crate) const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 
 /// The form of the addresses of simulators.
 #[cfg(not(feature = "libzmq"))]
@@ -21,7 +19,7 @@ pub(crate) const ENDPOINT_FORM: &str = "tcp://HOST:PORT or ipc://PATH";
 
 /// What a mouse knows about a simulator before it starts.
 pub(crate) struct KnownSimulator {
-    /// The name of the maze, if the simulator has sent it.
+    /// The name of the maze, or `None` if a simulator in another process was not asked.
     pub(crate) name: Option<String>,
     pub(crate) map: KnownMaze,
     pub(crate) start: Pose,

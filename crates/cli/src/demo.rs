@@ -7,11 +7,12 @@ use std::ops::ControlFlow;
 
 use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
+use mmsim_viewer::ViewerConfig;
 
 use crate::args::ServerArgs;
 use crate::connection::{KnownSimulator, ask_maze, connect};
 use crate::interrupt::Interrupt;
-use crate::local_server;
+use crate::local_server::{HOST, prepare};
 use crate::output::{note, own_command, warn};
 use crate::screen::{Screen, ending, pace};
 use crate::selection::Collection;
@@ -25,8 +26,9 @@ pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let selected = collection.select(&args.server.words.join(" "))?;
     let ServerArgs { port, retention, viewer, .. } = &args.server;
     let viewer = (!args.once).then_some(viewer);
-    let (server, interrupt) =
-        local_server::start(selected, collection.catalogue, *port, retention, viewer)?;
+    let config = ViewerConfig::default().with_mazes(collection.catalogue);
+    let ready = prepare(selected, config, (HOST, *port), retention, viewer, None)?;
+    let (server, interrupt) = (ready.server.spawn(ready.simulation), ready.interrupt);
     let address = server.address();
     let result = search(args, address, &interrupt);
     if !args.once && matches!(result, Ok(Some(_))) {

@@ -12,7 +12,7 @@ use mmsim_viewer::{Vehicles, export_html};
 use crate::output::{print, replace};
 use crate::playback::is_undamaged;
 use crate::progress::progress_bar;
-use crate::retention::recording_budget;
+use crate::retention::{messages_unless, recording_budget};
 use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
 
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let is_intact = is_undamaged(&args.file, &recording);
     if is_recording {
         let mut file = Cursor::new(Vec::new());
-        recording.save(&mut file, !args.states_only)?;
+        recording.save(&mut file, messages_unless(args.states_only))?;
         replace(&args.output, file.get_ref())?;
         return Ok(is_intact);
     }

@@ -11,16 +11,15 @@ mod text;
 
 use std::path::Path;
 
+use mmsim_compare::{NamedMaze, map_each};
 use mmsim_fastrun::{Planner, Vehicle};
 
 use crate::inputs::Inputs;
 use crate::output::{check_folder, print, print_pretty_json, replace, warn};
-use crate::parallel::map_each;
-use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 use crate::vehicle::warn_about;
-use args::{FastRunArgs, RouteChoice, is_stdout};
-use driven::{Driven, RunResult};
+use args::{FastRunArgs, is_stdout};
+use driven::{Driven, RouteChoice, RunResult};
 use report::RunReport;
 
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
@@ -77,7 +76,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
 
 /// Plans each route of each vehicle through each maze, in parallel over the mazes.
 fn attempt_all<'a>(
-    mazes: &'a [Selected],
+    mazes: &'a [NamedMaze],
     vehicles: &'a [Vehicle],
     routes: &[RouteChoice],
 ) -> Vec<RunResult<'a>> {

@@ -3,14 +3,15 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use mmsim_compare::NamedMaze;
 use mmsim_formats::Catalogue;
 
 use crate::output::warn;
-use crate::selection::{Collection, Selected, SelectionError};
+use crate::selection::{Collection, SelectionError, named};
 
 /// The readable mazes, in the order in which the command line names them.
 pub(crate) struct Inputs {
-    pub(crate) mazes: Vec<Selected>,
+    pub(crate) mazes: Vec<NamedMaze>,
     /// True if no maze was skipped.
     pub(crate) all_readable: bool,
 }
@@ -56,7 +57,7 @@ impl Inputs {
     fn read_all(&mut self, catalogue: &Catalogue) {
         for entry in catalogue.entries() {
             match entry.maze() {
-                Ok(maze) => self.mazes.push(Selected::new(entry, maze)),
+                Ok(maze) => self.mazes.push(named(entry, maze)),
                 Err(error) => self.skip(&error.into()),
             }
         }

@@ -8,6 +8,8 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::Duration;
 
+use mmsim_mouse::{StopCheck, StopReason};
+
 use crate::exit;
 use crate::output::note;
 
@@ -20,7 +22,7 @@ pub(crate) struct Interrupt {
 
 impl Interrupt {
     /// The exit code of `mmsim run` and `mmsim mms` after an interrupt.
-    pub(crate) const CODE: i32 = 130;
+    pub(crate) const CODE: i32 = StopReason::Exit.exit_code();
 
     /// Starts catching SIGINT, SIGTERM and SIGHUP, except those that were ignored when the process
     /// started. Call this once per process.
@@ -42,6 +44,14 @@ impl Interrupt {
         let _ = self.signals.recv();
     }
 
+    /// Acts on another thread as soon as there is an interrupt.
+    pub(crate) fn then(self, act: impl FnOnce() + Send + 'static) {
+        thread::spawn(move || {
+            self.wait();
+            act();
+        });
+    }
+
     /// Waits for an interrupt, but at most for the given time. Returns true if there was an
     /// interrupt.
     pub(crate) fn wait_for(&self, timeout: Duration) -> bool {
@@ -58,24 +68,28 @@ pub(crate) struct StopFlag {
 }
 
 impl StopFlag {
-    /// Starts catching Ctrl-C. Call this once per process.
-    pub(crate) fn catch() -> Result<Self, Box<dyn Error>> {
+    /// Starts catching Ctrl-C if programs of the user are running. Call this once per process.
+    pub(crate) fn catch_if(are_running: bool) -> Result<Self, Box<dyn Error>> {
+        if !are_running {
+            return Ok(Self::default());
+        }
         let interrupt = Interrupt::catch()?;
         let is_set = Arc::new(AtomicBool::new(false));
         let are_running = Arc::new(AtomicBool::new(true));
         let flag = Self { is_set: Arc::clone(&is_set), are_running: Arc::clone(&are_running) };
-        thread::Builder::new().spawn(move || {
-            interrupt.wait();
+        interrupt.then(move || {
             is_set.store(true, Ordering::SeqCst);
             if !are_running.load(Ordering::SeqCst) {
                 exit(Interrupt::CODE);
             }
-        })?;
+        });
         Ok(flag)
     }
 
-    pub(crate) const fn get(&self) -> &Arc<AtomicBool> {
-        &self.is_set
+    /// Returns a function that returns true once the flag is set.
+    pub(crate) fn check(&self) -> StopCheck {
+        let is_set = Arc::clone(&self.is_set);
+        Arc::new(move || is_set.load(Ordering::SeqCst))
     }
 
     pub(crate) fn is_set(&self) -> bool {

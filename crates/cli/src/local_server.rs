@@ -4,18 +4,18 @@ use std::error::Error;
 use std::sync::Arc;
 
 use mmsim_client::{InMemory, Transport};
-use mmsim_formats::Catalogue;
+use mmsim_compare::NamedMaze;
+use mmsim_mouse::MouseControl;
 use mmsim_protocol::{DEFAULT_PORT, ERROR_PREFIX};
 use mmsim_recording::Recorder;
-use mmsim_server::{Background, BindError, LIMITS, Monitor, Server, Simulation};
+use mmsim_server::{BindError, LIMITS, Monitor, Server, Simulation};
 use mmsim_solvers::MazeFacts;
-use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, MouseControl, ViewerConfig};
+use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, ViewerConfig};
 
 use crate::args::{RetentionArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, note, warn};
 use crate::retention::{self, MemoryLimits};
-use crate::selection::Selected;
 use crate::{page, stderr};
 
 /// The host address on which a server listens for a mouse in the same process.
@@ -38,41 +38,6 @@ pub(crate) struct ReadyServer {
     pub(crate) page: Option<String>,
 }
 
-/// The user's own mouse, which the viewer page controls.
-#[derive(Default)]
-pub(crate) struct MouseSetup {
-    pub(crate) control: Arc<MouseControl>,
-    /// The address for clients, if it differs from that of the server.
-    pub(crate) address: Option<String>,
-}
-
-/// Serves the selected maze on a separate thread, and starts catching Ctrl-C.
-pub(crate) fn start(
-    selected: Selected,
-    mazes: Catalogue,
-    port: impl Into<Option<u16>>,
-    retention: &RetentionArgs,
-    viewer: Option<&ViewerArgs>,
-) -> Result<(Background, Interrupt), Box<dyn Error>> {
-    let ready = prepare(selected, mazes, (HOST, port.into()), retention, viewer, None)?;
-    Ok((ready.server.spawn(ready.simulation), ready.interrupt))
-}
-
-/// Prepares a server for the trial of a robot. The page controls the robot, but cannot load
-/// other mazes or run other mice.
-pub(crate) fn prepare_trial(
-    selected: Selected,
-    control: Arc<MouseControl>,
-    port: impl Into<Option<u16>>,
-    retention: &RetentionArgs,
-    viewer: Option<&ViewerArgs>,
-) -> Result<ReadyServer, Box<dyn Error>> {
-    let config = ViewerConfig::default().with_trial();
-    let mouse = MouseSetup { control, address: None };
-    let address = (HOST, port.into());
-    prepare_with(config, selected, address, retention, viewer, Some(mouse))
-}
-
 /// Returns a transport for the user's own mouse, which does not count as a client of the server.
 pub(crate) fn in_process(monitor: &Monitor) -> impl Transport + '_ {
     InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
@@ -82,23 +47,15 @@ pub(crate) fn in_process(monitor: &Monitor) -> impl Transport + '_ {
     })
 }
 
-/// Prepares a server for the selected maze, prints the server's address, and starts catching
-/// Ctrl-C. Unless `viewer` is `None`, also serves the viewer page, which lists `mazes`.
-pub(crate) fn prepare(
-    selected: Selected,
-    mazes: Catalogue,
-    address: (&str, Option<u16>),
-    retention: &RetentionArgs,
-    viewer: Option<&ViewerArgs>,
-    mouse: Option<MouseSetup>,
-) -> Result<ReadyServer, Box<dyn Error>> {
-    let config = ViewerConfig::default().with_mazes(mazes);
-    prepare_with(config, selected, address, retention, viewer, mouse)
-}
+/// The control of the mouse that the viewer page shows, and the address for clients if it differs from
+/// that of the server.
+pub(crate) type MouseSetup = (Arc<MouseControl>, Option<String>);
 
-fn prepare_with(
+/// Prepares a server for the selected maze, prints the server's address, and starts catching
+/// Ctrl-C. Unless `viewer` is `None`, also serves the viewer page.
+pub(crate) fn prepare(
+    selected: NamedMaze,
     config: ViewerConfig,
-    selected: Selected,
     (host, port): (&str, Option<u16>),
     retention: &RetentionArgs,
     viewer: Option<&ViewerArgs>,
@@ -107,16 +64,16 @@ fn prepare_with(
     stderr::write_in_background();
     let limits = MemoryLimits::new(retention);
     let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
-    let recorder = recorder.map(|recorder| recorder.with_json(!retention.states_only));
+    let recorder = recorder
+        .map(|recorder| recorder.with_messages(retention::messages_unless(retention.states_only)));
     let server = bind(host, port, mouse.is_some())?;
     // The page of a mouse is also its control panel.
-    let bind_page =
-        |args: &ViewerArgs| page::bind_or_free(args, host, args.open || mouse.is_some());
-    let bound = viewer.map(bind_page).transpose()?.flatten();
+    let bound = viewer.map(|args| page::bind(args, host, mouse.is_some()));
+    let bound = bound.transpose()?.flatten();
     let interrupt = Interrupt::catch()?;
-    let Selected { path, name, maze } = selected;
+    let NamedMaze { path, name, maze } = selected;
     let (goal, size) = (goal_away(MazeFacts::new(&maze).shortest_path), maze.size());
-    let MouseSetup { control, address } = mouse.unwrap_or_default();
+    let (control, address) = mouse.unwrap_or_default();
     let address = address.as_deref().unwrap_or(server.address());
     let shown = path.display();
     note(format_args!("serving {shown} ({size}, {goal}) at {address}; press Ctrl-C to stop"));

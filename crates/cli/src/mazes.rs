@@ -11,13 +11,14 @@ mod row;
 use std::path::{Path, PathBuf};
 
 use args::{MazesArgs, MazesCommand};
+use mmsim_compare::NamedMaze;
 use mmsim_formats::{Format, ReadError, read_content};
 use mmsim_solvers::Distances;
 use row::{MazeRow, print_rows};
 use serde::Serialize;
 
 use crate::output::{print, print_json};
-use crate::selection::{Collection, Selected};
+use crate::selection::Collection;
 use crate::usage::CommandResult;
 
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
@@ -47,7 +48,7 @@ fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) ->
         let maze = maze.map_err(|source| ReadError::Parse { path: path.clone(), source })?;
         (path, maze)
     } else {
-        let Selected { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
+        let NamedMaze { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
         (path, maze)
     };
     let row = MazeRow::from_maze(&path, &maze);

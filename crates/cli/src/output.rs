@@ -1,5 +1,6 @@
 //! Printing data to stdout and messages to stderr, and writing files.
 
+use std::cmp::Reverse;
 use std::error::Error;
 use std::fmt::Display;
 use std::fs::{File, Permissions};
@@ -8,7 +9,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
-use mmsim_maze::{Escaped, needs_escape};
+use mmsim_maze::{Escaped, counted, needs_escape};
 use mmsim_report::Comparison;
 use serde::Serialize;
 use serde_json::Serializer;
@@ -174,20 +175,24 @@ fn write_and_rename(
     placed
 }
 
-/// Formats a count with its noun, such as `1 step` or `2 steps`.
-pub(crate) fn counted(count: impl Into<u64>, thing: &str) -> String {
-    let count = count.into();
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
-}
-
 /// The maximum number of reasons that are listed.
 const MAX_REASONS: usize = 5;
 
 /// Lists the most frequent reasons after a title such as "flood-fill failed". Each reason comes with
-/// the names of its mazes. Returns `None` if the list is empty.
-pub(crate) fn list_reasons(title: &str, mut reasons: Vec<(&str, Vec<&str>)>) -> Option<String> {
-    reasons.sort_by_key(|(_, mazes)| std::cmp::Reverse(mazes.len()));
-    let count = |mazes: usize| counted(mazes as u64, "maze");
+/// the name of its maze. Returns `None` if there is no reason.
+pub(crate) fn list_reasons<'a>(
+    title: &str,
+    all: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Option<String> {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (reason, maze) in all {
+        match reasons.iter_mut().find(|(other, _)| *other == reason) {
+            Some((_, mazes)) => mazes.push(maze),
+            None => reasons.push((reason, vec![maze])),
+        }
+    }
+    reasons.sort_by_key(|(_, mazes)| Reverse(mazes.len()));
+    let count = |mazes: usize| counted(mazes, "maze");
     let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
     let mut lines = vec![format!("{} in {}:\n", Escaped(title), count(total))];
     lines.extend(reasons.iter().take(MAX_REASONS).map(|(reason, mazes)| {

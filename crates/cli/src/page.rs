@@ -12,14 +12,9 @@ use crate::output::{note, warn};
 use crate::vehicle::warn_about;
 
 /// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is in use, for
-/// example by another simulator, this binds a free port with `--open`. Otherwise, this prints a
-/// warning and returns `None`.
-pub(crate) fn bind(args: &ViewerArgs, host: &str) -> Result<Option<Viewer>, String> {
-    bind_or_free(args, host, args.open)
-}
-
-/// Like [`bind`], but if `may_be_free` is true, binds a free port if the default port is in use.
-pub(crate) fn bind_or_free(
+/// example by another simulator, this binds a free port with `--open` or if `may_be_free` is true.
+/// Otherwise, this prints a warning and returns `None`.
+pub(crate) fn bind(
     args: &ViewerArgs,
     host: &str,
     may_be_free: bool,
@@ -28,7 +23,10 @@ pub(crate) fn bind_or_free(
         return Ok(None);
     }
     let mut bound = Viewer::bind(host, args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
-    if args.viewer_port.is_none() && may_be_free && matches!(bound, Err(BindError::InUse { .. })) {
+    if args.viewer_port.is_none()
+        && (args.open || may_be_free)
+        && matches!(bound, Err(BindError::InUse { .. }))
+    {
         bound = Viewer::bind(host, 0);
     }
     let error = match bound {

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use mmsim_maze::Pose;
-use mmsim_recording::{Course, OutOfMemory, PhaseReport, Phases, RunReport, Times};
+use mmsim_maze::{Pose, counted};
+use mmsim_recording::{OutOfMemory, Times};
+use mmsim_run::{MovementRules, PhaseReport, Phases, RunReport};
 
 use crate::grid::aligned;
-use crate::output::counted;
 
 /// Formats the phases as a table with one line for each run.
 pub(crate) fn table(report: &PhaseReport) -> String {
@@ -16,48 +16,41 @@ pub(crate) fn table(report: &PhaseReport) -> String {
 /// Formats runs with their names as a table with one line for each run.
 pub(crate) fn run_table(rows: impl IntoIterator<Item = (String, RunReport)>) -> String {
     let row = |(name, RunReport { steps, turns, ms }): (String, RunReport)| {
-        vec![name, counted(steps, "step"), counted(turns, "turn"), format!("{:.3} s", ms / 1e3)]
+        let [steps, turns] =
+            [counted(steps, "step"), counted(turns, "turn")].map(|count| count.to_string());
+        vec![name, steps, turns, format!("{:.3} s", ms / 1e3)]
     };
     aligned(&rows.into_iter().map(row).collect::<Vec<_>>())
 }
 
 /// The phases of the states that a mouse sends, and their times.
 pub(crate) struct PhaseTimes {
-    course: Course,
+    rules: MovementRules,
     phases: Phases,
     times: Times,
     /// The time of the first state.
     began: Option<Instant>,
-    /// The pose in the newest state.
-    pose: Option<Pose>,
 }
 
 impl PhaseTimes {
     /// Creates the phases before the first state.
-    pub(crate) fn new(course: Course) -> Self {
-        Self { course, phases: Phases::default(), times: Times::new(1), began: None, pose: None }
+    pub(crate) fn new(rules: MovementRules) -> Self {
+        Self { rules, phases: Phases::default(), times: Times::new(1), began: None }
     }
 
     /// Adds a state. Returns an error if memory runs out.
     pub(crate) fn add(&mut self, pose: Pose, now: Instant) -> Result<(), OutOfMemory> {
-        let index = self.times.len();
         let began = *self.began.get_or_insert(now);
         let elapsed = now.saturating_duration_since(began).as_nanos();
         self.times.push(u64::try_from(elapsed).unwrap_or(u64::MAX))?;
-        match self.pose.replace(pose) {
-            Some(before) => {
-                let transition = self.course.transition(before, pose);
-                self.phases.add(&self.course, index, transition, pose);
-            }
-            None => self.phases.arrive(&self.course, pose),
-        }
+        self.phases.add(&self.rules, pose, false);
         Ok(())
     }
 
     /// Returns the figures of the phases, or `None` before the first state.
     pub(crate) fn report(&self) -> Option<PhaseReport> {
-        let newest = self.times.len().checked_sub(1)?;
-        Some(PhaseReport::new(&self.phases, newest, &self.times))
+        let ms = |first, last| self.times.milliseconds(first, last);
+        (self.phases.states > 0).then(|| PhaseReport::new(&self.phases, ms))
     }
 }
 
@@ -76,7 +69,8 @@ mod tests {
         let strategy = BundledStrategy::ShortestPathSearch.strategy();
         let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
         let mut driver = SearchDriver::new(&mut mouse, 100);
-        let (mut times, mut now) = (PhaseTimes::new(Course::from_maze(&maze)), Instant::now());
+        let (mut times, mut now) =
+            (PhaseTimes::new(MovementRules::from_maze(&maze)), Instant::now());
         assert_eq!(times.report(), None);
         while driver.advance_in(&maze) == Ok(true) {
             times.add(driver.mouse().pose(), now).unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, MazeSize, Reply, Request};
-use mmsim_recording::{RecordError, RecordingWriter, UpdateEncoder, UpdateTracker};
+use mmsim_recording::{NewMessages, RecordError, RecordingWriter, UpdateEncoder, UpdateTracker};
 
 /// A transport that records each state that the simulator acknowledges with `ok`. A recording error
 /// does not stop the search.
@@ -22,15 +22,15 @@ struct ClientRecording {
 }
 
 impl<T> RecordingTransport<T> {
-    /// Creates the recording if `file` is given. `has_json` adds the channels for other tools.
+    /// Creates the recording if `file` is given. `messages` are those for other tools.
     pub(crate) fn new(
         transport: T,
         file: Option<&Path>,
-        has_json: bool,
+        messages: Option<NewMessages>,
         info: &Info,
     ) -> Result<Self, RecordError> {
         let recording =
-            file.map(|file| ClientRecording::create(file, has_json, info)).transpose()?;
+            file.map(|file| ClientRecording::create(file, messages, info)).transpose()?;
         Ok(Self { transport, recording: Ok(recording) })
     }
 
@@ -53,14 +53,18 @@ impl<T: Transport> Transport for RecordingTransport<T> {
 }
 
 impl ClientRecording {
-    fn create(file: &Path, has_json: bool, info: &Info) -> Result<Self, RecordError> {
+    fn create(
+        file: &Path,
+        messages: Option<NewMessages>,
+        info: &Info,
+    ) -> Result<Self, RecordError> {
         let invalid = || RecordError {
             path: file.into(),
             source: io::Error::other("the size of the maze is invalid"),
         };
         let size = info.size().ok_or_else(invalid)?;
         // The client does not know the true maze.
-        let writer = RecordingWriter::create(file, info, None)?.with_json(has_json);
+        let writer = RecordingWriter::create(file, info, None)?.with_messages(messages);
         let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
         Ok(Self { writer, size, updates, encoder })
     }
@@ -105,7 +109,9 @@ mod tests {
         let mut simulation = Simulation::new("small", maze.clone());
         let info = simulation.info();
         let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-        let recording = RecordingTransport::new(transport, Some(&path), true, &info).unwrap();
+        let recording =
+            RecordingTransport::new(transport, Some(&path), Some(mmsim_run::messages), &info)
+                .unwrap();
         let mut transport = Named::new(recording, "Theseus", "flood-fill").unwrap();
         let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
         let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());

@@ -4,18 +4,21 @@ pub(crate) mod args;
 
 use std::error::Error;
 use std::path::Path;
+use std::rc::Rc;
 
 use args::{PictureFormat, RenderArgs};
-use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Trail, frame_indices};
+use mmsim_compare::NamedMaze;
+use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, frame_indices};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::{Colour, State};
-use mmsim_recording::{Block, OpenError, ReadError, Recording, States, Transition};
+use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
+use mmsim_run::{MovementRules, RunIndex, Trail};
 use mmsim_solvers::Distances;
 
 use crate::output::{note, replace};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
-use crate::selection::{Collection, Selected};
+use crate::selection::Collection;
 use crate::usage::CommandResult;
 
 /// The bytes of a picture, or an error.
@@ -54,7 +57,7 @@ fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenEr
 }
 
 fn maze(args: &RenderArgs, name: &str) -> PictureResult {
-    let Selected { path, maze, .. } =
+    let NamedMaze { path, maze, .. } =
         Collection::with(name, args.mazes.as_deref())?.select(name)?;
     let path = path.display();
     if args.output.format == PictureFormat::Gif {
@@ -77,7 +80,8 @@ fn draw_state(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureR
         let scene = Scene::from_map(&search.initial).with_truth(recording.maze());
         return still(args, scene.with_layers(search.layers));
     };
-    search.show(&mut StateReader::new(recording), last, |scene| still(args, scene))?
+    search
+        .show(&mut StateReader::new(recording, &search.initial), last, |scene| still(args, scene))?
 }
 
 fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureResult {
@@ -92,7 +96,7 @@ fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureRe
         let (frames, picture) = (indices.len(), args.output.path.display());
         note(format_args!("{picture}: drawing {frames} of {states} states, evenly spaced"));
     }
-    let mut reader = StateReader::new(recording);
+    let mut reader = StateReader::new(recording, &search.initial);
     let mut animation = None;
     for index in indices {
         search.show(&mut reader, index, |scene| {
@@ -159,9 +163,8 @@ impl<'a> RecordedSearch<'a> {
         draw: impl FnOnce(Scene<'_>) -> T,
     ) -> Result<T, String> {
         let unreadable = || unreadable(self.file);
-        reader.advance(index).ok_or_else(unreadable)?;
-        let size = reader.recording.size();
-        let states = reader.block(index).ok_or_else(unreadable)?;
+        let (states, trail) = reader.read(index).ok_or_else(unreadable)?;
+        let (size, passages) = (reader.recording.size(), trail.passages());
         let message = states.get(index).ok_or_else(unreadable)?;
         let state = State::decode(message, size).map_err(|_| unreadable())?;
         let context = states.context(index).ok_or_else(unreadable)?;
@@ -172,47 +175,36 @@ impl<'a> RecordedSearch<'a> {
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
             .with_texts(|cell| notes.text(cell))
             .with_colours(|cell| notes.colour(cell).map(Colour::letter))
-            .with_trail(&reader.trail)
+            .with_trail(&passages)
             .with_layers(self.layers);
         Ok(draw(scene))
     }
 }
 
-/// Reads states in ascending order and keeps the trail of the mouse.
+/// Reads states, and keeps the block that was read last.
 struct StateReader<'a> {
     recording: &'a Recording,
-    /// The block that was read last.
-    block: Option<States>,
-    trail: Trail,
-    /// The number of states in the trail.
-    states: usize,
+    run: RunIndex,
+    block: Option<Rc<States>>,
 }
 
 impl<'a> StateReader<'a> {
-    fn new(recording: &'a Recording) -> Self {
-        Self { recording, block: None, trail: Trail::new(recording.size()), states: 0 }
+    fn new(recording: &'a Recording, unexplored: &KnownMaze) -> Self {
+        let rules = MovementRules::from_map(unexplored, recording.maze());
+        Self { recording, run: RunIndex::new(recording.size(), rules), block: None }
     }
 
-    /// Returns the block that contains state `index`.
-    fn block(&mut self, index: usize) -> Option<&States> {
-        if self.block.as_ref().is_none_or(|block| block.get(index).is_none()) {
-            self.block = self.recording.history().block(index / Block::STATES)?.unpack();
-        }
-        self.block.as_ref()
-    }
-
-    /// Adds all states up to state `index` to the trail. Returns `None` if a state is invalid.
-    fn advance(&mut self, index: usize) -> Option<()> {
-        for index in self.states..=index {
-            let last = self.trail.last();
-            let states = self.block(index)?;
-            let pose = states.message(index)?.pose().ok()?;
-            let transition = last.and_then(|last| states.transition(last, index));
-            let walls = self.recording.history().course().walls();
-            self.trail.extend(pose, walls, |_| transition.is_some_and(Transition::is_move));
-            self.states = index + 1;
-        }
-        Some(())
+    /// Returns the block that contains a state, and the trail up to the state.
+    fn read(&mut self, index: usize) -> Option<(Rc<States>, Trail)> {
+        let Self { recording, run, block: recent } = self;
+        let mut block = |index: usize| {
+            let found = recent.take().filter(|block| block.get(index).is_some());
+            let read = || recording.history().block(index / Block::STATES)?.unpack().map(Rc::new);
+            *recent = found.or_else(read);
+            recent.clone().ok_or(())
+        };
+        let (_, trail) = run.at(index, &mut block).ok()?;
+        Some((block(index).ok()?, trail))
     }
 }
 

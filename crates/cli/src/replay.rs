@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use mmsim_maze::{Escaped, Pose};
+use mmsim_maze::{Escaped, Pose, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
@@ -17,7 +17,7 @@ use serde::{Serialize, Serializer};
 
 use crate::args::ViewerArgs;
 use crate::interrupt::Interrupt;
-use crate::output::{counted, goal_away, print, print_json};
+use crate::output::{goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::wide_or_compact;
@@ -53,7 +53,7 @@ fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> 
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));
     let (open, vehicle) = (args.open, args.vehicle.clone());
     let viewer_args = ViewerArgs { viewer_port, open, no_viewer: false, vehicle };
-    let viewer = page::bind(&viewer_args, "127.0.0.1")?;
+    let viewer = page::bind(&viewer_args, "127.0.0.1", false)?;
     let interrupt = Interrupt::catch()?;
     stderr::write_in_background();
     print(&text(args, &recording, None))?;
@@ -114,7 +114,7 @@ impl Names {
 
 /// Formats the number of states, the duration and the integrity of the recording.
 fn summary(recording: &Recording) -> String {
-    let states = counted(recording.history().len() as u64, "state");
+    let states = counted(recording.history().len(), "state");
     let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
         let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
         format!(" in {:.3} s, from {local}", milliseconds(recording, last) / 1e3)
@@ -151,7 +151,7 @@ struct ReplayReport<'a> {
     /// The time of the first state, in UTC.
     began: Option<String>,
     /// The integrity of the file: `closed`, `cut` or `damaged`.
-    ending: &'static str,
+    integrity: &'static str,
     /// The length of the intact part in bytes, or `None` if the file was closed properly.
     whole_bytes: Option<u64>,
     maze: Option<String>,
@@ -193,7 +193,7 @@ impl PoseAt {
 
 impl<'a> ReplayReport<'a> {
     fn new(args: &'a ReplayArgs, recording: &'a Recording, state: Option<StateReport>) -> Self {
-        let (ending, whole_bytes) = match recording.integrity() {
+        let (integrity, whole_bytes) = match recording.integrity() {
             Integrity::Closed => ("closed", None),
             Integrity::Truncated { intact, .. } => ("cut", Some(*intact)),
             Integrity::Damaged { intact, .. } => ("damaged", Some(*intact)),
@@ -203,7 +203,7 @@ impl<'a> ReplayReport<'a> {
             info: recording.info(),
             names: Names::read(recording),
             began: began(recording).map(|began| began.to_string()),
-            ending,
+            integrity,
             whole_bytes,
             maze: recording.maze().map(ToString::to_string),
             poses: args.at.is_none().then_some(Poses(recording)),

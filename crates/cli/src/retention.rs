@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use mmsim_recording::MemoryBudget;
+use mmsim_recording::{MemoryBudget, NewMessages};
+use mmsim_run::messages;
 use mmsim_server::Simulation;
 
 use crate::args::{ReadingArgs, RetentionArgs};
@@ -32,6 +33,12 @@ impl MemoryLimits {
         let recordings = Arc::new(MemoryBudget::new(limit(4)));
         Self { history: limit(2), recordings }
     }
+}
+
+/// Returns the messages for other tools, unless a recording must contain only the states.
+pub(crate) fn messages_unless(states_only: bool) -> Option<NewMessages> {
+    let new: NewMessages = messages;
+    (!states_only).then_some(new)
 }
 
 /// Returns the memory budget of a command that only reads recordings, by default half of the free

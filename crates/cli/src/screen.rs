@@ -5,12 +5,12 @@ use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use mmsim_client::SearchRun;
-use mmsim_maze::{Cell, KnownMaze, Pose};
-use mmsim_recording::PhaseReport;
+use mmsim_maze::{Cell, KnownMaze, Pose, counted};
+use mmsim_run::PhaseReport;
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
-use crate::output::{counted, print};
+use crate::output::print;
 use crate::phase_table;
 use crate::terminal::can_redraw;
 
@@ -84,7 +84,7 @@ impl Screen {
         let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
         let phases = phases.filter(|report| report.rows().len() > 1);
         let phases = phases.map(|report| phase_table::table(&report)).unwrap_or_default();
-        let visited = counted(mouse.map().visited().len() as u64, "cell");
+        let visited = counted(mouse.map().visited().len(), "cell");
         let requests = counted(run.requests, "request");
         let (strategy, steps) = (self.strategy, run.stats);
         let summary = format!("{strategy}: {ending} after {steps}, {visited} visited, {requests}");

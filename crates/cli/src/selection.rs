@@ -3,12 +3,13 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
+use mmsim_compare::NamedMaze;
 use mmsim_formats::{Catalogue, Entry, ReadError};
-use mmsim_maze::{Escaped, Maze};
+use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
-use crate::output::{counted, own_command, warn};
+use crate::output::{own_command, warn};
 
 /// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
@@ -28,23 +29,9 @@ pub(crate) struct Collection {
     is_default: bool,
 }
 
-/// A maze with its path and name.
-#[derive(Clone, Debug)]
-pub(crate) struct Selected {
-    pub(crate) path: PathBuf,
-    pub(crate) name: String,
-    pub(crate) maze: Maze,
-}
-
-impl Selected {
-    pub(crate) fn new(entry: &Entry, maze: Maze) -> Self {
-        Self { path: entry.path().into(), name: entry.name(), maze }
-    }
-
-    /// Returns the path, escaped for messages.
-    pub(crate) fn shown_path(&self) -> String {
-        Escaped(self.path.display()).to_string()
-    }
+/// Returns a maze that was read from an entry, with its path and name.
+pub(crate) fn named(entry: &Entry, maze: Maze) -> NamedMaze {
+    NamedMaze { path: entry.path().into(), name: entry.name(), maze }
 }
 
 /// The reason why no maze was selected.
@@ -52,7 +39,7 @@ impl Selected {
 pub(crate) enum SelectionError {
     #[error(
         "no maze matches {words:?} in {location} (list the {} with {list})",
-        counted(*count as u64, "file")
+        counted(*count, "file")
     )]
     NoMatch { words: String, count: usize, location: String, list: String },
     #[error("no mazes in {location}")]
@@ -107,7 +94,7 @@ impl Collection {
     /// first maze with a reachable goal, or the first maze if no goal is reachable. If the user's
     /// folder has no such maze, searches the bundled mazes. Skips unreadable files and prints a
     /// warning with the number of skipped files.
-    pub(crate) fn select(&self, words: &str) -> Result<Selected, SelectionError> {
+    pub(crate) fn select(&self, words: &str) -> Result<NamedMaze, SelectionError> {
         let any = words.trim().is_empty();
         let (mut unreadable, mut fallback) = (Vec::new(), None);
         let (location, count) = (self.location(), self.catalogue.entries().len());
@@ -115,7 +102,7 @@ impl Collection {
         let found = self.catalogue.matching(words).find_map(|entry| {
             let maze = entry.maze().map_err(|error| unreadable.push(error)).ok()?;
             let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
-            let selected = Selected::new(entry, maze);
+            let selected = named(entry, maze);
             if is_wanted {
                 return Some(selected);
             }
@@ -139,7 +126,7 @@ impl Collection {
             });
         };
         if let Some(error) = unreadable.first() {
-            let count = counted(unreadable.len() as u64, "unreadable file");
+            let count = counted(unreadable.len(), "unreadable file");
             warn(format_args!("skipped {count} in {location}; first error: {error}"));
         }
         Ok(selected)

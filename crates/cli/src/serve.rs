@@ -6,10 +6,11 @@ use std::error::Error;
 
 use clap::Command;
 use mmsim_protocol::Info;
+use mmsim_viewer::ViewerConfig;
 use serde::Serialize;
 
 use crate::args::ServerArgs;
-use crate::local_server::{self, ReadyServer};
+use crate::local_server::{ReadyServer, prepare};
 use crate::output::{note, own_command, print_json};
 use crate::selection::{Collection, SelectionError};
 use crate::suggest::suggest;
@@ -23,9 +24,10 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let ServerArgs { words, port, retention, viewer } = &args.server;
     let selected = collection.select(&words.join(" "))?;
     let is_bundled = collection.is_bundled();
-    let (mazes, address) = (collection.catalogue, (&args.host[..], *port));
+    let config = ViewerConfig::default().with_mazes(collection.catalogue);
+    let address = (&args.host[..], *port);
     let ReadyServer { server, mut simulation, interrupt, page } =
-        local_server::prepare(selected, mazes, address, retention, Some(viewer), None)?;
+        prepare(selected, config, address, retention, Some(viewer), None)?;
     if is_bundled {
         let fetch = own_command("mazes fetch");
         note(format_args!("for real contest mazes, run {fetch}"));
@@ -35,10 +37,7 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
         print_json(&report)?;
     }
     let stop = server.stop_handle();
-    std::thread::spawn(move || {
-        interrupt.wait();
-        stop.stop();
-    });
+    interrupt.then(move || stop.stop());
     server.run(&mut simulation)?;
     Ok(true)
 }

@@ -8,17 +8,18 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
+use mmsim_compare::Exploration;
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
-use mmsim_recording::{Course, PhaseReport};
+use mmsim_run::{MovementRules, PhaseReport};
 use mmsim_solvers::{Mouse, Strategy, TimeBounds};
 use serde::Serialize;
 
 use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
-use crate::exploration::Exploration;
 use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
+use crate::retention::messages_unless;
 use crate::screen::{Screen, ending};
 use crate::usage::CommandResult;
 use args::SolveArgs;
@@ -37,13 +38,14 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         if !has_annotations {
             info.extensions.clear();
         }
-        let (file, has_json) = (args.record.as_deref(), !args.states_only);
-        let recording = RecordingTransport::new(transport, file, has_json, &info);
+        let file = args.record.as_deref();
+        let messages = messages_unless(args.states_only);
+        let recording = RecordingTransport::new(transport, file, messages, &info);
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),
         });
-        let times = PhaseTimes::new(Course::from_info(&info, None));
+        let times = PhaseTimes::new(MovementRules::new(start, *map.goals(), None));
         Ok((map, start, has_annotations, recording?, times))
     });
     let (map, start, has_annotations, mut recording, mut times) = match prepared {

@@ -193,7 +193,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     insta::assert_snapshot!("replayed-state", format!("{pose}\n{map}"));
 
     let json = replay(first, &["--json"]).json();
-    assert_eq!((&json["states"], &json["ending"]), (&192.into(), &"closed".into()));
+    assert_eq!((&json["states"], &json["integrity"]), (&192.into(), &"closed".into()));
     assert_eq!(json["poses"].as_array().unwrap().len(), 192);
     assert_eq!(json["state"]["index"], 191);
     assert_eq!(json["state"]["wrong_walls"], 0);

@@ -209,7 +209,6 @@ mod tests {
     use super::*;
     use crate::scene::Layers;
     use crate::theme::Theme;
-    use crate::trail::Trail;
 
     /// Decodes a GIF. Returns the final picture, and each frame's display time in hundredths of a
     /// second.
@@ -253,14 +252,14 @@ o---o---o---o
         for (theme, heat) in [(Theme::Light, false), (Theme::Dark, true)] {
             let mut map = KnownMaze::unexplored(&maze);
             let mut pose = Pose::new(Cell::new(0, 0), Heading::North);
-            let mut trail = Trail::new(maze.size());
-            trail.move_to(pose, None);
+            let mut trail = Vec::new();
             let mut animation = Animation::new(384);
             let mut last = None;
             for step in [Step::Right, Step::Front, Step::Left, Step::Back, Step::Right] {
                 map.observe(pose, maze.walls().around(pose)).unwrap();
+                let left = pose.cell;
                 pose = pose.after(step).unwrap();
-                trail.move_to(pose, None);
+                trail.push(Pose::new(left, pose.heading));
                 let scene = Scene::from_map(&map)
                     .with_truth(Some(&maze))
                     .with_mouse(pose)

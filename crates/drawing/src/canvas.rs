@@ -171,7 +171,6 @@ mod tests {
     use super::*;
     use crate::scene::Layers;
     use crate::theme::Theme;
-    use crate::trail::Trail;
 
     /// A random change to the scene between two canvas updates.
     #[derive(Clone, Debug)]
@@ -215,7 +214,7 @@ mod tests {
             let maze = Maze::new(Walls::open(size), Cell::new(0, 0), CellSet::EMPTY).unwrap();
             let mut map = KnownMaze::unexplored(&maze);
             let (mut texts, mut colours) = (HashMap::new(), HashMap::new());
-            let (mut weights, mut trail) = ([9; 64], Trail::new(size));
+            let (mut weights, mut trail) = ([9; 64], Vec::new());
             prop_assume!(Scene::from_map(&map).blank(width_px).is_ok());
             let mut canvas = Canvas::new(&Scene::from_map(&map), width_px).unwrap();
             for Change { walls, weights: heavier, notes, mouse: (x, y), layers } in changes {
@@ -235,7 +234,7 @@ mod tests {
                 }
                 let heading = Heading::ALL[usize::from(x ^ y) % 4];
                 let mouse = Pose::new(Cell::new(x % size.width(), y % size.height()), heading);
-                trail.move_to(mouse, None);
+                trail.push(mouse);
                 let scene = Scene::from_map(&map)
                     .with_truth(Some(&maze))
                     .with_mouse(mouse)

@@ -57,7 +57,6 @@ mod speed;
 mod svg;
 mod theme;
 mod thumbnail;
-mod trail;
 mod walls;
 
 pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices, frame_times};
@@ -71,7 +70,6 @@ pub use scene::{Layers, Scene};
 pub use speed::MAX_PATHS;
 pub use theme::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
-pub use trail::{Passage, Trail};
 
 /// Runs the code in the README of this crate.
 #[cfg(doctest)]

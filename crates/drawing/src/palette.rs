@@ -11,7 +11,6 @@ use crate::heat::{Rgb, ramp};
 use crate::pixels::PictureError;
 use crate::scene::Scene;
 use crate::speed::{faint, path_colours, ramp as ramp_of_speeds};
-use crate::trail::Trail;
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
@@ -132,7 +131,7 @@ fn choose(mut chosen: Vec<Rgb>, mut areas: Vec<(Rgb, u32)>) -> Vec<Rgb> {
 struct Sheet {
     maze: Maze,
     map: KnownMaze,
-    trail: Trail,
+    trail: Vec<Pose>,
 }
 
 impl Sheet {
@@ -154,17 +153,21 @@ impl Sheet {
             }
         }
         let maze = Maze::new(walls, start, size.central_cells());
-        let mut trail = Trail::new(size);
-        for y in 0..size.height() {
-            for x in 0..size.width() {
-                let (x, heading) = if y % 2 == 0 {
-                    (x, Heading::East)
-                } else {
-                    (size.width() - 1 - x, Heading::West)
-                };
-                trail.move_to(Pose::new(Cell::new(x, y), heading), None);
-            }
-        }
+        // The mouse drives to the east in even rows and back to the west in odd ones.
+        let passage = |cell: Cell| {
+            let is_last = |x| cell.x == x;
+            let heading = match cell.y % 2 {
+                0 if is_last(size.width() - 1) => Heading::North,
+                0 => Heading::East,
+                _ if is_last(0) => Heading::North,
+                _ => Heading::West,
+            };
+            Pose::new(cell, heading)
+        };
+        let row =
+            |y| (0..size.width()).map(move |x| if y % 2 == 0 { x } else { size.width() - 1 - x });
+        let trail = (0..size.height()).flat_map(|y| row(y).map(move |x| passage(Cell::new(x, y))));
+        let trail = trail.take(size.area() - 1).collect();
         #[expect(clippy::unwrap_used, reason = "the start and the goals lie inside the maze")]
         Self { maze: maze.unwrap(), map, trail }
     }

@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 
-use mmsim_maze::{Cell, Heading, MazeSize};
+use mmsim_maze::{Cell, Heading, MazeSize, Pose};
 
 use crate::geometry::{PITCH, centre};
-use crate::trail::Passage;
 
 /// The number of shades of a trail, from the oldest (0) to the newest passages.
 pub(crate) const AGES: usize = 6;
@@ -33,7 +32,7 @@ pub(crate) const fn age(position: usize, count: usize) -> usize {
 }
 
 /// Returns the path of a passage. Every second passage of a path has an arrowhead.
-pub(crate) fn path(size: MazeSize, Passage { from, heading }: Passage) -> String {
+pub(crate) fn path(size: MazeSize, Pose { cell: from, heading }: Pose) -> String {
     let ((x, y), index) = (centre(size, from), heading as usize);
     let arrow = if has_arrow(from) { ARROWS[index] } else { "" };
     format!("M{x} {y}{}{arrow}", LINES[index])
@@ -101,7 +100,7 @@ mod tests {
         for heading in
             [Heading::North, Heading::North, Heading::East, Heading::South, Heading::West]
         {
-            let path = path(size, Passage { from, heading });
+            let path = path(size, Pose::new(from, heading));
             arrows.push(path.contains('l'));
             from = from.neighbour(heading).unwrap();
         }

@@ -124,7 +124,7 @@ fn height_px((width, height): (u32, u32), width_px: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, WallState, Walls};
+    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
 
     use super::*;
     use crate::colours::colour;
@@ -135,7 +135,6 @@ mod tests {
     use crate::passages::AGES;
     use crate::scene::Layers;
     use crate::theme::Theme;
-    use crate::trail::through;
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -244,7 +243,8 @@ mod tests {
     #[test]
     fn the_trail_is_faint_behind_numbers() {
         let maze = maze();
-        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1), Cell::new(1, 1)]);
+        let trail = [(0, 0, Heading::North), (0, 1, Heading::East)]
+            .map(|(x, y, heading)| Pose::new(Cell::new(x, y), heading));
         for theme in [Theme::Light, Theme::Dark] {
             let scene = Scene::from_maze(&maze).with_trail(&trail).with_theme(theme);
             let newest = theme.colours().trail(AGES - 1);
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn layers_can_be_hidden() {
         let maze = maze();
-        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
+        let trail = [Pose::new(Cell::new(0, 0), Heading::North)];
         let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
         let scene = scene.with_texts(|cell| if cell.x == 0 { "a" } else { "" });
         let scene = scene.with_colours(|cell| Some('g').filter(|_| cell.y == 0));
@@ -279,7 +279,7 @@ mod tests {
     fn the_svg_file_renders_like_the_png() {
         let maze = maze();
         let map = KnownMaze::unexplored(&maze);
-        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
+        let trail = [Pose::new(Cell::new(0, 0), Heading::North)];
         let few = Layers { numbers: false, heat: false, trail: false, ..Layers::ALL };
         for layers in [Layers::ALL, few] {
             let scene = Scene::from_map(&map).with_truth(Some(&maze)).with_layers(layers);

@@ -11,7 +11,6 @@ use crate::label::Label;
 use crate::speed::MAX_PATHS;
 use crate::svg::{Svg, View};
 use crate::theme::Theme;
-use crate::trail::Trail;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.
@@ -20,13 +19,11 @@ use crate::trail::Trail;
 /// because the page adds a map later.
 ///
 /// ```
-/// use mmsim_drawing::{Layers, Scene, Theme, Trail};
+/// use mmsim_drawing::{Layers, Scene, Theme};
 /// use mmsim_maze::{Cell, Heading, Maze, Pose};
 ///
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let mut trail = Trail::new(maze.size());
-/// trail.jump_to(maze.start());
-/// trail.move_to(Pose::new(Cell::new(1, 0), Heading::East), None);
+/// let trail = [Pose::new(maze.start().cell, Heading::East)];
 /// let scene = Scene::from_maze(&maze)
 ///     .with_trail(&trail)
 ///     .with_layers(Layers { heat: false, ..Layers::ALL })
@@ -49,7 +46,8 @@ pub struct Scene<'a> {
     texts: HashMap<Cell, String>,
     /// The letter of the colour of each cell that has one.
     colours: HashMap<Cell, char>,
-    pub(crate) trail: Option<&'a Trail>,
+    /// The passages of the trail, oldest first.
+    pub(crate) trail: &'a [Pose],
     pub(crate) shortest_path: Vec<Cell>,
     pub(crate) planned_path: Vec<Cell>,
     pub(crate) paths: &'a [DrivenPath],
@@ -113,7 +111,7 @@ impl<'a> Scene<'a> {
             labels: Vec::new(),
             texts: HashMap::new(),
             colours: HashMap::new(),
-            trail: None,
+            trail: &[],
             shortest_path: Vec::new(),
             planned_path: Vec::new(),
             paths: &[],
@@ -173,10 +171,11 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Adds the path of the mouse, which fades from its newest to its oldest part. A trail in a maze
-    /// of a different size is ignored.
-    pub fn with_trail(mut self, trail: &'a Trail) -> Self {
-        self.trail = Some(trail).filter(|trail| trail.size() == self.size);
+    /// Adds the path of the mouse, which fades from its newest to its oldest part. A passage is the cell
+    /// that the mouse left, and the direction of the step; the oldest passage comes first. Passages
+    /// outside the maze are ignored.
+    pub fn with_trail(mut self, passages: &'a [Pose]) -> Self {
+        self.trail = passages;
         self
     }
 

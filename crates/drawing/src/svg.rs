@@ -18,7 +18,6 @@ use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::passages;
 use crate::scene::{Layers, Scene};
 use crate::theme::{WallWidths, file_style};
-use crate::trail::Trail;
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -259,14 +258,15 @@ impl<'a> Svg<'a> {
             return;
         }
         let Scene { size, trail, .. } = *self.scene;
-        let passages = trail.map(Trail::passages).unwrap_or_default();
-        let count = passages.len();
-        let passages: HashMap<_, _> = (passages.into_iter().enumerate())
-            .map(|(position, passage)| (passage.side(), (passage, passages::age(position, count))))
-            .collect();
+        let aged = |(position, &passage): (usize, &Pose)| {
+            let wall = Wall::new(passage.cell, passage.heading);
+            (wall, (passage, passages::age(position, trail.len())))
+        };
+        let passages: HashMap<_, _> = trail.iter().enumerate().map(aged).collect();
         self.put("<g class=\"trail\">\n");
-        for Wall { cell, heading, .. } in size.inner_walls() {
-            let (class, ink, path) = match passages.get(&(cell, heading)) {
+        for wall in size.inner_walls() {
+            let Wall { cell, heading, .. } = wall;
+            let (class, ink, path) = match passages.get(&wall) {
                 Some(&(passage, age)) => (
                     format!("passage age{age}"),
                     format!(" stroke=\"url(#{})\"", passages::ink(heading, age)),
@@ -333,7 +333,6 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::theme::Theme;
-    use crate::trail::through;
 
     pub(crate) fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -375,7 +374,7 @@ pub(crate) mod tests {
     fn the_drawing_of_a_small_maze_is_stable() {
         let maze = maze();
         let map = map(&maze);
-        let trail = through(maze.size(), &[Cell::new(0, 0), Cell::new(0, 1)]);
+        let trail = [Pose::new(Cell::new(0, 0), Heading::North)];
         let scene = Scene::from_map(&map)
             .with_truth(Some(&maze))
             .with_mouse(Pose::new(Cell::new(0, 1), Heading::East))
@@ -407,8 +406,7 @@ pub(crate) mod tests {
     #[test]
     fn items_outside_the_maze_are_ignored() {
         let maze = maze();
-        let wide = MazeSize::new(8, 1).unwrap();
-        let outside = through(wide, &[Cell::new(0, 0), Cell::new(1, 0)]);
+        let outside = [Pose::new(Cell::new(6, 0), Heading::East)];
         let scene = Scene::from_maze(&maze)
             .with_trail(&outside)
             .with_mouse(Pose::new(Cell::new(2, 0), Heading::North));

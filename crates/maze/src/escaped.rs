@@ -1,4 +1,4 @@
-//! Safe display of untrusted text and bytes in messages.
+//! Display of counts, and safe display of untrusted text and bytes, in messages.
 
 use core::array::from_fn;
 use core::fmt::{self, Display, Formatter, Write};
@@ -85,9 +85,44 @@ impl<const MAX: usize> fmt::Debug for Excerpt<MAX> {
     }
 }
 
+/// Returns a count with its noun, such as `2 steps`. A count other than 1 adds an `s` to the noun.
+///
+/// ```
+/// use mmsim_maze::counted;
+/// assert_eq!(counted(1_u8, "step").to_string(), "1 step");
+/// assert_eq!(format!("{} in {}", counted(2_usize, "step"), counted(0_u64, "maze")), "2 steps in 0 mazes");
+/// ```
+pub fn counted(count: impl TryInto<u64>, noun: &str) -> Counted<'_> {
+    Counted { count: count.try_into().unwrap_or(u64::MAX), noun }
+}
+
+/// A count with its noun. See [`counted`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub struct Counted<'n> {
+    count: u64,
+    noun: &'n str,
+}
+
+impl Display for Counted<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let ending = if self.count == 1 { "" } else { "s" };
+        write!(f, "{} {}{ending}", self.count, self.noun)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_one_is_singular() {
+        let text = |count: u64| counted(count, "turn").to_string();
+        assert_eq!(
+            [0, 1, 2, u64::MAX].map(text),
+            ["0 turns", "1 turn", "2 turns", "18446744073709551615 turns"]
+        );
+    }
 
     #[test]
     fn terminal_controls_are_escaped() {

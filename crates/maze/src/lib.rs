@@ -62,7 +62,7 @@ mod wy_rand;
 pub use cell::{Cell, MazeSize, SizeError};
 pub use cell_map::CellMap;
 pub use cell_set::{CellSet, CellSetIter, Row};
-pub use escaped::{Escaped, Excerpt, needs_escape};
+pub use escaped::{Counted, Escaped, Excerpt, counted, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
 pub use maze::{Maze, MazeError};

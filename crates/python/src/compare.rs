@@ -1,25 +1,37 @@
-//! Comparing bundled strategies over many mazes.
+//! Comparing mice and robots over many mazes.
 
-use std::num::NonZero;
+use std::fmt::Display;
+use std::io;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
+use mmsim_compare::{
+    ComparedMouse, Contest, Exploration, NamedMaze, NamedMouse, OwnRobot, RobotKind, RuleSet,
+    RunContext, SearchRow, Searches, TrialRobot, TrialTable, TrialTables, measure_times,
+    own_figures,
+};
+use mmsim_fastrun::Vehicle;
 use mmsim_formats::Catalogue;
-use mmsim_maze::Maze;
-use mmsim_solvers::BundledStrategy;
+use mmsim_mouse::SearchLimits;
+use mmsim_run::{Ending, Judge, SearchFigures, Timing, Verdict};
+use mmsim_solvers::Tolerance;
+use mmsim_trial::Settings;
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use serde::Serialize;
 
-use crate::connection::{Link, lock};
-use crate::error::{Error, read_error, value_error};
-use crate::figures::Figures;
+use crate::error::{io_error, read_error, value_error};
+use crate::fast_run::vehicle;
 use crate::geometry::limit;
+use crate::history::read_simulation;
 use crate::maze::PyMaze;
 use crate::signals;
 use crate::simulator::Simulator;
+
+/// The limit of states of functions and programs. An endless search must end.
+const MAX_STATES: u32 = 10_000;
 
 /// Reads the mazes in a folder, and the messages for unreadable files.
 #[pyfunction]
@@ -28,8 +40,8 @@ pub(crate) fn load_folder(py: Python<'_>, path: PathBuf) -> PyResult<(Vec<PyMaze
         let catalogue = Catalogue::from_path(&path).map_err(|error| read_error(&error))?;
         let (mut mazes, mut errors) = (Vec::new(), Vec::new());
         for entry in catalogue.entries() {
-            match entry.maze() {
-                Ok(maze) => mazes.push(PyMaze { name: entry.name(), maze }),
+            match PyMaze::from_entry(entry) {
+                Ok(maze) => mazes.push(maze),
                 Err(error) => errors.push(error.to_string()),
             }
         }
@@ -37,131 +49,193 @@ pub(crate) fn load_folder(py: Python<'_>, path: PathBuf) -> PyResult<(Vec<PyMaze
     })
 }
 
-/// Searches each maze with each strategy, in parallel, and returns a row for each search, maze by
-/// maze.
-#[pyfunction]
-#[pyo3(signature = (mazes, strategies, max_states = None))]
-pub(crate) fn compare_strategies<'py>(
-    py: Python<'py>,
+/// The arguments of `compare` and `contest`.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Competition<'py> {
     mazes: Vec<Py<PyMaze>>,
-    strategies: Vec<String>,
-    max_states: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyList>> {
-    let strategies = strategies.iter().map(|name| name.parse().map_err(value_error));
-    let strategies: Vec<BundledStrategy> = strategies.collect::<PyResult<_>>()?;
-    let searches: Vec<(&Maze, BundledStrategy)> = mazes
-        .iter()
-        .flat_map(|maze| strategies.iter().map(|&strategy| (&maze.get().maze, strategy)))
-        .collect();
-    let figures = search_all(py, &searches, limit(max_states)?)?;
-    let rows = PyList::empty(py);
-    let names = mazes.iter().flat_map(|maze| strategies.iter().map(move |&one| (maze, one)));
-    for ((maze, strategy), figures) in names.zip(figures) {
-        rows.append(row(py, maze.get(), strategy.name(), &figures)?)?;
-    }
-    Ok(rows)
+    /// Names, and strategies, commands or functions.
+    mice: Vec<(String, Bound<'py, PyAny>)>,
+    max_states: Option<Bound<'py, PyAny>>,
+    vehicle: Option<String>,
+    search_speed: (f64, f64),
+    time_limit: f64,
 }
 
-/// Runs the searches on all processors. Checks for signals in the meantime.
-fn search_all(
-    py: Python<'_>,
-    searches: &[(&Maze, BundledStrategy)],
-    max_states: Option<u32>,
-) -> PyResult<Vec<Figures>> {
-    let is_cancelled = AtomicBool::new(false);
-    let search = |&(maze, strategy): &(&Maze, BundledStrategy)| {
-        let max_states = max_states.unwrap_or_else(|| strategy.max_states());
-        Figures::search(maze, strategy, max_states, &is_cancelled)
-    };
-    let next = AtomicUsize::new(0);
-    let work = |results: mpsc::Sender<_>| {
-        while let Some((index, one)) = take(searches, &next) {
-            // The receiver waits for all senders.
-            let _ = results.send((index, search(one)));
-        }
-    };
-    let (mut figures, interrupted) = py.detach(|| {
-        thread::scope(|scope| {
-            let (sender, results) = mpsc::channel();
-            let threads = thread::available_parallelism().map_or(1, NonZero::get);
-            for _ in 0..threads.min(searches.len()) {
-                let (sender, work) = (sender.clone(), &work);
-                // If the system cannot create a thread, the others do its work.
-                let _ = thread::Builder::new().spawn_scoped(scope, move || work(sender));
-            }
-            drop(sender);
-            let (mut found, mut interrupted, mut checked) = (Vec::new(), None, Instant::now());
-            loop {
-                match results.recv_timeout(signals::INTERVAL) {
-                    Ok(result) => found.push(result),
-                    Err(mpsc::RecvTimeoutError::Disconnected) => break (found, interrupted),
-                    Err(mpsc::RecvTimeoutError::Timeout) => {}
-                }
-                if checked.elapsed() >= signals::INTERVAL && interrupted.is_none() {
-                    checked = Instant::now();
-                    if let Err(error) = signals::check() {
-                        is_cancelled.store(true, Ordering::Relaxed);
-                        interrupted = Some(error);
-                    }
-                }
-            }
-        })
-    });
-    if let Some(error) = interrupted {
-        return Err(error);
-    }
-    figures.sort_unstable_by_key(|&(index, _)| index);
-    let figures: Vec<_> = figures.into_iter().filter_map(|(_, figures)| figures).collect();
-    if figures.len() < searches.len() {
-        return Err(Error::new_err("a search has failed unexpectedly"));
-    }
-    Ok(figures)
+/// The row of a search.
+#[derive(Serialize)]
+struct Row<'a> {
+    strategy: &'a str,
+    #[serde(flatten)]
+    search: SearchRow,
 }
 
-/// Takes the next item and its index.
-fn take<'a, T>(items: &'a [T], next: &AtomicUsize) -> Option<(usize, &'a T)> {
-    let index = next.fetch_add(1, Ordering::Relaxed);
-    items.get(index).map(|item| (index, item))
-}
-
-/// Creates the row for a search.
-fn row<'py>(
-    py: Python<'py>,
-    PyMaze { name, maze }: &PyMaze,
-    mouse: &str,
-    figures: &Figures,
-) -> PyResult<Bound<'py, PyDict>> {
-    let row = PyDict::new(py);
-    row.set_item("maze", name)?;
-    row.set_item("mouse", mouse)?;
-    row.set_item("width", maze.size().width())?;
-    row.set_item("height", maze.size().height())?;
-    figures.put(&row)?;
-    Ok(row)
-}
-
-/// Returns the row for the states that a mouse has reported to a simulator.
+/// Runs each mouse in each maze, and returns a row for each search, maze by maze. With the name of a
+/// rule set, returns the results of a contest.
 #[pyfunction]
-pub(crate) fn history_row<'py>(
+#[pyo3(signature = (competition, rules = None))]
+pub(crate) fn compare<'py>(
     py: Python<'py>,
-    simulator: &Bound<'py, Simulator>,
-    mouse: &str,
-    error: Option<String>,
-    ending: Option<&str>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let maze = simulator.get().true_maze().get();
-    let figures = match &simulator.as_super().get().link {
-        Link::Process(simulated) => {
-            let simulated = lock(simulated, py)?;
-            let mut figures = Figures::from_history(&maze.maze, simulated.simulation.history());
-            figures.error = error;
-            figures
-        }
-        Link::Socket(_) => return Err(value_error("a client has no history")),
-    };
-    let row = row(py, maze, mouse, &figures)?;
-    if let Some(ending) = ending {
-        row.set_item("ending", ending)?;
+    competition: Competition<'py>,
+    rules: Option<&str>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let rules = rules.map(rule_set).transpose()?;
+    let (cell, turn) = competition.search_speed;
+    let search_speed = format!("{cell},{turn}").parse().map_err(value_error)?;
+    let vehicle = competition.vehicle.as_deref().map(vehicle).transpose()?;
+    let timing = vehicle.map(|vehicle| Timing { vehicle, search_speed });
+    let mazes: Vec<NamedMaze> = competition.mazes.iter().map(|maze| maze.get().named()).collect();
+    let mut figures = competition.search(py, &mazes, timing.as_ref())?;
+    let names: Vec<&String> = competition.mice.iter().map(|(name, _)| name).collect();
+    if let (Some(rules), Some(timing)) = (rules, &timing) {
+        let hold = |_: &_| Contest::new(&names, &mazes, &figures, timing, rules.rules());
+        return to_python(py, &signals::interruptible(py, hold)?);
     }
-    Ok(row)
+    if let Some(timing) = &timing {
+        signals::interruptible(py, |_| measure_times(&mut figures, &mazes, timing))?;
+    }
+    let row = |(maze, mouse): (usize, usize)| {
+        let search = SearchRow::new(&mazes[maze], figures[mouse][maze].clone());
+        Row { strategy: names[mouse], search }
+    };
+    let indices =
+        (0..mazes.len()).flat_map(|maze| (0..names.len()).map(move |mouse| (maze, mouse)));
+    let rows: Vec<Row<'_>> = indices.map(row).collect();
+    to_python(py, &rows)
+}
+
+impl Competition<'_> {
+    /// Returns the figures of each mouse in each maze.
+    fn search(
+        &self,
+        py: Python<'_>,
+        mazes: &[NamedMaze],
+        timing: Option<&Timing>,
+    ) -> PyResult<Vec<Vec<SearchFigures>>> {
+        let max_states = limit(self.max_states.as_ref())?;
+        let time = seconds(self.time_limit)?;
+        let limits = SearchLimits { time, states: max_states.unwrap_or(MAX_STATES) };
+        let texts =
+            self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
+        let mice = texts.map(mouse).collect::<PyResult<Vec<_>>>()?;
+        let vehicle = timing.map_or_else(Vehicle::expert, |timing| timing.vehicle.clone());
+        let exploration = Exploration::new(vehicle, Tolerance::ZERO);
+        let searches = Searches { exploration: &exploration, limits, max_states, jobs: None };
+        let found = signals::interruptible(py, |must_stop| {
+            searches.run(&mice, mazes, &|| {}, || must_stop.load(Ordering::Relaxed))
+        })?;
+        let mut found = found.into_iter();
+        let figures = self.mice.iter().map(|(_, mouse)| {
+            if mouse.is_callable() {
+                self.mazes.iter().map(|maze| run_function(py, mouse, maze, limits.states)).collect()
+            } else {
+                Ok(found.next().unwrap_or_default())
+            }
+        });
+        figures.collect()
+    }
+}
+
+/// Returns the rule set with this name.
+fn rule_set(name: &str) -> PyResult<RuleSet> {
+    RuleSet::ALL.into_iter().find(|rules| rules.name() == name).ok_or_else(|| {
+        let names = RuleSet::ALL.map(RuleSet::name).join(", ");
+        value_error(format_args!("expected one of {names}, found {name:?}"))
+    })
+}
+
+/// Returns a bundled strategy, or the program of a command.
+fn mouse((name, text): (&str, String)) -> PyResult<ComparedMouse> {
+    let strategy = text.parse().map(ComparedMouse::Bundled);
+    strategy.or_else(|error| Ok(ComparedMouse::Own(program(name, &text, error)?)))
+}
+
+/// Returns the program of a command. A text of one word without a folder is a name, which is unknown.
+fn program(name: &str, text: &str, unknown: impl Display) -> PyResult<NamedMouse> {
+    if !text.contains([' ', '/', '\\']) {
+        return Err(value_error(unknown));
+    }
+    let mouse = NamedMouse::new(name, text).map_err(value_error)?;
+    match mouse.program.missing_file() {
+        None => Ok(mouse),
+        Some(file) => {
+            let message = format_args!("{} does not exist", file.display());
+            Err(io_error(io::ErrorKind::NotFound, message))
+        }
+    }
+}
+
+fn seconds(seconds: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(seconds).map_err(value_error)
+}
+
+/// Runs a function, and returns the figures of the states that it has reported. Its exception becomes
+/// the error.
+fn run_function(
+    py: Python<'_>,
+    mouse: &Bound<'_, PyAny>,
+    maze: &Py<PyMaze>,
+    max_states: u32,
+) -> PyResult<SearchFigures> {
+    let initializer = Simulator::initializer(maze.clone_ref(py), Some(max_states as usize));
+    let simulator = Bound::new(py, initializer)?;
+    let error = match mouse.call1((&simulator,)) {
+        Err(error) if !error.is_instance_of::<PyException>(py) => return Err(error),
+        result => result.err().map(|error| error.to_string()),
+    };
+    let connection = simulator.as_super().get();
+    let judge = |history: &_| Judge::of_history(&maze.get().maze, history);
+    let mut judge = read_simulation(connection, py, judge)?;
+    let ending = match error {
+        None => Ending::Finished,
+        Some(_) if judge.phases().states >= max_states => Ending::StepLimit,
+        Some(_) => Ending::Failed,
+    };
+    let verdict = Verdict::new(judge.phases(), ending, error);
+    Ok(SearchFigures { crashes: None, ..own_figures(&mut judge, verdict) })
+}
+
+/// Runs each robot in each maze, and returns a row for each trial. Without robots, returns the rows of
+/// `mmsim trial --compare`.
+#[pyfunction]
+pub(crate) fn trial(
+    py: Python<'_>,
+    mazes: Vec<Py<PyMaze>>,
+    robots: Option<Vec<(String, String)>>,
+    seed: u64,
+    noise: f64,
+    answer_limit: f64,
+) -> PyResult<Bound<'_, PyAny>> {
+    if !(0.0..=1.0).contains(&noise) {
+        return Err(value_error(format_args!("expected a probability from 0 to 1, found {noise}")));
+    }
+    let settings = Settings { seed, noise, ..Settings::default() };
+    let answer_limit = seconds(answer_limit)?;
+    let tables = match robots {
+        None => TrialTable::all(settings, Vec::new()),
+        Some(robots) => {
+            let row = |(name, text): (String, String)| {
+                let kind = text.parse().map(RobotKind::Bundled).or_else(|error| {
+                    let NamedMouse { name, program, .. } = program(&name, &text, error)?;
+                    PyResult::Ok(RobotKind::Own(OwnRobot { name, program, answer_limit }))
+                })?;
+                Ok((name, TrialRobot { kind, settings }))
+            };
+            let rows = robots.into_iter().map(row).collect::<PyResult<_>>()?;
+            vec![TrialTable { rows, ..TrialTable::of_robots([]) }]
+        }
+    };
+    let mazes: Vec<NamedMaze> = mazes.iter().map(|maze| maze.get().named()).collect();
+    let trials = signals::interruptible(py, |flag| {
+        let flag = Arc::clone(flag);
+        let must_stop = Arc::new(move || flag.load(Ordering::Relaxed));
+        TrialTables::run(&tables, &mazes, &RunContext { must_stop, shows_stderr: false })
+    })?;
+    to_python(py, &trials.map(|trials| trials.rows()))
+}
+
+/// Converts a value with the keys of its JSON form.
+fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let json = serde_json::to_string(value).map_err(value_error)?;
+    py.import("json")?.call_method1("loads", (json,))
 }

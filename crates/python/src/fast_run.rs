@@ -27,7 +27,7 @@ pub(crate) struct FastRun {
 }
 
 /// Returns the preset with this name, or reads a TOML file.
-fn vehicle(text: &str) -> PyResult<Vehicle> {
+pub(crate) fn vehicle(text: &str) -> PyResult<Vehicle> {
     if let Some(vehicle) = Vehicle::preset(text) {
         return Ok(vehicle);
     }

@@ -17,7 +17,6 @@ mod compare;
 mod connection;
 mod error;
 mod fast_run;
-mod figures;
 mod geometry;
 mod grid;
 mod history;
@@ -38,7 +37,7 @@ mod _native {
     #[pymodule_export]
     use crate::client::Client;
     #[pymodule_export]
-    use crate::compare::{compare_strategies, history_row, load_folder};
+    use crate::compare::{compare, load_folder, trial};
     #[pymodule_export]
     use crate::connection::Connection;
     #[pymodule_export]
@@ -64,8 +63,9 @@ mod _native {
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::{PyModuleMethods, PyTuple};
 
-        let names = mmsim_solvers::BundledStrategy::ALL.iter().map(|strategy| strategy.name());
-        let names: Vec<_> = names.collect();
-        module.add("STRATEGIES", PyTuple::new(module.py(), names)?)
+        let strategies = mmsim_solvers::BundledStrategy::ALL.iter().map(|strategy| strategy.name());
+        let robots = mmsim_trial::BundledRobot::ALL.iter().map(|robot| robot.name());
+        module.add("ROBOTS", PyTuple::new(module.py(), robots.collect::<Vec<_>>())?)?;
+        module.add("STRATEGIES", PyTuple::new(module.py(), strategies.collect::<Vec<_>>())?)
     }
 }

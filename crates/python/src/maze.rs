@@ -4,8 +4,9 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
+use mmsim_compare::NamedMaze;
 use mmsim_drawing::Scene;
-use mmsim_formats::{Catalogue, Format, parse_maze, read_maze};
+use mmsim_formats::{Catalogue, Entry, Format, ReadError, parse_maze, read_maze};
 use mmsim_generator::{Style, generate, random_seed};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 use mmsim_solvers::Distances;
@@ -22,6 +23,8 @@ use crate::known::PyKnownMaze;
 /// A maze and its name. Mazes with the same cells, walls, start and goal are equal.
 #[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
 pub(crate) struct PyMaze {
+    /// The path of the file, or an empty path.
+    pub(crate) path: PathBuf,
     pub(crate) name: String,
     pub(crate) maze: Maze,
 }
@@ -30,7 +33,18 @@ impl PyMaze {
     /// Reads a maze file. The name is the name of the file without the extension.
     fn read(path: &Path) -> PyResult<Self> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into();
-        Ok(Self { name, maze: read_maze(path).map_err(|error| read_error(&error))? })
+        let maze = read_maze(path).map_err(|error| read_error(&error))?;
+        Ok(Self { path: path.into(), name, maze })
+    }
+
+    /// Reads a maze of a collection.
+    pub(crate) fn from_entry(entry: &Entry) -> Result<Self, ReadError> {
+        Ok(Self { path: entry.path().into(), name: entry.name(), maze: entry.maze()? })
+    }
+
+    pub(crate) fn named(&self) -> NamedMaze {
+        let Self { path, name, maze } = self;
+        NamedMaze { path: path.clone(), name: name.clone(), maze: maze.clone() }
     }
 
     fn size(&self) -> MazeSize {
@@ -67,7 +81,7 @@ impl PyMaze {
         } else {
             return Err(type_error("str or bytes", content));
         };
-        Ok(Self { name: name.into(), maze: maze.map_err(maze_error)? })
+        Ok(Self { path: PathBuf::new(), name: name.into(), maze: maze.map_err(maze_error)? })
     }
 
     /// Returns the first bundled maze whose name contains every word of `name`.
@@ -78,7 +92,7 @@ impl PyMaze {
             let reason = "no bundled maze matches";
             return Err(maze_error(format_args!("{reason} {name:?} (see bundled_mazes())")));
         };
-        Ok(Self { name: entry.name(), maze: entry.maze().map_err(|error| read_error(&error))? })
+        Self::from_entry(entry).map_err(|error| read_error(&error))
     }
 
     /// Generates a maze, by default of 16x16 cells. The same seed gives the same maze.
@@ -96,7 +110,7 @@ impl PyMaze {
         let style = self::style(style)?;
         let seed = seed.map_or_else(|| Ok(random_seed()), number)?;
         let maze = py.detach(|| generate(size, seed, style));
-        Ok(Self { name: format!("{style}-{size}-{seed}"), maze })
+        Ok(Self { path: PathBuf::new(), name: format!("{style}-{size}-{seed}"), maze })
     }
 
     /// Writes a maze file. The extension determines the format: text without one.

@@ -50,7 +50,7 @@ impl PyRecording {
     #[getter]
     fn maze(&self) -> Option<PyMaze> {
         let maze = self.place.truth.clone()?;
-        Some(PyMaze { name: self.name.clone(), maze })
+        Some(PyMaze { path: PathBuf::new(), name: self.name.clone(), maze })
     }
 
     /// The states.

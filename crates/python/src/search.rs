@@ -9,7 +9,6 @@ use mmsim_client::{
 };
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
-use mmsim_recording::Course;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -79,14 +78,10 @@ fn simulate(
         return Err(value_error("a client cannot run a bundled strategy (use `mmsim solve`)"));
     };
     let unexplored = &place.unexplored;
-    let course = place.truth.as_ref().map(Course::from_maze);
     // A simulation that is locked here must be free of earlier failures.
     drop(lock(simulated, simulator.py())?);
     simulator.py().detach(|| {
         let mut history = mmsim_recording::History::new(unexplored.size());
-        if let Some(course) = course {
-            history = history.with_course(course);
-        }
         let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
             // The lock is free again before Python code runs.
             let Ok(mut simulated) = simulated.lock() else {

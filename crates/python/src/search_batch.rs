@@ -1,5 +1,7 @@
 //! Batches of search environments, which the Gymnasium environments of the package wrap.
 
+use std::path::PathBuf;
+
 use mmsim_maze::MazeSize;
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
@@ -217,7 +219,8 @@ impl SearchBatch {
 
     /// Returns the true maze of an environment.
     fn maze(&self, index: usize) -> PyResult<PyMaze> {
-        Ok(PyMaze { name: "episode".into(), maze: self.env(index)?.maze().clone() })
+        let maze = self.env(index)?.maze().clone();
+        Ok(PyMaze { path: PathBuf::new(), name: "episode".into(), maze })
     }
 
     /// Returns a copy of the map that the mouse of an environment has made.

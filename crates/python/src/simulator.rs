@@ -30,7 +30,7 @@ impl Simulator {
         maze: Py<PyMaze>,
         max_states: Option<usize>,
     ) -> PyClassInitializer<Self> {
-        let PyMaze { name, maze: truth } = maze.get();
+        let PyMaze { name, maze: truth, .. } = maze.get();
         let unexplored = KnownMaze::unexplored(truth);
         let place = Arc::new(Place { unexplored, truth: Some(truth.clone()) });
         let simulation = Simulation::new(name, truth.clone());

@@ -2,39 +2,99 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import flood_fill
 import pytest
+from conftest import LIMIT
 
 import micromouse_sim as mm
 
 
-def test_the_figures_are_those_of_the_command(mmsim: str, tmp_path: Path) -> None:
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Returns a folder with four mazes."""
     for name in ("01", "05", "unreachable", "trial-14"):
         maze = mm.Maze.bundled(name)
         maze.save(tmp_path / f"{maze.name}.txt")
-    command = [mmsim, "compare", "--json", "--strategies", "all", str(tmp_path)]
-    reports = json.loads(subprocess.run(command, capture_output=True).stdout)
-    rows = mm.compare(tmp_path, mm.STRATEGIES)
-    assert len(rows) == 4 * len(mm.STRATEGIES)
-    for report in reports:
-        for expected in report["mazes"]:
-            [row] = [
-                row for row in rows
-                if (row["maze"], row["mouse"]) == (expected["name"], report["strategy"])
-            ]
-            shared = row.keys() & expected.keys()
-            assert len(shared) >= 12
-            assert {key: row[key] for key in shared} == {key: expected[key] for key in shared}
+    return tmp_path
+
+
+def output(*command: object) -> Any:
+    """Runs a command, and returns its JSON."""
+    words = [*map(str, command), "--json"]
+    return json.loads(subprocess.run(words, capture_output=True, timeout=LIMIT).stdout)
+
+
+@pytest.mark.parametrize("vehicle", [None, "ares"])
+def test_the_figures_are_those_of_the_command(
+    mmsim: str, folder: Path, vehicle: str | None
+) -> None:
+    options = [f"--vehicle={vehicle}", "--search-speed=0.5,0.25"] if vehicle else []
+    reports = output(mmsim, "compare", "--strategies", "all", folder, *options)
+    rows = mm.compare(folder, mm.STRATEGIES, vehicle=vehicle, search_speed=(0.5, 0.25))
+    expected = [
+        {"strategy": report["strategy"], **report["mazes"][maze]}
+        for maze in range(4)
+        for report in reports
+    ]
+    for row in rows + expected:
+        assert row.pop("time_us") is None or row["goal_reached"] in (True, False)
+        assert ("total_time_s" in row) == (vehicle is not None)
+    assert rows == expected
+
+
+def test_a_contest_is_that_of_the_command(mmsim: str, folder: Path) -> None:
+    options = ["--rules=apec", "--vehicle=ares", "--strategies=swing,left-wall"]
+    mice = ("swing", "left-wall")
+    expected = output(mmsim, "contest", folder, *options)
+    assert mm.contest(folder, mice, rules="apec", vehicle="ares") == expected
+    mine = mm.contest("01-harbour", {"mine": flood_fill.search, "bundled": "flood-fill"})
+    [first, second] = mine["mazes"][0]["entries"]
+    assert {**first, "mouse": "bundled"} == second
+    with pytest.raises(ValueError, match="expected one of best-run, apec, uk"):
+        mm.contest("01-harbour", rules="none")
+
+
+def test_a_trial_is_that_of_the_command(mmsim: str, folder: Path) -> None:
+    rows = output(mmsim, "trial", folder, "--compare", "--noise=0.01", "--seed=3")
+    assert mm.trial(folder, noise=0.01, seed=3) == rows
+    robots = mm.trial(folder, mm.ROBOTS, noise=0.01, seed=3)
+    assert robots == [row for row in rows if row["table"] == "robots"]
+    [row] = mm.trial("01-harbour", {"mine": "proven"})
+    assert (row["row"], row["robot"], row["ending"]) == ("mine", "proven", "scored")
+    with pytest.raises(ValueError, match="expected one of random"):
+        mm.trial("01-harbour", "luck")
+    with pytest.raises(ValueError, match="probability from 0 to 1"):
+        mm.trial("01-harbour", noise=2.0)
+    with pytest.raises(TypeError, match="expected names of robots"):
+        mm.trial("01-harbour", {"mine": flood_fill.search})  # type: ignore[dict-item]
+
+
+def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:
+    program = tmp_path / "mouse.py"
+    program.write_text("raise SystemExit('no idea')")
+    command = f"'{sys.executable}' '{program}'"
+    [row] = mm.compare("01-harbour", {"mine": command})
+    assert (row["strategy"], row["ending"], row["states"]) == ("mine", "failed", 0)
+    assert row["error"].endswith("no idea")
+    [row] = mm.trial("01-harbour", {"mine": command})
+    assert (row["robot"], row["ending"]) == ("mine", "failed") and "no idea" in row["error"]
+    with pytest.raises(FileNotFoundError, match="missing does not exist"):
+        mm.compare("01-harbour", {"mine": str(tmp_path / "missing")})
 
 
 def test_a_function_has_the_figures_of_the_states_it_reports() -> None:
     mice = {"mine": flood_fill.search, "bundled": "flood-fill"}
-    rows = mm.compare(["01-harbour", mm.Maze.generate(1), mm.Maze.generate(2, (9, 7))], mice)
-    assert [row["mouse"] for row in rows] == ["mine", "bundled"] * 3
+    mazes = ["01-harbour", mm.Maze.generate(1), mm.Maze.generate(2, (9, 7))]
+    rows = mm.compare(mazes, mice, vehicle="expert")
+    assert [row["strategy"] for row in rows] == ["mine", "bundled"] * 3
     for mine, bundled in zip(rows[::2], rows[1::2]):
-        assert {**mine, "mouse": "bundled"} == bundled
+        assert bundled["time_us"] > 0
+        own = {"strategy": "mine", "time_us": None, "crashes": None}
+        assert mine == {**bundled, **own}
     pandas = pytest.importorskip("pandas")
     assert len(pandas.DataFrame(rows)) == 6
 
@@ -82,7 +142,7 @@ def test_unreadable_files_are_reported(tmp_path: Path) -> None:
     mm.Maze.generate(1).save(tmp_path / "good.txt")
     (tmp_path / "bad.txt").write_text("bad")
     with pytest.warns(UserWarning, match="skipped .*bad.txt: line 1"):
-        assert [row["maze"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
+        assert [row["name"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
     with pytest.raises(mm.MazeError, match="bad.txt"):
         mm.compare(tmp_path / "bad.txt")
     with pytest.raises(FileNotFoundError):

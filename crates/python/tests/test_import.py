@@ -40,7 +40,7 @@ def test_help_shows_the_documentation_of_the_stubs() -> None:
 
 
 def test_every_public_name_is_documented() -> None:
-    for name in set(mm.__all__) - {"STRATEGIES"}:
+    for name in set(mm.__all__) - {"ROBOTS", "STRATEGIES"}:
         assert getattr(mm, name).__doc__, name
 
 

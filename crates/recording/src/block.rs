@@ -1,15 +1,11 @@
 //! Copies of up to 256 consecutive states of a history, which can be read on other threads.
 
-use std::sync::Arc;
-
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
 
 use crate::compressor::decompress;
 use crate::context::Context;
-use crate::context_block::{ContextBlock, Updates};
-use crate::phases::Phases;
-use crate::transition::{Course, Transition};
+use crate::context_block::ContextBlock;
 use crate::update::{Events, StoredUpdate};
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
@@ -24,9 +20,6 @@ pub struct Block {
 #[derive(Clone, Debug)]
 pub struct States {
     pub(crate) first: usize,
-    /// The phases at the first state of this block.
-    pub(crate) phases: Phases,
-    pub(crate) course: Arc<Course>,
     pub(crate) size: MazeSize,
     pub(crate) bytes: Vec<u8>,
     /// The contexts of the states, which are compressed if the states belong to a [`Block`].
@@ -105,57 +98,15 @@ impl States {
         Some(self.contexts.updates().seek(at))
     }
 
-    /// Returns the phases of the states from the first state of the history to the state with this
-    /// index.
-    pub fn phases(&self, index: usize) -> Option<Phases> {
-        self.get(index)?;
-        let mut phases = self.phases;
+    /// Iterates over the states of this block from the index `from` in the whole history: the pose, or
+    /// `None` if it is invalid, and true if the mouse was put back at the start before the state.
+    pub fn poses(&self, from: usize) -> impl Iterator<Item = (Option<Pose>, bool)> {
         let mut updates = self.contexts.updates();
-        for index in self.first + 1..=index {
-            let (from, to) = (self.pose(index - 1)?, self.pose(index)?);
+        (from.max(self.first)..self.first + self.len()).map(move |index| {
             let events = Events::from_update(updates.seek(index - self.first), self.size);
-            let transition = self.course.transition_after(events, from, to);
-            phases.add(&self.course, index, transition, to);
-        }
-        Some(phases)
-    }
-
-    /// Returns the transition from the pose `from` to the state with this index.
-    pub fn transition(&self, from: Pose, index: usize) -> Option<Transition> {
-        self.transitions().to(index, from)
-    }
-
-    /// Returns the transitions to states of this block, for reading them in ascending order. Each
-    /// [`transition`](Self::transition) alone skips the updates of all earlier states.
-    pub fn transitions(&self) -> Transitions<'_> {
-        Transitions { states: self, updates: self.contexts.updates() }
-    }
-
-    /// Returns the start, the goal and the walls of the maze.
-    pub fn course(&self) -> &Course {
-        &self.course
-    }
-
-    pub(crate) fn pose(&self, index: usize) -> Option<Pose> {
-        self.message(index)?.pose().ok()
-    }
-}
-
-/// The transitions to the states of a block. See [`States::transitions`].
-#[derive(Clone, Debug)]
-pub struct Transitions<'a> {
-    states: &'a States,
-    updates: Updates<'a>,
-}
-
-impl Transitions<'_> {
-    /// Returns the transition from the pose `from` to the state with this index, which must be
-    /// greater than the previous index.
-    pub fn to(&mut self, index: usize, from: Pose) -> Option<Transition> {
-        let States { course, size, first, .. } = self.states;
-        let to = self.states.pose(index)?;
-        let update = self.updates.seek(index - first);
-        Some(course.transition_after(Events::from_update(update, *size), from, to))
+            let pose = self.message(index).and_then(|message| message.pose().ok());
+            (pose, events.has_restart)
+        })
     }
 }
 
@@ -191,7 +142,6 @@ mod tests {
                     history.push(&state(&(3, 2, index % 4))).unwrap();
                     history.undo_push();
                 }
-                // The annotation makes the state a restart, whatever its pose.
                 let list: &[u8] = if restarts[index] { b"AR" } else { b"" };
                 let annotations = Annotations::decode(list, size);
                 let mut updates = UpdateTracker::default();
@@ -202,37 +152,21 @@ mod tests {
                 history.push_with_update(update, &state(pose)).unwrap();
                 assert_eq!(history.newest_update().len(), usize::from(restarts[index]));
             }
-            let course = Course::from_size(size);
             let pose = |index: usize| {
                 let (x, y, heading) = poses[index];
                 Pose::new(Cell::new(x, y), Heading::ALL[heading])
-            };
-            let transition = |index: usize| {
-                let moved = || course.transition(pose(index - 1), pose(index));
-                if restarts[index] { Transition::Restart } else { moved() }
             };
             for (index, count) in reads {
                 let states = history.block(index / Block::STATES).and_then(Block::unpack);
                 let got = states.as_ref().and_then(|states| states.get(index)).map(<[u8]>::to_vec);
                 prop_assert_eq!(&got, &history.get(index));
-                let mut phases = Phases::default();
-                phases.arrive(&course, pose(0));
-                for index in 1..=index.min(poses.len() - 1) {
-                    phases.add(&course, index, transition(index), pose(index));
-                }
-                let found = states.as_ref().and_then(|states| states.phases(index));
-                prop_assert_eq!(found, (index < poses.len()).then_some(phases));
                 if let Some(states) = states.filter(|_| got.is_some()) {
                     let end = (index + count).min(poses.len()).min(states.first + states.len());
                     let expected: Vec<u8> = poses[index..end].iter().flat_map(state).collect();
                     prop_assert_eq!(states.range(index, count), expected);
-                    let mut transitions = states.transitions();
-                    for index in index.max(1)..end {
-                        let expected = Some(transition(index));
-                        let from = pose(index - 1);
-                        prop_assert_eq!(transitions.to(index, from), expected);
-                        prop_assert_eq!(states.transition(from, index), expected);
-                    }
+                    let found = states.poses(index).take(end - index);
+                    let expected = (index..end).map(|index| (Some(pose(index)), restarts[index]));
+                    prop_assert!(found.eq(expected));
                 }
             }
             prop_assert!(history.block(poses.len().div_ceil(Block::STATES)).is_none());

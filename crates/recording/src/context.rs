@@ -97,7 +97,7 @@ impl Context {
 
     /// Turns the map that the client claims to know into the map of the walls that it knows. See
     /// [`known_maze`](Self::known_maze).
-    pub(crate) fn forget_unknown(&self, claimed: &mut KnownMaze, truth: Option<&Maze>) {
+    pub fn forget_unknown(&self, claimed: &mut KnownMaze, truth: Option<&Maze>) {
         if let Some(truth) = truth {
             claimed.forget_errors(truth.walls());
         }

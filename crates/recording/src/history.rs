@@ -1,7 +1,6 @@
 //! Keeps every state of a search in memory.
 
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 use std::{fmt, mem};
 
 use mmsim_maze::{MazeSize, Pose};
@@ -14,9 +13,7 @@ use crate::context::Context;
 use crate::context_log::ContextLog;
 use crate::log::{LogBlock, LogEnd};
 use crate::memory::{OutOfMemory, reserve};
-use crate::phases::Phases;
 use crate::slabs::Slabs;
-use crate::transition::Course;
 use crate::update::{Events, Update};
 
 /// Every state since the last reset, stored as the bytes of its message.
@@ -48,22 +45,6 @@ pub struct History {
     pub(crate) contexts: ContextLog,
     /// The update of the state that is being added.
     update: Vec<u8>,
-    /// The start, goal and walls of the maze, which determine the phases.
-    course: Arc<Course>,
-    /// The phases at the first state of each block in `packed`.
-    phases: Vec<Phases>,
-    /// The phases at the first state in `open`.
-    open_phases: Phases,
-    newest: Newest,
-    /// The value of `newest` before the last `push`. `undo_push` restores this value.
-    previous: Newest,
-}
-
-/// The pose of the newest state (`None` if the pose is invalid), and the phases at this state.
-#[derive(Clone, Copy, Default)]
-struct Newest {
-    pose: Option<Pose>,
-    phases: Phases,
 }
 
 /// The reason why a state was not added to a history.
@@ -118,25 +99,7 @@ impl History {
             compressor: BlockCompressor::default(),
             contexts: ContextLog::new(size),
             update: Vec::new(),
-            course: Arc::new(Course::from_size(size)),
-            phases: Vec::new(),
-            open_phases: Phases::default(),
-            newest: Newest::default(),
-            previous: Newest::default(),
         }
-    }
-
-    /// Sets the start, the goal and the walls of the maze, which determine the phases of the states.
-    /// By default, the start is (0, 0), the goal is in the centre, and the walls are unknown.
-    #[must_use]
-    pub fn with_course(mut self, course: Course) -> Self {
-        self.course = Arc::new(course);
-        self
-    }
-
-    /// Returns the start, the goal and the walls that determine the phases.
-    pub fn course(&self) -> &Course {
-        &self.course
     }
 
     /// Returns the number of states.
@@ -151,8 +114,7 @@ impl History {
 
     /// Returns the memory that the states use, in bytes.
     pub const fn bytes(&self) -> usize {
-        let phases = self.phases.len() * size_of::<Phases>();
-        self.packed.bytes + self.open.len() + phases + self.contexts.bytes()
+        self.packed.bytes + self.open.len() + self.contexts.bytes()
     }
 
     /// Returns the memory limit in bytes.
@@ -211,20 +173,6 @@ impl History {
         let pushed = self.contexts.push(states % Block::STATES, pose, &self.update, events);
         pushed.map_err(out_of_memory)?;
         self.open.extend_from_slice(state);
-        self.previous = self.newest;
-        if let Some(pose) = pose {
-            match self.newest.pose {
-                Some(before) => {
-                    let transition = self.course.transition_after(events, before, pose);
-                    self.newest.phases.add(&self.course, states, transition, pose);
-                }
-                None => self.newest.phases.arrive(&self.course, pose),
-            }
-        }
-        self.newest.pose = pose;
-        if starts_block {
-            self.open_phases = self.newest.phases;
-        }
         Ok(())
     }
 
@@ -233,7 +181,6 @@ impl History {
     pub fn undo_push(&mut self) {
         self.open.truncate(self.open.len().saturating_sub(state_bytes(self.size)));
         self.contexts.undo_push();
-        self.newest = self.previous;
     }
 
     /// Returns the state with this index, counted from 0.
@@ -251,10 +198,8 @@ impl History {
         let mut copy = Vec::new();
         reserve(&mut copy, states.len()).ok()?;
         copy.extend_from_slice(states);
-        let (first, size) = (index * Block::STATES, self.size);
-        let phases = self.phases.get(index).copied().unwrap_or(self.open_phases);
-        let course = Arc::clone(&self.course);
-        let states = States { first, phases, course, size, bytes: copy, contexts };
+        let states =
+            States { first: index * Block::STATES, size: self.size, bytes: copy, contexts };
         Some(Block { states, packed })
     }
 
@@ -296,8 +241,8 @@ impl History {
 
     /// Removes all states and frees their memory.
     pub fn clear(&mut self) {
-        let (compressor, course) = (mem::take(&mut self.compressor), Arc::clone(&self.course));
-        *self = Self { compressor, course, ..Self::with_limit(self.size, self.limit) };
+        let compressor = mem::take(&mut self.compressor);
+        *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
     }
 
     /// Returns the bytes of the block with this index, and true if they are compressed.
@@ -318,10 +263,8 @@ impl History {
     /// Compresses the states in `open` into a block. If compression fails or saves no memory, the
     /// block is stored uncompressed.
     fn pack(&mut self) -> Result<(), OutOfMemory> {
-        reserve(&mut self.phases, 1)?;
         self.contexts.pack_updates(self.packed.len(), &mut self.compressor)?;
         self.packed.push(self.compressor.compress(&self.open))?;
-        self.phases.push(self.open_phases);
         self.open.clear();
         Ok(())
     }

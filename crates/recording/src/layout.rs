@@ -32,13 +32,3 @@ pub(crate) const MAZES: [&str; 2] = ["/maze", "mmsim-maze"];
 /// does not read these channels.
 pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
-
-/// The topic and schema name of the channel with the figures of the mouse in each state.
-pub(crate) const MOUSE_TOPIC: &str = "/mouse";
-pub(crate) const MOUSE_SCHEMA: &str = "mmsim.Mouse";
-
-/// The topic of the channel with the pose of the mouse in each state, for 3D views.
-pub(crate) const POSE_TOPIC: &str = "/pose";
-
-/// The topic of the channel whose only message is a picture of the true maze, for 3D views.
-pub(crate) const SCENE_TOPIC: &str = "/scene";

@@ -19,6 +19,7 @@ use tracing::debug;
 
 use crate::description::Description;
 use crate::memory;
+use crate::messages::NewMessages;
 use crate::reader::{Integrity, RecordedState, read_states};
 use crate::save::RecordWriter;
 use crate::sink::{Identity, identity};
@@ -86,14 +87,14 @@ pub(crate) struct Unpacked {
     pub(crate) identity: Identity,
     /// The number of states that were written successfully.
     pub(crate) states: u32,
-    /// True if the compressed recording contains channels of JSON messages.
-    pub(crate) has_json: bool,
+    /// The messages for other tools in the compressed recording.
+    pub(crate) messages: Option<NewMessages>,
 }
 
 impl Unpacked {
     /// Compresses the recording. The file stays unchanged if compression fails or is cancelled.
     pub(crate) fn pack(&self, packing: &Packing) -> io::Result<()> {
-        let Self { path, identity: expected, states, has_json } = self;
+        let Self { path, identity: expected, states, messages } = self;
         if *states < MIN_STATES {
             return Ok(());
         }
@@ -113,7 +114,8 @@ impl Unpacked {
                 let to = BufWriter::new(target.as_file());
                 let maze = maze.as_ref();
                 let states = RecordWriter::new(to, true, info, maze, time)?;
-                writer = Some(if *has_json { states.with_json(info, maze, time)? } else { states });
+                let messages = messages.and_then(|new| new(info, maze));
+                writer = Some(states.with_messages(messages, time)?);
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });
@@ -332,11 +334,11 @@ mod tests {
     #[test]
     fn a_recording_stays_unchanged_if_compression_fails() {
         let folder = tempfile::tempdir().unwrap();
-        let Unpacked { path, identity: (device, file), states, has_json } =
+        let Unpacked { path, identity: (device, file), states, messages } =
             unpacked(folder.path(), 100);
         let bytes = fs::read(&path).unwrap();
         let pack = |states, identity, cancelled: bool| {
-            let unpacked = Unpacked { path: path.clone(), identity, states, has_json };
+            let unpacked = Unpacked { path: path.clone(), identity, states, messages };
             let packing = Packing { is_cancelled: cancelled.into(), ..Packing::default() };
             let packed = unpacked.pack(&packing);
             assert!(fs::read(&path).unwrap() == bytes);

@@ -8,6 +8,7 @@ use mmsim_protocol::Info;
 use tracing::debug;
 
 use crate::error::RecordError;
+use crate::messages::NewMessages;
 use crate::pack::{Packer, remove_unfinished};
 use crate::writer::RecordingWriter;
 
@@ -28,7 +29,7 @@ pub struct Recorder {
     /// The counter in the name of the newest file.
     number: u32,
     current: Option<RecordingWriter>,
-    has_json: bool,
+    messages: Option<NewMessages>,
     /// A temporary file that reserves a file descriptor for the next recording. Without this file,
     /// connections could use up all file descriptors. `None` on Windows, which has no such limit,
     /// and would show the file.
@@ -53,18 +54,18 @@ impl Recorder {
             folder: folder.into(),
             number: 0,
             current: None,
-            has_json: false,
+            messages: None,
             spare: Some(spare).filter(|_| cfg!(unix)),
             // The thread starts before states take memory.
             packer: Packer::start().ok(),
         })
     }
 
-    /// Sets whether recordings get channels of JSON messages for other tools when they are
-    /// compressed. By default, they contain only the states.
+    /// Sets the messages for other tools that recordings get when they are compressed. By default, they
+    /// contain only the states.
     #[must_use]
-    pub fn with_json(mut self, has_json: bool) -> Self {
-        self.has_json = has_json;
+    pub fn with_messages(mut self, messages: Option<NewMessages>) -> Self {
+        self.messages = messages;
         self
     }
 
@@ -132,7 +133,7 @@ impl Recorder {
                 Err(RecordError { source, .. })
                     if source.kind() == std::io::ErrorKind::AlreadyExists
                         && !self.number.is_multiple_of(MAX_TRIES) => {}
-                result => return result.map(|writer| writer.with_json(self.has_json)),
+                result => return result.map(|writer| writer.with_messages(self.messages)),
             }
         }
     }

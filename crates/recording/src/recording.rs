@@ -13,10 +13,10 @@ use crate::description::Description;
 use crate::error::{OpenError, ReadError};
 use crate::history::History;
 use crate::memory::{MemoryBudget, Share};
+use crate::messages::NewMessages;
 use crate::reader::{Integrity, RecordedState, read_states};
 use crate::save::RecordWriter;
 use crate::times::Times;
-use crate::transition::Course;
 
 /// A recording that has been read into memory.
 ///
@@ -105,16 +105,16 @@ impl Recording {
         Ok(Self { info, size, maze, history, times, integrity, _share: share })
     }
 
-    /// Writes a compressed recording of the same states, with or without channels of JSON messages
-    /// for other tools.
+    /// Writes a compressed recording of the same states, with messages for other tools if `messages`
+    /// is given.
     ///
     /// # Errors
     /// The recording cannot be written to `to`, or memory runs out.
-    pub fn save(&self, to: impl Write, has_json: bool) -> io::Result<()> {
+    pub fn save(&self, to: impl Write, messages: Option<NewMessages>) -> io::Result<()> {
         let (info, maze, start) = (&self.info, self.maze(), self.times.get(0).unwrap_or(0));
         let mut writer = RecordWriter::new(to, true, info, maze, start)?;
-        if has_json {
-            writer = writer.with_json(info, maze, start)?;
+        if let Some(messages) = messages {
+            writer = writer.with_messages(messages(info, maze), start)?;
         }
         let mut times = self.times.iter();
         for block in 0..self.history.len().div_ceil(Block::STATES) {
@@ -163,7 +163,6 @@ impl Recording {
 }
 
 /// Returns the empty history and the times of a recording.
-fn empty(Description { info, size, maze }: &Description) -> (History, Times) {
-    let course = Course::from_info(info, maze.as_ref());
-    (History::new(*size).with_course(course), Times::new(1))
+fn empty(description: &Description) -> (History, Times) {
+    (History::new(description.size), Times::new(1))
 }

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 
-use crate::json_channels::JsonChannels;
 use crate::layout::{INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES};
 use crate::mcap_writer::{McapWriter, MessageHeader};
+use crate::messages::{MessageWriter, StateMessages};
 use crate::notes::Notes;
 use crate::update::StoredUpdate;
 
@@ -19,8 +19,8 @@ pub(crate) struct RecordWriter<W> {
     updates_channel: Option<u16>,
     pub(crate) states: u32,
     size: Option<MazeSize>,
-    /// The channels for other tools, if they are enabled.
-    json: Option<JsonChannels>,
+    /// The messages for other tools, if there are any.
+    messages: Option<MessageWriter>,
 }
 
 impl<W: Write> RecordWriter<W> {
@@ -48,18 +48,19 @@ impl<W: Write> RecordWriter<W> {
             mcap.write(header, maze.to_string().as_bytes())?;
         }
         let (size, updates_channel) = (info.size(), None);
-        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, json: None })
+        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, messages: None })
     }
 
-    /// Adds the channels for other tools. Call this method before the first state, with the
-    /// arguments of [`new`](Self::new).
-    pub(crate) fn with_json(
+    /// Adds the messages for other tools, if there are any. Call this method before the first state,
+    /// with the same `start` as [`new`](Self::new).
+    pub(crate) fn with_messages(
         mut self,
-        info: &Info,
-        maze: Option<&Maze>,
+        messages: Option<Box<dyn StateMessages>>,
         start: u64,
     ) -> io::Result<Self> {
-        self.json = JsonChannels::add(&mut self.mcap, info, maze, start)?;
+        if let Some((messages, size)) = messages.zip(self.size) {
+            self.messages = Some(MessageWriter::add(&mut self.mcap, messages, size, start)?);
+        }
         Ok(self)
     }
 
@@ -75,8 +76,8 @@ impl<W: Write> RecordWriter<W> {
         }
         let (channel, sequence) = (self.states_channel, self.states);
         self.mcap.write(MessageHeader { channel, sequence, time }, state)?;
-        if let Some(json) = &mut self.json {
-            json.write(&mut self.mcap, (self.states, time), update, state)?;
+        if let Some(messages) = &mut self.messages {
+            messages.write(&mut self.mcap, (self.states, time), update, state)?;
         }
         self.states = self.states.wrapping_add(1);
         Ok(())
@@ -117,7 +118,7 @@ impl<W: Write> RecordWriter<W> {
     }
 }
 
-/// Writes a compressed recording without JSON messages, which takes about 20 bytes per state. See also
+/// Writes a compressed recording without messages for other tools, which takes about 20 bytes per state. See also
 /// [`Recording::save`](crate::Recording::save).
 ///
 /// `info` describes the simulation, and `maze` is its true maze, if known. Each item consists of the

@@ -1,14 +1,15 @@
-//! Reads the states of a block in order, with their phases and contexts.
+//! Reads the states of a block in order, with their contexts.
+
+use mmsim_maze::{MazeSize, Pose};
+use mmsim_protocol::{State, StateMessage};
 
 use crate::block::States;
 use crate::context::Context;
 use crate::context_block::Updates;
-use crate::phases::Phases;
-use crate::update::{Events, StoredUpdate};
+use crate::update::StoredUpdate;
 
-/// Reads the states of a block in order. [`States::phases`] and [`States::context`] start at the
-/// beginning of the block for each state, but a scan computes each phase and context from the
-/// previous one.
+/// Reads the states of a block in order. [`States::context`] starts at the beginning of the block for
+/// each state, but a scan computes each context from the previous one.
 ///
 /// ```
 /// use mmsim_recording::History;
@@ -17,24 +18,21 @@ use crate::update::{Events, StoredUpdate};
 /// history.push(b"S\x01\x00EC\x01\x00C\x0d\x17")?;
 /// let states = history.block(0).and_then(|block| block.unpack()).expect("a block");
 /// let mut scan = states.scan().expect("an intact block");
-/// let mut steps = Vec::new();
+/// let mut cells = Vec::new();
 /// while let Some(state) = scan.advance() {
-///     steps.push((state.index, state.phases.total.steps));
+///     cells.push((state.index, state.pose.cell.x));
 /// }
-/// assert_eq!(steps, [(0, 0), (1, 1)]);
+/// assert_eq!(cells, [(0, 0), (1, 1)]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct StateScan<'a> {
     states: &'a States,
     updates: Updates<'a>,
-    /// The index of the next state.
-    next: usize,
-    phases: Phases,
-    context: Context,
+    cursor: StateCursor,
 }
 
-/// A state that a [`StateScan`] has read.
+/// A state with its context.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct ScannedState<'s> {
@@ -42,8 +40,10 @@ pub struct ScannedState<'s> {
     pub index: usize,
     /// The message `S`.
     pub message: &'s [u8],
-    /// The phases up to this state.
-    pub phases: &'s Phases,
+    /// The pose of the mouse.
+    pub pose: Pose,
+    /// True if the mouse was put back at the start before this state.
+    pub has_restart: bool,
     /// The context of this state.
     pub context: &'s Context,
     /// True if the context may differ from that of the previous state.
@@ -52,38 +52,61 @@ pub struct ScannedState<'s> {
     pub log_lines: usize,
 }
 
+impl<'s> ScannedState<'s> {
+    /// Decodes the message, or returns `None` if it is invalid.
+    pub fn state(&self, size: MazeSize) -> Option<State<'s>> {
+        State::decode(self.message, size).ok()
+    }
+}
+
+/// The context of the states that have been read.
+#[derive(Clone, Debug)]
+pub(crate) struct StateCursor {
+    size: MazeSize,
+    /// The index of the next state.
+    next: usize,
+    context: Context,
+}
+
+impl StateCursor {
+    /// Starts before the first state of a run.
+    pub(crate) fn new(size: MazeSize) -> Self {
+        Self { size, next: 0, context: Context::new(size) }
+    }
+
+    /// Reads the next state and the update that precedes it. Returns `None` if one of them is
+    /// invalid.
+    pub(crate) fn advance<'s>(
+        &'s mut self,
+        update: &[u8],
+        message: &'s [u8],
+    ) -> Option<ScannedState<'s>> {
+        let Self { size, next, context } = self;
+        let pose = StateMessage::new(message, *size).ok()?.pose().ok()?;
+        let update = StoredUpdate::decode(update, *size).ok()?;
+        let is_context_new = context.apply(Some(pose), &update);
+        let (index, events) = (*next, update.changes.events());
+        *next += 1;
+        let (has_restart, log_lines) = (events.has_restart, events.lines);
+        Some(ScannedState { index, message, pose, has_restart, context, is_context_new, log_lines })
+    }
+}
+
 impl States {
     /// Starts a scan at the first state of this block. Returns `None` if the block is damaged.
     pub fn scan(&self) -> Option<StateScan<'_>> {
-        Some(StateScan {
-            states: self,
-            updates: self.contexts.updates(),
-            next: self.first,
-            phases: self.phases,
-            context: self.contexts.first(self.size)?,
-        })
+        let context = self.contexts.first(self.size)?;
+        let cursor = StateCursor { size: self.size, next: self.first, context };
+        Some(StateScan { states: self, updates: self.contexts.updates(), cursor })
     }
 }
 
 impl StateScan<'_> {
     /// Reads the next state. Returns `None` after the last state or if the block is damaged.
     pub fn advance(&mut self) -> Option<ScannedState<'_>> {
-        let Self { states, updates, next, phases, context } = self;
-        let (index, size) = (*next, states.size);
-        let message = states.get(index)?;
-        let update = updates.seek(index - states.first);
-        let pose = states.pose(index)?;
-        if index > states.first {
-            let events = Events::from_update(update, size);
-            let from = states.pose(index - 1)?;
-            let transition = states.course.transition_after(events, from, pose);
-            phases.add(&states.course, index, transition, pose);
-        }
-        let update = StoredUpdate::decode(update, size).ok()?;
-        let is_context_new = context.apply(Some(pose), &update);
-        let log_lines = update.changes.events().lines;
-        *next += 1;
-        Some(ScannedState { index, message, phases, context, is_context_new, log_lines })
+        let index = self.cursor.next;
+        let message = self.states.get(index)?;
+        self.cursor.advance(self.updates.seek(index - self.states.first), message)
     }
 }
 
@@ -125,7 +148,8 @@ mod tests {
                 while let Some(state) = scan.advance() {
                     prop_assert_eq!(state.index, count);
                     prop_assert_eq!(Some(state.message), block.get(count));
-                    prop_assert_eq!(Some(*state.phases), block.phases(count));
+                    let found = (Some(state.pose), state.has_restart);
+                    prop_assert_eq!(Some(found), block.poses(count).next());
                     prop_assert_eq!(state.context, &block.context(count).unwrap());
                     prop_assert!(state.is_context_new || *state.context == previous);
                     let lines = match LISTS.get(states[count].3) {

@@ -9,6 +9,7 @@ use mmsim_protocol::Info;
 use tracing::debug;
 
 use crate::error::RecordError;
+use crate::messages::NewMessages;
 use crate::pack::{Packing, Unpacked};
 use crate::save::RecordWriter;
 use crate::sink::{Identity, RecordingFile, Sink};
@@ -31,7 +32,7 @@ pub struct RecordingWriter {
     /// True if a state could not be written. In this case, the file gets no summary, because the
     /// counts in the summary would be wrong.
     has_failed: bool,
-    has_json: bool,
+    messages: Option<NewMessages>,
 }
 
 impl RecordingWriter {
@@ -57,14 +58,14 @@ impl RecordingWriter {
             failed(error)
         })?;
         let (path, records) = (path.into(), Some(records));
-        Ok(Self { path, identity, clock, records, has_failed: false, has_json: false })
+        Ok(Self { path, identity, clock, records, has_failed: false, messages: None })
     }
 
-    /// Sets whether the recording gets channels of JSON messages for other tools when it is
-    /// compressed. By default, it contains only the states.
+    /// Sets the messages for other tools that the recording gets when it is compressed. By default, it
+    /// contains only the states.
     #[must_use]
-    pub fn with_json(mut self, has_json: bool) -> Self {
-        self.has_json = has_json;
+    pub fn with_messages(mut self, messages: Option<NewMessages>) -> Self {
+        self.messages = messages;
         self
     }
 
@@ -93,7 +94,7 @@ impl RecordingWriter {
     }
 
     /// Closes the recording with a summary and compresses it. Compression takes about 4 µs for each
-    /// state, and 18 µs with JSON messages. If compression fails, the file stays uncompressed.
+    /// state, and more with messages for other tools. If compression fails, the file stays uncompressed.
     ///
     /// # Errors
     /// The summary at the end of the file cannot be written. All states remain readable.
@@ -109,8 +110,8 @@ impl RecordingWriter {
     pub(crate) fn close_unpacked(mut self) -> (Unpacked, Result<(), RecordError>) {
         let states = self.records.as_ref().map_or(0, |records| records.states);
         let closed = self.finish().map_err(|error| RecordError::new(&self.path, error));
-        let (path, identity, has_json) = (self.path.clone(), self.identity, self.has_json);
-        (Unpacked { path, identity, states, has_json }, closed)
+        let (path, identity, messages) = (self.path.clone(), self.identity, self.messages);
+        (Unpacked { path, identity, states, messages }, closed)
     }
 
     fn finish(&mut self) -> io::Result<()> {

@@ -9,6 +9,7 @@ mod scatter;
 use std::fmt::Display;
 
 use maud::{Markup, PreEscaped, html};
+use mmsim_maze::{Counted, counted};
 use unicode_width::UnicodeWidthStr as _;
 
 pub use self::bars::{Bar, BarChart, BarGroup};
@@ -209,8 +210,8 @@ fn file_name(text: &str) -> String {
     words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
 }
 
-fn mazes(count: usize) -> String {
-    if count == 1 { "1 maze".into() } else { format!("{count} mazes") }
+fn mazes(count: usize) -> Counted<'static> {
+    counted(count, "maze")
 }
 
 /// Formats a coordinate with at most one decimal.

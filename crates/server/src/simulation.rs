@@ -5,7 +5,7 @@ use std::io::Write;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
-use mmsim_recording::{Course, History, PushError, UpdateTracker};
+use mmsim_recording::{History, PushError, UpdateTracker};
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ impl Simulation {
     /// Creates a simulation of this maze with an empty history. The reply to `info` contains
     /// `name`.
     pub fn new(name: &str, maze: Maze) -> Self {
-        let history = History::new(maze.size()).with_course(Course::from_maze(&maze));
+        let history = History::new(maze.size());
         Self { name: name.into(), maze, history, updates: UpdateTracker::default() }
     }
 
@@ -28,8 +28,7 @@ impl Simulation {
     /// earlier states are kept.
     #[must_use]
     pub fn with_history_limit(mut self, bytes: usize) -> Self {
-        let course = Course::from_maze(&self.maze);
-        self.history = History::with_limit(self.maze.size(), bytes).with_course(course);
+        self.history = History::with_limit(self.maze.size(), bytes);
         self
     }
 

@@ -9,8 +9,8 @@ import { isExported, respond } from "./embedded.js";
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
- * @typedef {{ kind: "goal" | "gave-up" | "stopped" | "failed", text: string }} Ending
- * @typedef {{ name: string, own: boolean, reason: string, ending: Ending | null }} MouseStatus
+ * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
+ * @typedef {{ name: string, own: boolean, reason: string, outcome: Outcome | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, maze: string | null,
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
@@ -23,11 +23,12 @@ import { isExported, respond } from "./embedded.js";
  *   score: string | null }} TrialReport
  * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport, leg: [number, number],
  *   trial: TrialReport | null,
- *   event: "restart" | "jump" | null, visited: number, unknown_walls: [number, number][], open: number | null,
- *   closed: number | null, solved: boolean, trail: number[], plan: number[],
+ *   goal_reached: boolean, error: string | null, event: "restart" | "jump" | null, visited_cells: number,
+ *   optimistic_distance: number | null, pessimistic_distance: number | null, proven: boolean,
+ *   unknown_walls: [number, number][], trail: number[], plan: number[],
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
- * @typedef {{ states: number, stride: number, open: (number | null)[], closed: (number | null)[] }} DistanceHistory
+ * @typedef {{ states: number, stride: number, optimistic: (number | null)[], pessimistic: (number | null)[] }} BoundsHistory
  * @typedef {"goal" | "return" | "fast-run" | "reset" | "jump" | "wrong-wall" | "solved" | "run-1" | "run-2" | "scored"
  *   | "unscored" | "log"} EventKind
  * @typedef {{ states: number, events: { kind: EventKind, count: number, every: number, states: number[] }[] }} RunEvents
@@ -115,7 +116,7 @@ export const sourceUrl = ({ id, run }, resource, query = "") => `/api/sources/${
 export const drawing = async (source, signal) => (await request(sourceUrl(source, "drawing.svg"), { signal })).text();
 /** @param {Source} source @param {number} index @param {AbortSignal} signal @returns {Promise<StateView>} */
 export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
-/** @param {Source} source @param {AbortSignal} signal @returns {Promise<DistanceHistory>} */
+/** @param {Source} source @param {AbortSignal} signal @returns {Promise<BoundsHistory>} */
 export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
 export const runEvents = (source, signal) => getJson(sourceUrl(source, "events"), signal);

@@ -12,7 +12,7 @@ const MAX_INTERVALS = 3;
 /** Minimum distance between the centres of two state numbers, in pixels per character and in addition. */
 const [CHARACTER, GAP] = [6.5, 30];
 
-/** @typedef {import("./api.js").DistanceHistory} DistanceHistory */
+/** @typedef {import("./api.js").BoundsHistory} BoundsHistory */
 
 export class Chart {
   #axis;
@@ -20,8 +20,8 @@ export class Chart {
   #svg;
   #tip;
   #seek;
-  /** @type {DistanceHistory} */
-  #history = { states: 0, stride: 1, open: [], closed: [] };
+  /** @type {BoundsHistory} */
+  #history = { states: 0, stride: 1, optimistic: [], pessimistic: [] };
   #unit = "steps";
   /** The heights of the horizontal lines of the grid. @type {string[]} */
   #rows = [];
@@ -44,20 +44,20 @@ export class Chart {
   }
 
   /**
-   * @param {DistanceHistory} history @param {import("./api.js").StateView | null} newest
+   * @param {BoundsHistory} history @param {import("./api.js").StateView | null} newest
    * @param {boolean} isTrial true if the distances are time steps
    */
   draw(history, newest, isTrial) {
     if (newest) {
       // The samples of a long run rarely include its newest state.
-      history.open.push(newest.open);
-      history.closed.push(newest.closed);
+      history.optimistic.push(newest.optimistic_distance);
+      history.pessimistic.push(newest.pessimistic_distance);
     }
     this.#history = history;
     this.#unit = isTrial ? "time steps" : "steps";
     this.#axis.grow(history.states);
-    const { states, stride, open, closed } = history;
-    const max = Math.max(1, ...open.map(Number), ...closed.map(Number));
+    const { states, stride, optimistic, pessimistic } = history;
+    const max = Math.max(1, ...optimistic.map(Number), ...pessimistic.map(Number));
     const step = tickStep(max, MAX_INTERVALS);
     const top = Math.ceil(max / step) * step;
     const ticks = Array.from({ length: top / step + 1 }, (_, i) => i * step);

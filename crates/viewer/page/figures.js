@@ -22,7 +22,7 @@ export function showFigures(panel, source, view) {
   const trialTurns = view?.trial && view.trial.run_1.turns + (view.trial.run_2?.turns ?? 0);
   show("steps", trialSteps ?? view?.phases.total.steps);
   show("turns", trialTurns ?? view?.phases.total.turns);
-  show("visited", view?.visited);
+  show("visited", view?.visited_cells);
   setText(panel, ".time dd", view ? formatTime(view.phases.total.ms) : "–");
   if (isTrial) showTrial(panel, view?.trial, source?.robot);
   else showPhases(panel, view?.phases);
@@ -33,17 +33,17 @@ export function showFigures(panel, source, view) {
   setText(panel, ".actual dt", isTrial ? "optimum" : "actual");
   setText(panel, ".happened", view && !view.trial ? describeEvents(view) : "");
   setAttributes(panel, { "data-event": view?.event ?? "" });
-  show("optimistic", view?.open, none);
-  show("pessimistic", view?.closed, none);
+  show("optimistic", view?.optimistic_distance, none);
+  show("pessimistic", view?.pessimistic_distance, none);
   show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", proof(view));
-  setAttributes(panel, { "data-proven": view?.solved ?? false });
+  setAttributes(panel, { "data-proven": view?.proven ?? false });
 }
 
 /** Describes what the known walls prove. @param {StateView | undefined} view */
 function proof(view) {
-  if (view && view.open == null) return "goal unreachable";
-  return view?.solved ? "proven" : "not proven";
+  if (view && view.optimistic_distance == null) return "goal unreachable";
+  return view?.proven ? "proven" : "not proven";
 }
 
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
@@ -84,7 +84,7 @@ export function describeUnknownWalls(cell, view) {
 }
 
 /** Describes how often the mouse was put back or jumped, and whether it was in this state. @param {StateView} view */
-function describeEvents({ event, phases: { restarts, jumps } }) {
+function describeEvents({ event, goal_reached, error, phases: { restarts, jumps } }) {
   /** @param {number} count */
   const times = (count) => (count === 1 ? "once" : `${formatNumber(count)} times`);
   const texts = [];
@@ -92,6 +92,7 @@ function describeEvents({ event, phases: { restarts, jumps } }) {
   else if (restarts) texts.push(`Put back at the start ${times(restarts)}`);
   if (event === "jump") texts.push("Jumped to this cell");
   else if (jumps) texts.push(`Jumped to another cell ${times(jumps)}`);
+  if (error) texts.push(`Goal ${goal_reached ? "reached" : "not reached"}: ${error}`);
   return texts.join(". ");
 }
 
@@ -103,7 +104,7 @@ export function announce(panel, shown, events) {
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
     if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
     if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back at the start");
-    parts.push(...events, `${pluralize(view.visited, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
+    parts.push(...events, `${pluralize(view.visited_cells, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
   }
   setText(panel, ".announcement", parts.join(", "));
 }

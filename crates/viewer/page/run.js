@@ -88,7 +88,7 @@ export class RunForm {
   }
 
   get #isRunning() {
-    return this.#mouse !== null && this.#mouse.ending === null;
+    return this.#mouse !== null && this.#mouse.outcome === null;
   }
 
   /** @param {api.ServerEvent} event */
@@ -114,11 +114,11 @@ export class RunForm {
     const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
     setText(form, ".name", mouse?.name ?? this.#own?.name ?? "");
     setText(form, ".phase", phase);
-    setText(form, ".result", mouse?.ending?.text ?? "");
+    setText(form, ".result", mouse?.outcome?.text ?? "");
     setText(form, ".reason", mouse?.reason ?? "");
     const blocked = client && !running ? "Another client is searching the maze. A strategy can run after the client has disconnected." : "";
     setText(form, ".blocked", blocked);
     query(form, ".bundled").hidden = this.#isTrial || (running && (mouse?.own ?? false));
-    setAttributes(form, { "data-running": running, "data-ending": mouse?.ending?.kind ?? "" });
+    setAttributes(form, { "data-running": running, "data-ending": mouse?.outcome?.ending ?? "" });
   }
 }

@@ -10,15 +10,14 @@ use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
 use mmsim_drawing::{Scene, thumbnail};
 use mmsim_recording::Block;
+use mmsim_run::{BoundsHistory, RunEvents};
 use serde::{Deserialize, Serialize};
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::distances::DistanceHistory;
 use crate::jobs::run_blocking;
 use crate::page_info::PageInfo;
 use crate::pictures::{self, PictureOptions};
-use crate::run_events::RunEvents;
 use crate::source::Source;
 use crate::source_info::SourceInfo;
 use crate::state_view::StateView;
@@ -46,7 +45,7 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/picture.png", get(png_picture))
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
-        .route("/api/sources/{id}/costs", get(distances))
+        .route("/api/sources/{id}/costs", get(bounds))
         .route("/api/sources/{id}/events", get(run_events))
         .route("/api/sources/{id}/log", get(log_view::handle))
         .route("/api/sources/{id}/find", get(find::handle))
@@ -173,18 +172,18 @@ async fn state_view(
     let source = state.source(&id)?;
     if at < source.states(run)? && source.is_trail_long(run, at) {
         let source = Arc::clone(&source);
-        state.run_jobs.run(move |cancel| source.trail(run, at, cancel).map(drop)).await?;
+        state.run_jobs.run(move |cancel| source.run_to(run, at, cancel).map(drop)).await?;
     }
     run_blocking(move || Ok(Json(StateView::new(&source, run, at)?))).await
 }
 
-async fn distances(
+async fn bounds(
     State(state): SharedState,
     Path(id): Path<String>,
     Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Json<DistanceHistory>> {
+) -> ApiResult<Json<BoundsHistory>> {
     let source = state.source(&id)?;
-    state.run_jobs.run(move |cancel| Ok(Json(source.distances(run, cancel)?))).await
+    state.run_jobs.run(move |cancel| Ok(Json(source.bounds(run, cancel)?))).await
 }
 
 async fn run_events(

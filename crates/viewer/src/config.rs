@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mmsim_formats::Catalogue;
+use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 
-use crate::control::MouseControl;
 use crate::live::LiveServer;
 use crate::vehicles::Vehicles;
 

@@ -8,6 +8,7 @@ use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::Event;
 use futures_util::stream::{self, Stream};
+use mmsim_mouse::MouseStatus;
 use mmsim_server::Status;
 use serde::Serialize;
 use tokio::sync::Semaphore;
@@ -17,7 +18,6 @@ use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
-use crate::mouse_status::MouseStatus;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice a
 /// delay of 33 ms. More frequent events would leave the browser less time to draw.
@@ -76,7 +76,7 @@ impl ServerEvent {
             states: status.map(|status| status.states),
             maze: live.map(LiveServer::maze),
             mouse: live.and_then(LiveServer::mouse_status),
-            pace: live.and_then(|live| live.control.throttle().pace().rate()),
+            pace: live.and_then(|live| live.control.pace().rate()),
             is_paused: live.is_some_and(|live| live.control.is_paused()),
             has_client: live.is_some_and(|live| live.monitor.has_client()),
             recordings,

@@ -198,7 +198,7 @@ fn responses(
         ("/drawing.json".into(), page_json()),
         (path(""), json(&SourceInfo::new(ID.into(), source, None)?)?.to_string()),
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
-        (path("/costs"), json(&source.distances(run, cancel)?)?.to_string()),
+        (path("/costs"), json(&source.bounds(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
     ];
     let mut responses: Vec<_> = responses.into();

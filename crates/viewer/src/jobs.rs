@@ -136,7 +136,9 @@ mod tests {
     use tokio::runtime;
 
     use super::*;
-    use crate::wait::TIMEOUT;
+
+    /// The time limit of a wait, long enough for a busy machine.
+    const TIMEOUT: Duration = Duration::from_secs(300);
 
     fn run<T>(test: impl Future<Output = T>) -> T {
         runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(test)

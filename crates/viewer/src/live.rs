@@ -5,13 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use mmsim_maze::Maze;
+use mmsim_mouse::{MouseControl, MouseStatus, StartReason};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_solvers::BundledStrategy;
 
 use crate::api_error::ApiError;
-use crate::control::MouseControl;
 use crate::mouse;
-use crate::mouse_status::{MouseStatus, StartReason};
 use crate::source::Source;
 
 /// A running server, and the control of the mice that the page starts.

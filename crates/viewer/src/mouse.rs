@@ -5,14 +5,17 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{BUNDLED_MOUSE_NAME, Exchange, InMemory, Named, search_run};
+use mmsim_client::{
+    BUNDLED_MOUSE_NAME, BrokenRun, Exchange, InMemory, Named, RunError, search_run,
+};
+use mmsim_maze::counted;
+use mmsim_mouse::{MouseControl, Outcome};
 use mmsim_protocol::ERROR_PREFIX;
+use mmsim_run::{Ending, Goal, MovementRules, Phases, Verdict};
 use mmsim_server::Monitor;
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::api_error::ApiError;
-use crate::control::MouseControl;
-use crate::mouse_status::{Ending, EndingKind};
 
 /// Starts a bundled mouse, or returns an error if another mouse is running. The mouse
 /// stops when a client begins to search the maze.
@@ -24,8 +27,8 @@ pub(crate) fn start(
     control.begin_bundled(strategy.name()).map_err(ApiError::conflict)?;
     let monitor = monitor.clone();
     // This guard is dropped even if the thread cannot start.
-    let ending = failed("the mouse could not start");
-    let mut run = EndOnDrop { control: Arc::clone(control), ending };
+    let outcome = failed("the mouse could not start".into());
+    let mut run = EndOnDrop { control: Arc::clone(control), outcome };
     let thread = thread::Builder::new()
         .name("mouse".into())
         .spawn(move || run.record(|control| search(control, &monitor, strategy)));
@@ -35,23 +38,24 @@ pub(crate) fn start(
 /// A guard that ends the run when dropped, even if the thread of the mouse panics.
 struct EndOnDrop {
     control: Arc<MouseControl>,
-    ending: Ending,
+    outcome: Outcome,
 }
 
 impl EndOnDrop {
-    fn record(&mut self, search: impl FnOnce(&MouseControl) -> Result<Ending, String>) {
-        self.ending = search(&self.control).unwrap_or_else(|error| failed(&error));
+    fn record(&mut self, search: impl FnOnce(&MouseControl) -> Result<Outcome, String>) {
+        self.outcome = search(&self.control).unwrap_or_else(failed);
     }
 }
 
 impl Drop for EndOnDrop {
     fn drop(&mut self) {
-        self.control.end(self.ending.clone());
+        self.control.end(self.outcome.clone());
     }
 }
 
-fn failed(text: &str) -> Ending {
-    Ending { kind: EndingKind::Failed, text: text.into() }
+fn failed(text: String) -> Outcome {
+    let error = Some(text.clone());
+    Outcome { verdict: Verdict { goal_reached: false, ending: Ending::Failed, error }, text }
 }
 
 /// Searches the current maze.
@@ -59,7 +63,7 @@ fn search(
     control: &MouseControl,
     monitor: &Monitor,
     strategy: BundledStrategy,
-) -> Result<Ending, String> {
+) -> Result<Outcome, String> {
     let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
         *reply = monitor
             .answer_without_clients(request)
@@ -71,38 +75,67 @@ fn search(
     let mut transport = Named::new(transport, BUNDLED_MOUSE_NAME, strategy.name())
         .map_err(|error| error.to_string())?;
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
-    let run = search_run(&mut transport, &mut mouse, u32::MAX, |_, _| {
-        if control.throttle().wait() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let (rules, mut phases) = (MovementRules::from_map(mouse.map(), None), Phases::default());
+    let run = search_run(&mut transport, &mut mouse, u32::MAX, |mouse, _| {
+        phases.add(&rules, mouse.pose(), false);
+        if control.wait_for_step() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let stop = control.wait_for_stop(Duration::ZERO);
-    let (run, kind, ended) = match (run, stop) {
-        (Ok(run), Some(reason)) => {
-            let reached = if run.stats.goal_reached() { "reached" } else { "not reached" };
-            (run, EndingKind::Stopped, format!("{}; goal {reached}", reason.text()))
-        }
-        (Ok(run), None) if run.stats.goal_reached() => {
-            (run, EndingKind::Goal, "goal reached".into())
-        }
-        (Ok(run), None) => (run, EndingKind::GaveUp, "gave up".into()),
+    let (run, ending, how) = match (run, stop) {
+        (Ok(run), Some(reason)) => (run, Ending::Stopped, Some(reason.text())),
+        (Ok(run), None) => (run, Ending::Finished, None),
         (Err(broken), _) if monitor.has_client() => {
-            let ended = "stopped: another client is searching the maze".into();
-            (broken.run, EndingKind::Stopped, ended)
+            let how = "stopped: another client is searching the maze";
+            (broken.run, Ending::Stopped, Some(how.into()))
         }
-        (Err(broken), _) => (broken.run, EndingKind::Failed, broken.error.to_string()),
+        (Err(BrokenRun { run, error }), _) => {
+            let has_given_up = matches!(error, RunError::Search(_));
+            let ending = if has_given_up { Ending::Finished } else { Ending::Failed };
+            (run, ending, Some(error.to_string()))
+        }
     };
-    let visited = mouse.map().visited().len();
-    let cells = if visited == 1 { "cell" } else { "cells" };
-    Ok(Ending { kind, text: format!("{ended}; {}, {visited} {cells} visited", run.stats) })
+    let verdict = Verdict::new(&phases, ending, how.clone());
+    let goal = Goal { is_reached: verdict.goal_reached, error: None };
+    let how = how.map(|how| how + "; ").unwrap_or_default();
+    let visited = counted(mouse.map().visited().len(), "cell");
+    Ok(Outcome { verdict, text: format!("{how}{goal}; {}, {visited} visited", run.stats) })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc;
+    use std::time::Instant;
+
     use mmsim_client::{Timeout, Transport, Zmq};
+    use mmsim_mouse::Pace;
     use mmsim_server::{Background, Server, Simulation};
 
     use super::*;
-    use crate::throttle::Pace;
-    use crate::wait::{TIMEOUT, wait_for, within};
+
+    /// The time limit, long enough for a busy machine.
+    const TIMEOUT: Duration = Duration::from_secs(300);
+
+    /// Polls until `poll` returns a value.
+    #[track_caller]
+    fn wait_for<T>(what: &str, mut poll: impl FnMut() -> Option<T>) -> T {
+        let start = Instant::now();
+        loop {
+            if let Some(found) = poll() {
+                return found;
+            }
+            assert!(start.elapsed() < TIMEOUT, "waited {TIMEOUT:?} for {what}");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Runs a function on a separate thread, because the function might block forever.
+    #[track_caller]
+    fn within<T: Send + 'static>(what: &str, run: impl FnOnce() -> T + Send + 'static) -> T {
+        let (send, result) = mpsc::channel();
+        // After a timeout there is no receiver.
+        thread::spawn(move || drop(send.send(run())));
+        result.recv_timeout(TIMEOUT).unwrap_or_else(|error| panic!("waiting for {what}: {error}"))
+    }
 
     const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -117,8 +150,8 @@ mod tests {
         within("the server to stop", || server.stop()).unwrap()
     }
 
-    fn wait(control: &MouseControl) -> Ending {
-        wait_for("the mouse to end", || control.status()?.ending)
+    fn wait(control: &MouseControl) -> Outcome {
+        wait_for("the mouse to end", || control.status()?.outcome)
     }
 
     #[test]
@@ -128,7 +161,8 @@ mod tests {
         for _ in 0..2 {
             start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
             let text = "goal reached; 1 step, 2 cells visited".to_string();
-            assert_eq!(wait(&control), Ending { kind: EndingKind::Goal, text });
+            let verdict = Verdict { goal_reached: true, ending: Ending::Finished, error: None };
+            assert_eq!(wait(&control), Outcome { verdict, text });
         }
         assert_eq!(stop(server).history().len(), 2);
     }
@@ -155,11 +189,12 @@ mod tests {
         let (server, monitor, control) = serve(SMALL, Pace::from_rate(0.01).unwrap());
         start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
         wait_for("the first state", || (monitor.status().states == 1).then_some(()));
-        control.step();
+        control.pause_after(1);
         wait_for("the goal", || (monitor.status().states == 2).then_some(()));
         drop(control.hold(TIMEOUT).unwrap());
         let text = "stopped: another maze was loaded; goal reached; 1 step, 2 cells visited";
-        assert_eq!(wait(&control), Ending { kind: EndingKind::Stopped, text: text.into() });
+        let ended = wait(&control);
+        assert_eq!((ended.verdict.ending, &*ended.text), (Ending::Stopped, text));
         stop(server);
     }
 
@@ -183,9 +218,10 @@ mod tests {
             assert_eq!(ask(request), b"ok");
         }
         assert!(monitor.has_client() && monitor.has_client_states());
-        control.throttle().set_pace(Pace::UNLIMITED);
-        let text = "stopped: another client is searching the maze; 1 step, 1 cell visited";
-        assert_eq!(wait(&control), Ending { kind: EndingKind::Stopped, text: text.into() });
+        control.set_pace(Pace::UNLIMITED);
+        let text = "stopped: another client is searching the maze; goal not reached; 1 step, 1 cell visited";
+        let ended = wait(&control);
+        assert_eq!((ended.verdict.ending, &*ended.text), (Ending::Stopped, text));
         assert_eq!(monitor.status().states, 1, "the state of the client");
         drop(client);
         wait_for("the client to disconnect", || (!monitor.has_client()).then_some(()));

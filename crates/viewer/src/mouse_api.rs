@@ -6,13 +6,13 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::routing::post;
 use axum::{Json, Router};
+use mmsim_mouse::Pace;
 use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 
 use crate::api_error::ApiError;
 use crate::app_state::AppState;
 use crate::jobs::CancelToken;
-use crate::throttle::Pace;
 
 /// An action that the page requests.
 #[derive(Deserialize)]
@@ -63,15 +63,15 @@ async fn act(
             };
             state.mouse_jobs.run(wait).await?;
         }
-        MouseAction::Pause => control.pause(),
+        MouseAction::Pause => control.pause_after(0),
         MouseAction::Resume => control.resume(),
-        MouseAction::Step => control.step(),
+        MouseAction::Step => control.pause_after(1),
         MouseAction::PressReset => control.press_reset(),
-        MouseAction::SetPace { pace: None } => control.throttle().set_pace(Pace::UNLIMITED),
+        MouseAction::SetPace { pace: None } => control.set_pace(Pace::UNLIMITED),
         MouseAction::SetPace { pace: Some(rate) } => {
             let invalid = || format!("expected a pace of at least 0.01 steps/s, found {rate}");
             let pace = Pace::from_rate(rate).ok_or_else(invalid).map_err(ApiError::bad_request)?;
-            control.throttle().set_pace(pace);
+            control.set_pace(pace);
         }
     }
     Ok(StatusCode::NO_CONTENT)

@@ -1,12 +1,12 @@
 //! The description of the page: what it shows and what it can do.
 
+use mmsim_mouse::OwnMouse;
 use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
 
 use crate::app_state::AppState;
 use crate::config::ViewerConfig;
 use crate::limits::Limits;
-use crate::mouse_status::OwnMouse;
 use crate::vehicles::Vehicles;
 
 /// What the page shows and what it can do.

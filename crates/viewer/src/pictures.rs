@@ -4,11 +4,11 @@ use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
 use mmsim_protocol::Colour;
+use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
 use crate::api_error::ApiError;
 use crate::jobs::CancelToken;
-use crate::routes;
 use crate::source::{DecodedState, Source};
 
 /// The length of the longer side of a PNG, in pixels.
@@ -105,29 +105,30 @@ pub(crate) fn draw_state<T>(
     draw: impl FnOnce(Scene<'_>) -> T,
 ) -> Result<T, ApiError> {
     let description = source.describe(run)?;
-    let shortest_path = |is_trial| {
+    let shortest = |is_trial| {
         let truth = description.truth.as_ref().filter(|_| options.shortest);
-        truth.map_or_else(Vec::new, |maze| routes::shortest_path(maze, is_trial))
+        truth.map_or_else(Vec::new, |maze| shortest_path(maze, is_trial))
     };
     if source.states(run)? == 0 {
         let scene = Scene::from_map(&description.unexplored)
             .with_truth(description.truth.as_ref())
-            .with_shortest_path(shortest_path(false));
+            .with_shortest_path(shortest(false));
         return Ok(draw(options.apply(scene)));
     }
     let states = source.block(run, index)?;
     let DecodedState { state, map, context, is_trial, .. } = description.decode(&states, index)?;
-    let (notes, trail) = (context.notes(), source.trail(run, index, cancel)?);
+    let (notes, (_, trail)) = (context.notes(), source.run_to(run, index, cancel)?);
+    let passages = trail.passages();
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
         .with_texts(|cell| notes.text(cell))
         .with_colours(|cell| notes.colour(cell).map(Colour::letter))
-        .with_trail(&trail)
-        .with_shortest_path(shortest_path(is_trial))
+        .with_trail(&passages)
+        .with_shortest_path(shortest(is_trial))
         .with_planned_path(if options.plan {
-            routes::planned_path(&map, &state)
+            planned_path(&map, state.pose(), |cell| state.weights().at(cell))
         } else {
             Vec::new()
         });

@@ -5,20 +5,19 @@ use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
-use mmsim_drawing::Trail;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
 use mmsim_recording::{
     Block, Context, Integrity, LogEnd, LogLine, Recording, States, Times, read_log,
 };
+use mmsim_run::{
+    BoundsHistory, EventFinder, MovementRules, Phases, RunEvents, RunIndex, Trail, bounds,
+    trial_status,
+};
 use mmsim_server::{Monitor, MonitorError, Status};
 
 use crate::api_error::ApiError;
-use crate::distances::{DistanceBounds, DistanceHistory};
 use crate::jobs::CancelToken;
-use crate::run_events::{EventFinder, RunEvents};
-use crate::trails::{self, TrailHistory};
-use crate::trial::trial_status;
 
 /// The maximum number of decompressed blocks that a source caches. Each page shows
 /// a state of one block.
@@ -56,11 +55,11 @@ struct RunCache {
     description: Option<Arc<RunDescription>>,
     /// The cached blocks, in the order in which they were read.
     blocks: VecDeque<Arc<States>>,
-    distances: DistanceHistory,
-    events: Arc<Mutex<EventFinder>>,
+    bounds: BoundsHistory,
+    events: Option<Arc<Mutex<EventFinder>>>,
     /// The times of the states, which may be older than the newest state.
     times: Times,
-    trails: Option<Arc<Mutex<TrailHistory>>>,
+    index: Option<Arc<RunIndex>>,
 }
 
 /// The constant properties of a run.
@@ -87,6 +86,10 @@ pub(crate) struct DecodedState<'a> {
     pub(crate) is_trial: bool,
 }
 
+fn undecodable(index: usize) -> ApiError {
+    ApiError::internal(format!("cannot decode state {index}"))
+}
+
 /// Removes the oldest blocks until the others are within the limits of the cache.
 fn evict(blocks: &mut VecDeque<Arc<States>>) {
     let mut bytes: usize = blocks.iter().map(|states| states.memory()).sum();
@@ -108,7 +111,7 @@ impl RunDescription {
         states: &'a States,
         index: usize,
     ) -> Result<DecodedState<'a>, ApiError> {
-        let failed = || ApiError::internal(format!("cannot decode state {index}"));
+        let failed = || undecodable(index);
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
         let context = states.context(index).ok_or_else(failed)?;
@@ -257,28 +260,26 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the distance bounds at sampled states of a run, and caches them.
-    pub(crate) fn distances(
-        &self,
-        run: u32,
-        cancel: &CancelToken,
-    ) -> Result<DistanceHistory, ApiError> {
+    /// Returns the bounds at sampled states of a run, and caches them.
+    pub(crate) fn bounds(&self, run: u32, cancel: &CancelToken) -> Result<BoundsHistory, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
-        let mut distances = self.cache(run, |cache| cache.distances.clone());
-        distances.extend(states, |index| {
+        let mut history = self.cache(run, |cache| cache.bounds.clone());
+        history.extend(states, |index| {
             cancel.check()?;
             let block = self.read_block(run, index)?;
             let decoded = description.decode(&block, index)?;
-            Ok::<_, ApiError>(DistanceBounds::new(&decoded.known, decoded.is_trial))
+            Ok::<_, ApiError>(bounds(&decoded.known, decoded.is_trial))
         })?;
-        self.cache(run, |cache| cache.distances = distances.clone());
-        Ok(distances)
+        self.cache(run, |cache| cache.bounds = history.clone());
+        Ok(history)
     }
 
     /// Returns the events of a run. Reads only the states that have not been read before.
     pub(crate) fn events(&self, run: u32, cancel: &CancelToken) -> Result<RunEvents, ApiError> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
-        let finder = self.cache(run, |cache| Arc::clone(&cache.events));
+        let RunDescription { unexplored, truth, .. } = &*description;
+        let new = || Arc::new(Mutex::new(EventFinder::new(unexplored, truth.as_ref())));
+        let finder = self.cache(run, |cache| Arc::clone(cache.events.get_or_insert_with(new)));
         loop {
             cancel.check()?;
             // Several requests can read the blocks of a long run in turn.
@@ -287,28 +288,32 @@ impl Source {
                 return Ok(finder.events());
             }
             let block = self.read_block(run, finder.states())?;
-            finder.extend(&description, &block)?;
+            finder.extend(&block).map_err(undecodable)?;
         }
+    }
+
+    /// Returns the index of a run.
+    pub(crate) fn index(&self, run: u32) -> Result<Arc<RunIndex>, ApiError> {
+        let description = self.describe(run)?;
+        let RunDescription { size, unexplored, truth, .. } = &*description;
+        let rules = || MovementRules::from_map(unexplored, truth.as_ref());
+        let new = || Arc::new(RunIndex::new(*size, rules()));
+        Ok(self.cache(run, |cache| Arc::clone(cache.index.get_or_insert_with(new))))
     }
 
     /// Returns true if the trail up to a state must be computed from many states.
     pub(crate) fn is_trail_long(&self, run: u32, index: usize) -> bool {
-        let trails = self.cache(run, |cache| cache.trails.clone());
-        let missing = trails.map_or(index, |trails| trails::missing_states(&trails, index));
-        missing > MAX_TRAIL_STATES
+        self.index(run).is_ok_and(|run| run.missing_states(index) > MAX_TRAIL_STATES)
     }
 
-    /// Returns the trail of the mouse up to a state.
-    pub(crate) fn trail(
+    /// Returns the phases and the trail of the mouse up to a state.
+    pub(crate) fn run_to(
         &self,
         run: u32,
         index: usize,
         cancel: &CancelToken,
-    ) -> Result<Trail, ApiError> {
-        let size = self.describe(run)?.size;
-        let new = || Arc::new(Mutex::new(TrailHistory::new(size)));
-        let trails = self.cache(run, |cache| Arc::clone(cache.trails.get_or_insert_with(new)));
-        trails::trail(&trails, index, |index| {
+    ) -> Result<(Phases, Trail), ApiError> {
+        self.index(run)?.at(index, |index| {
             cancel.check()?;
             self.peek_block(run, index)
         })

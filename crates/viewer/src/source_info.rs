@@ -1,15 +1,12 @@
 //! The description of a source.
 
-use mmsim_maze::Maze;
 use mmsim_recording::Integrity;
+use mmsim_run::{shortest_path, trial_status};
 use mmsim_solvers::MazeFacts;
-use mmsim_trial::race_optimum;
 use serde::Serialize;
 
 use crate::api_error::ApiError;
-use crate::routes;
 use crate::source::Source;
-use crate::trial::trial_status;
 
 /// The message that the page shows for a recording that was not closed.
 const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
@@ -37,9 +34,9 @@ pub(crate) struct SourceInfo {
     /// The name of the robot, if the source is a two-run trial.
     robot: Option<String>,
     /// The minimum number of steps of a race in a two-run trial.
-    race_optimum: Option<u16>,
+    race_optimum: Option<usize>,
     /// The integrity of a recording: `closed`, `cut` or `damaged`.
-    ending: Option<&'static str>,
+    integrity: Option<&'static str>,
     /// A description of the problem if the recording was not closed or is damaged.
     note: Option<String>,
 }
@@ -54,7 +51,7 @@ impl SourceInfo {
     ) -> Result<Self, ApiError> {
         let (run, description, states) = source.current_run()?;
         let info = &description.info;
-        let (ending, note) = match source.integrity() {
+        let (integrity, note) = match source.integrity() {
             None => (None, None),
             Some(Integrity::Closed) => (Some("closed"), None),
             Some(Integrity::Truncated { .. }) => (Some("cut"), Some(NOT_CLOSED.to_string())),
@@ -70,7 +67,7 @@ impl SourceInfo {
             Some(context.notes().mouse().unwrap_or_default().to_string())
         });
         let robot = robot.or(reported);
-        let optimum = |maze: &Maze| race_optimum(maze.walls(), maze.start().cell, maze.goals());
+        let path = truth.map_or_else(Vec::new, |maze| shortest_path(maze, robot.is_some()));
         Ok(Self {
             id,
             run,
@@ -84,12 +81,11 @@ impl SourceInfo {
             state_bytes: mmsim_protocol::state_bytes(description.size),
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
-            route: truth.map_or_else(Vec::new, |maze| {
-                routes::cell_numbers(&routes::shortest_path(maze, robot.is_some()), maze.size())
-            }),
-            race_optimum: truth.filter(|_| robot.is_some()).and_then(optimum),
+            // The path has a cell more than steps, and none if the goal is unreachable.
+            race_optimum: robot.as_ref().and_then(|_| path.len().checked_sub(1)),
+            route: path.into_iter().filter_map(|cell| description.size.index(cell)).collect(),
             robot,
-            ending,
+            integrity,
             note,
         })
     }

@@ -1,17 +1,14 @@
 //! The view of a state on the page.
 
-use mmsim_drawing::Passage;
-use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown, WallState};
+use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Unknown, WallState};
 use mmsim_protocol::Colour;
-use mmsim_recording::{LegProgress, Notes, PhaseReport, Transition};
+use mmsim_recording::Notes;
+use mmsim_run::{LegProgress, StateFigures, TrialReport, planned_path};
 use serde::Serialize;
 
 use crate::api_error::ApiError;
-use crate::distances::DistanceBounds;
 use crate::jobs::CancelToken;
-use crate::routes;
 use crate::source::Source;
-use crate::trial::TrialReport;
 
 /// A state of a run, with the values that the page shows.
 #[derive(Debug, Serialize)]
@@ -22,21 +19,13 @@ pub(crate) struct StateView {
     states: usize,
     /// The state message `S`, exactly as the client sent it.
     state: Vec<u8>,
-    phases: PhaseReport,
+    #[serde(flatten)]
+    figures: StateFigures,
     /// The number of the current leg, and the steps since it began. See [`LegProgress`].
     leg: (u32, u32),
-    /// The figures of a two-run trial.
-    trial: Option<TrialReport>,
-    /// Whether the mouse was put back at the start or jumped to another cell in this state.
-    event: Option<ViewEvent>,
-    visited: usize,
     /// The visited cells whose walls the client does not all know, as y × width + x, each with the
     /// headings of the unknown walls as bits: 1 north, 2 east, 4 south and 8 west.
     unknown_walls: Vec<(usize, u8)>,
-    #[serde(flatten)]
-    distances: DistanceBounds,
-    #[serde(rename = "solved")]
-    is_proven_optimal: bool,
     /// The passages of the trail, oldest first. A passage from (x, y) is encoded as
     /// 4 × (y × width + x) + the number of its heading, which is 0 for north, 1 for east, 2 for
     /// south and 3 for west.
@@ -59,61 +48,38 @@ pub(crate) struct StateView {
     missed_walls: Vec<usize>,
 }
 
-/// A change of the pose that is not a movement. See [`Transition`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum ViewEvent {
-    Restart,
-    Jump,
-}
-
-impl ViewEvent {
-    const fn from_transition(transition: Option<Transition>) -> Option<Self> {
-        match transition {
-            Some(Transition::Restart) => Some(Self::Restart),
-            Some(Transition::Jump) => Some(Self::Jump),
-            Some(Transition::Move { .. }) | None => None,
-        }
-    }
-}
-
 impl StateView {
     pub(crate) fn new(source: &Source, run: u32, index: usize) -> Result<Self, ApiError> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
         let decoded = description.decode(&states, index)?;
-        let phases = states
-            .phases(index)
-            .ok_or_else(|| ApiError::internal(format!("cannot decode state {index}")))?;
-        let distances = DistanceBounds::new(&decoded.known, decoded.is_trial);
         let times = source.times_to(run, index)?;
-        let trail = source.trail(run, index, &CancelToken::default())?.passages();
+        let (phases, trail) = source.run_to(run, index, &CancelToken::default())?;
         let notes = decoded.context.notes();
         let LegProgress { leg, steps } = phases.leg();
-        let trial = decoded
-            .is_trial
-            .then(|| TrialReport::new(index, &times, |index| source.block(run, index).ok()));
+        let is_trial = decoded.is_trial;
+        let block = |index| source.block(run, index).ok();
+        let trial = if is_trial {
+            TrialReport::new(&*source.index(run)?, index, &times, block)
+        } else {
+            None
+        };
+        let weight = |cell| decoded.state.weights().at(cell);
         Ok(Self {
             at: index,
             states: source.states(run)?,
             state: decoded.message.to_vec(),
-            phases: PhaseReport::new(&phases, index, &times),
+            figures: StateFigures::new(&phases, &times, [&decoded.map, &decoded.known], trial),
             leg: (leg, steps),
-            trial: trial.flatten(),
-            event: ViewEvent::from_transition(phases.transition),
-            visited: decoded.map.visited().len(),
             unknown_walls: unknown_walls(&decoded.known),
-            distances,
-            is_proven_optimal: distances.is_proven_optimal(),
-            trail: trail
-                .into_iter()
-                .filter_map(|Passage { from, heading }| {
-                    Some(4 * description.size.index(from)? + heading as usize)
+            trail: (trail.passages().into_iter())
+                .filter_map(|Pose { cell, heading }| {
+                    Some(4 * description.size.index(cell)? + heading as usize)
                 })
                 .collect(),
-            plan: routes::cell_numbers(
-                &routes::planned_path(&decoded.map, &decoded.state),
-                description.size,
-            ),
+            plan: planned_path(&decoded.map, decoded.state.pose(), weight)
+                .into_iter()
+                .filter_map(|cell| description.size.index(cell))
+                .collect(),
             mouse: notes.mouse().map(String::from),
             strategy: notes.strategy().map(String::from),
             texts: texts(notes, description.size),

@@ -7,9 +7,8 @@ use std::net::TcpStream;
 
 use flate2::read::GzDecoder;
 use harness::{WatchedServer, stop_viewer};
-use mmsim_drawing::{Passage, Trail};
-use mmsim_maze::{Cell, Heading, MazeSize, Pose};
-use mmsim_recording::Course;
+use mmsim_maze::{Cell, Heading, Pose};
+use mmsim_run::{MovementRules, Phases, Trail};
 use mmsim_tests::{ask, connect, stop, wait_for};
 use serde_json::{Value, json};
 
@@ -69,17 +68,18 @@ fn new_states_of_a_cached_block_are_returned() {
         states += more;
         let at = states - 1;
         let view = watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
-        let (mut trail, course) =
-            (Trail::new(MazeSize::new(3, 2).unwrap()), Course::from_maze(&harness::maze()));
+        let (mut trail, mut phases) = (Trail::new(harness::maze().size()), Phases::default());
+        let rules = MovementRules::from_maze(&harness::maze());
         for state in &sent {
             let heading = Heading::from_letter(state[3].into()).unwrap();
             let pose = Pose::new(Cell::new(state[1], state[2]), heading);
-            trail.extend(pose, course.walls(), |last| course.transition(last, pose).is_move());
+            phases.add(&rules, pose, false);
+            trail.add(&rules, &phases);
         }
         let passages = trail
             .passages()
             .into_iter()
-            .map(|Passage { from, heading }| 4 * (3 * from.y + from.x) + heading as u8);
+            .map(|Pose { cell, heading }| 4 * (3 * cell.y + cell.x) + heading as u8);
         assert_eq!(view["trail"], json!(passages.collect::<Vec<_>>()), "{states}");
         for from in [0, 245, 256_usize.min(at)] {
             let path = format!("/api/sources/live/states?run=1&from={from}&count=256");
@@ -272,7 +272,7 @@ fn saved_runs_can_be_opened() {
     assert_eq!(upload(&saved.body).json(), json!({"id": "1"}));
     let source = watched.get("/api/sources/1").json();
     assert_eq!(
-        (&source["run"], &source["states"], &source["ending"]),
+        (&source["run"], &source["states"], &source["integrity"]),
         (&json!(0), &json!(300), &json!("closed"))
     );
     assert_eq!(
@@ -295,7 +295,7 @@ fn saved_runs_can_be_opened() {
         json!({"id": "2"})
     );
     let source = watched.get("/api/sources/2").json();
-    assert_eq!((&source["states"], &source["ending"]), (&json!(300), &json!("cut")));
+    assert_eq!((&source["states"], &source["integrity"]), (&json!(300), &json!("cut")));
     assert_eq!(watched.post("/api/recordings/open", &json!({"name": "../own.mcap"})).status, 404);
     for id in 3..=8 {
         assert_eq!(upload(&saved.body).json(), json!({"id": id.to_string()}));
@@ -385,9 +385,10 @@ fn changes_are_sent_as_events() {
         let run = json!({"action": "run", "strategy": "flood-fill"});
         (watched.act(&run).status == 204).then_some(())
     });
-    wait_until_received(
-        r#""mouse":{"name":"flood-fill","own":false,"reason":"","ending":{"kind":"failed","text":"#,
-    );
+    wait_until_received(concat!(
+        r#""mouse":{"name":"flood-fill","own":false,"reason":"","#,
+        r#""outcome":{"goal_reached":false,"ending":"gave_up","error":"goal unreachable from (0, 0)","#,
+    ));
     watched.stop();
 }
 

@@ -9,8 +9,9 @@ use std::thread;
 use std::time::Duration;
 
 use harness::{Response, WatchedServer};
+use mmsim_mouse::{MouseControl, Outcome, OwnMouse, Pace};
 use mmsim_tests::{TIMEOUT, wait_for, within};
-use mmsim_viewer::{Ending, EndingKind, Limits, MouseControl, OwnMouse, Pace};
+use mmsim_viewer::Limits;
 use serde_json::json;
 
 /// Returns limits with short timeouts and at most `connections` connections.
@@ -180,7 +181,7 @@ fn requests_that_wait_for_a_mouse_to_stop_delay_no_others() {
     assert_eq!(watched.act(&json!({"action": "pause"})).status, 204);
     assert_eq!(watched.get("/api/mazes").status, 200);
     assert!(control.is_own_running());
-    control.end(Ending { kind: EndingKind::Stopped, text: "stopped".into() });
+    control.end(Outcome::default());
     for stream in waiting {
         let status = within("the reply", || Response::read(stream).status);
         assert!(matches!(status, 200 | 204), "{status}");

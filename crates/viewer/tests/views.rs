@@ -30,7 +30,7 @@ fn a_view_contains_the_figures_of_a_state() {
         source,
         json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "start": [0, 0],
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4, "route": [0, 3, 4, 5, 2],
-            "robot": null, "race_optimum": null, "ending": null, "note": null})
+            "robot": null, "race_optimum": null, "integrity": null, "note": null})
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
@@ -44,7 +44,8 @@ fn a_view_contains_the_figures_of_a_state() {
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
             "leg": [0, 5],
-            "trial": null, "event": null, "visited": 1, "unknown_walls": [], "open": 4, "closed": null, "solved": false,
+            "goal_reached": false, "error": null, "trial": null, "event": null, "visited_cells": 1, "unknown_walls": [],
+            "optimistic_distance": 4, "pessimistic_distance": null, "proven": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put
             // back leaves no trail.
             "trail": [17, 0, 13], "plan": [4, 3],
@@ -63,7 +64,7 @@ fn a_view_contains_the_figures_of_a_state() {
     assert_eq!(watched.get("/api/sources/live/events?run=2").status, 410);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
     assert_eq!((&distances["states"], &distances["stride"]), (&json!(700), &json!(2)));
-    assert_eq!(distances["open"].as_array().unwrap(), &vec![json!(4); 350]);
+    assert_eq!(distances["optimistic"].as_array().unwrap(), &vec![json!(4); 350]);
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
@@ -110,7 +111,9 @@ fn figures_rest_only_on_walls_that_the_mouse_has_read() {
         assert_eq!(ask(&client, &state(y, walls)), b"ok");
     }
     let view = |at: usize| watched.get(&format!("/api/sources/live/moment?run=1&at={at}")).json();
-    let bounds = |view: &serde_json::Value| [view["open"].clone(), view["closed"].clone()];
+    let bounds = |view: &serde_json::Value| {
+        ["optimistic_distance", "pessimistic_distance"].map(|key| view[key].clone())
+    };
     let (first, second) = (view(0), view(1));
     assert_eq!(bounds(&first), [json!(4), json!(null)]);
     // All walls of (0, 0) are known. The east walls of the cells to the north are not: east of
@@ -131,9 +134,12 @@ fn figures_rest_only_on_walls_that_the_mouse_has_read() {
         json!([4, east | south]),
         "the walls of (0, 1) are known"
     );
-    assert_eq!(first["visited"], 6);
+    assert_eq!(first["visited_cells"], 6);
     let distances = watched.get("/api/sources/live/costs?run=1").json();
-    assert_eq!((&distances["open"], &distances["closed"]), (&json!([4, 4]), &json!([null, null])));
+    assert_eq!(
+        (&distances["optimistic"], &distances["pessimistic"]),
+        (&json!([4, 4]), &json!([null, null]))
+    );
     watched.stop();
 }
 

@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use clap::Args;
 use mmsim_maze::MazeSize;
+use mmsim_mouse::ENDPOINT_VARIABLE;
 use mmsim_protocol::DEFAULT_PORT;
 
 use crate::args::{parse_seconds, parse_size};
-use crate::connection::{ENDPOINT_FORM, ENDPOINT_VARIABLE, endpoint};
+use crate::connection::{ENDPOINT_FORM, endpoint};
 
 const AFTER_HELP: &str = "\
 Examples:

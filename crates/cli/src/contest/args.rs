@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use clap::builder::PossibleValue;
+use mmsim_compare::{RuleSet, Rules};
 use mmsim_fastrun::Vehicle;
+use mmsim_run::SearchSpeed;
 
-use super::rules::{RuleSet, Rules};
 use crate::args::{one_of, parse_seconds};
-use crate::compare::SearchLimits;
-use crate::compare::args::CandidateArgs;
-use crate::compare::search_speed::SearchSpeed;
+use crate::searches::SearchArgs;
 use crate::vehicle::{VEHICLES, parse_vehicle};
 
 const AFTER_HELP: &str = "\
@@ -36,15 +36,15 @@ pub(crate) struct ContestArgs {
     /// mazes in ~/.mmsim if there are any, else the bundled mazes]
     pub(crate) mazes: Vec<PathBuf>,
     #[command(flatten)]
-    pub(crate) candidates: CandidateArgs,
+    pub(crate) search: SearchArgs,
     /// Rules for the score
     #[arg(
         long,
         value_name = "RULES",
         default_value = RuleSet::BestRun.name(),
-        value_parser = one_of(RuleSet::ALL, RuleSet::value)
+        value_parser = one_of(RuleSet::ALL, |rules| PossibleValue::new(rules.name()).help(rules.about()))
     )]
-    pub(crate) rules: RuleSet,
+    rules: RuleSet,
     /// Give each mouse S seconds of simulated time for its search and all runs [default: by the rules]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     contest_time: Option<Duration>,
@@ -62,16 +62,6 @@ pub(crate) struct ContestArgs {
     /// Seconds per cell and per quarter turn while a mouse searches or returns
     #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT)]
     pub(crate) search_speed: SearchSpeed,
-    /// Stop the program of a mouse of your own after S seconds in a maze
-    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
-    time_limit: Duration,
-    /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
-    /// each turn
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
-    max_states: u32,
-    /// Run N searches at a time [default: the number of processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) jobs: Option<u16>,
     /// Print CSV: a header, and one line for each mouse in each maze
     #[arg(long, conflicts_with = "json")]
     pub(crate) csv: bool,
@@ -89,10 +79,5 @@ impl ContestArgs {
             max_runs: self.max_runs.or(rules.max_runs),
             ..rules
         }
-    }
-
-    /// Returns the limits of the user's mice.
-    pub(crate) const fn limits(&self) -> SearchLimits {
-        SearchLimits { time: self.time_limit, states: self.max_states }
     }
 }

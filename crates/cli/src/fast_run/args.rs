@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
-use mmsim_fastrun::{Route, Vehicle};
+use mmsim_fastrun::Vehicle;
 
+use super::driven::RouteChoice;
 use super::picture::PictureArgs;
 use crate::args::{each_once, one_of};
 use crate::usage::UsageError;
@@ -67,46 +68,6 @@ pub(crate) struct FastRunArgs {
     /// Print the vehicle as TOML, as a starting point for a file of your own, and exit
     #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array", "output"])]
     pub(crate) print_vehicle: bool,
-}
-
-/// A value of `--route`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RouteChoice {
-    Fastest,
-    Along(Route),
-}
-
-impl RouteChoice {
-    const ALL: [Self; 3] =
-        [Self::Fastest, Self::Along(Route::FewestCells), Self::Along(Route::FewestTurns)];
-
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Fastest => "fastest",
-            Self::Along(route) => route.name(),
-        }
-    }
-
-    const fn about(self) -> &'static str {
-        match self {
-            Self::Fastest => "the fastest run of all routes",
-            Self::Along(Route::FewestCells) => {
-                "the fastest run along a route with the fewest cells"
-            }
-            Self::Along(Route::FewestTurns) => {
-                "the fastest run along a route with the fewest turns"
-            }
-        }
-    }
-
-    /// Returns the words after "fastest run of VEHICLE", with a space before them.
-    pub(crate) const fn restriction(self) -> &'static str {
-        match self {
-            Self::Fastest => "",
-            Self::Along(Route::FewestCells) => " along a route with the fewest cells",
-            Self::Along(Route::FewestTurns) => " along a route with the fewest turns",
-        }
-    }
 }
 
 /// The time between two lines of a CSV file.

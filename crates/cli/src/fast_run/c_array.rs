@@ -8,7 +8,7 @@ use mmsim_maze::Escaped;
 
 use super::args::is_stdout;
 use super::driven::Driven;
-use super::text::is_diagonal;
+use super::report::is_diagonal;
 
 /// The types that all headers share.
 const TYPES: &str = "

@@ -2,14 +2,54 @@
 
 use std::error::Error;
 
-use mmsim_fastrun::{FastRun, Planner, Trajectory, TurnKind, Vehicle};
+use mmsim_compare::NamedMaze;
+use mmsim_fastrun::{FastRun, Planner, Route, Trajectory, TurnKind, Vehicle};
+use mmsim_run::loss;
 
-use super::args::RouteChoice;
-use crate::selection::Selected;
+/// A value of `--route`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RouteChoice {
+    Fastest,
+    Along(Route),
+}
+
+impl RouteChoice {
+    pub(crate) const ALL: [Self; 3] =
+        [Self::Fastest, Self::Along(Route::FewestCells), Self::Along(Route::FewestTurns)];
+
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Fastest => "fastest",
+            Self::Along(route) => route.name(),
+        }
+    }
+
+    /// Describes the route.
+    pub(crate) const fn about(self) -> &'static str {
+        match self {
+            Self::Fastest => "the fastest run of all routes",
+            Self::Along(Route::FewestCells) => {
+                "the fastest run along a route with the fewest cells"
+            }
+            Self::Along(Route::FewestTurns) => {
+                "the fastest run along a route with the fewest turns"
+            }
+        }
+    }
+
+    /// Returns the words after "fastest run of VEHICLE", with a space before them.
+    pub(crate) const fn restriction(self) -> &'static str {
+        match self {
+            Self::Fastest => "",
+            Self::Along(Route::FewestCells) => " along a route with the fewest cells",
+            Self::Along(Route::FewestTurns) => " along a route with the fewest turns",
+        }
+    }
+}
 
 /// A maze, a vehicle and a route, and the run or the reason why there is none.
 pub(crate) struct RunResult<'a> {
-    pub(crate) maze: &'a Selected,
+    pub(crate) maze: &'a NamedMaze,
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) route: RouteChoice,
     pub(crate) driven: Result<Driven<'a>, String>,
@@ -17,7 +57,7 @@ pub(crate) struct RunResult<'a> {
 
 /// A run with its times.
 pub(crate) struct Driven<'a> {
-    pub(crate) maze: &'a Selected,
+    pub(crate) maze: &'a NamedMaze,
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) route: RouteChoice,
     pub(crate) run: FastRun,
@@ -31,7 +71,7 @@ pub(crate) struct Driven<'a> {
 impl<'a> RunResult<'a> {
     /// Plans and drives the run along each route.
     pub(crate) fn each_route(
-        maze: &'a Selected,
+        maze: &'a NamedMaze,
         vehicle: &'a Vehicle,
         planner: &mut Planner,
         routes: &[RouteChoice],
@@ -56,13 +96,6 @@ impl<'a> RunResult<'a> {
         };
         routes.iter().map(result).collect()
     }
-}
-
-/// Returns by how many percent a time is longer than that of the fastest run.
-pub(crate) fn loss(time: f64, fastest: f64) -> f64 {
-    // The planner may find either of two runs whose times differ by a few microseconds.
-    let is_longer = time > fastest + 1e-5;
-    if is_longer { (time / fastest - 1.0) * 100.0 } else { 0.0 }
 }
 
 impl Driven<'_> {

@@ -1,12 +1,12 @@
 //! The JSON report of a run.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_4;
 
-use mmsim_fastrun::{Segment, Shape};
+use mmsim_fastrun::{Arc, Segment, Shape};
 use serde::Serialize;
 
 use super::driven::{Driven, RunResult};
-use super::text::{centripetal_acceleration, segment_name};
 
 /// A maze, a vehicle and a route, with the run or the reason why there is none. The field names are
 /// JSON keys.
@@ -40,19 +40,20 @@ struct RunFigures {
 
 /// A straight, a diagonal or the arc of a turn.
 #[derive(Serialize)]
-struct SegmentReport {
-    segment: String,
+pub(super) struct SegmentReport {
+    /// `straight`, `diagonal`, or a turn with its side such as `l90R`.
+    pub(super) segment: String,
     /// The number of lattice steps of a straight.
-    steps: Option<u8>,
-    length_mm: f64,
-    entry_speed_mm_s: f64,
-    top_speed_mm_s: f64,
-    exit_speed_mm_s: f64,
-    duration_s: f64,
+    pub(super) steps: Option<u8>,
+    pub(super) length_mm: f64,
+    pub(super) entry_speed_mm_s: f64,
+    pub(super) top_speed_mm_s: f64,
+    pub(super) exit_speed_mm_s: f64,
+    pub(super) duration_s: f64,
     /// The greatest centripetal acceleration. `None` on straights.
-    centripetal_acceleration_mm_s2: Option<f64>,
+    pub(super) centripetal_acceleration_mm_s2: Option<f64>,
     /// The time at the end of the segment.
-    time_s: f64,
+    pub(super) time_s: f64,
 }
 
 impl<'a> RunReport<'a> {
@@ -92,20 +93,33 @@ impl RunFigures {
 }
 
 impl SegmentReport {
-    fn new(segment: &Segment) -> Self {
+    pub(super) fn new(segment: &Segment) -> Self {
+        let (name, steps, acceleration) = match segment.shape {
+            Shape::Straight(steps) => {
+                let is_diagonal = is_diagonal(segment.entry.heading);
+                (if is_diagonal { "diagonal" } else { "straight" }.into(), Some(steps), None)
+            }
+            Shape::Turn(kind, side) => {
+                let arc = Arc { length: segment.length, speed: segment.exit_speed };
+                let acceleration = arc.centripetal_acceleration(kind);
+                (format!("{kind}{}", side.letter()), None, Some(acceleration))
+            }
+        };
         Self {
-            segment: segment_name(segment),
-            steps: match segment.shape {
-                Shape::Straight(steps) => Some(steps),
-                Shape::Turn(..) => None,
-            },
+            segment: name,
+            steps,
             length_mm: segment.length,
             entry_speed_mm_s: segment.entry.speed,
             top_speed_mm_s: segment.top_speed(),
             exit_speed_mm_s: segment.exit_speed,
             duration_s: segment.duration,
-            centripetal_acceleration_mm_s2: centripetal_acceleration(segment),
+            centripetal_acceleration_mm_s2: acceleration,
             time_s: segment.entry.time + segment.duration,
         }
     }
+}
+
+/// Returns true if a heading in radians is between the rows and the columns.
+pub(super) fn is_diagonal(heading: f64) -> bool {
+    (heading / FRAC_PI_4).round().rem_euclid(2.0) > 0.5
 }

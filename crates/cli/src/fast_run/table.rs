@@ -1,11 +1,9 @@
 //! A table of runs, with means over the mazes.
 
-use mmsim_maze::Escaped;
+use mmsim_maze::{Escaped, counted};
 
-use super::args::RouteChoice;
-use super::driven::{Driven, RunResult};
+use super::driven::{Driven, RouteChoice, RunResult};
 use crate::grid::{padded, widest};
-use crate::output::counted;
 
 /// Formats one line per run. If there are several mazes, appends the means of each vehicle and
 /// route.
@@ -26,14 +24,14 @@ pub(super) fn table(results: &[RunResult]) -> String {
         let (maze, vehicle) = (padded(maze, maze_width), padded(vehicle, vehicle_width));
         format!("{maze}  {vehicle}  {route}{figures}\n")
     };
-    let mut text = format_line(&head);
+    let mut lines_text = format_line(&head);
     for (index, line) in lines.iter().enumerate() {
         if has_means && index == results.len() {
-            text.push('\n');
+            lines_text.push('\n');
         }
-        text += &format_line(line);
+        lines_text += &format_line(line);
     }
-    text + &failures(results)
+    lines_text + &failures(results)
 }
 
 /// The cells of a line of the table.
@@ -63,7 +61,7 @@ impl Line {
             vehicle: Escaped(result.vehicle.name()).to_string(),
             route: result.route.name().into(),
             figures: match &result.driven {
-                Ok(driven) => Figures::from_driven(driven).text(0, has_routes),
+                Ok(driven) => text(figures(driven), 0, has_routes),
                 Err(error) => error.clone(),
             },
         }
@@ -80,78 +78,42 @@ fn mean_lines(results: &[RunResult], has_routes: bool) -> Vec<Line> {
     }
     let mean = |(index, result): (usize, &&RunResult)| {
         let same = results.iter().skip(index).step_by(first.len());
-        let driven: Vec<Figures> = same
-            .filter_map(|result| result.driven.as_ref().ok())
-            .map(Figures::from_driven)
-            .collect();
-        let mean = Figures::mean(&driven)?;
+        let driven = same.filter_map(|result| result.driven.as_ref().ok());
+        let driven: Vec<[f64; 5]> = driven.map(figures).collect();
+        let count = u32::try_from(driven.len()).ok().filter(|&count| count > 0)?;
+        let sum = |index: usize| driven.iter().map(|figures| figures[index]).sum::<f64>();
+        let means = [0, 1, 2, 3, 4].map(|index| sum(index) / f64::from(count));
         let line = Line::from_result(result, has_routes);
-        let maze = format!("mean of {}", counted(driven.len() as u64, "maze"));
-        Some(Line { maze, figures: mean.text(1, has_routes), ..line })
+        let maze = format!("mean of {}", counted(count, "maze"));
+        Some(Line { maze, figures: text(means, 1, has_routes), ..line })
     };
     first.iter().enumerate().filter_map(mean).collect()
 }
 
 /// Returns a line with the number of mazes without a run, or an empty text if all have one.
 fn failures(results: &[RunResult]) -> String {
-    let mut failed: Vec<_> = results
-        .iter()
-        .filter(|result| result.driven.is_err())
-        .map(|result| &result.maze.path)
-        .collect();
+    let failed = results.iter().filter(|result| result.driven.is_err());
+    let mut failed: Vec<_> = failed.map(|result| &result.maze.path).collect();
     failed.dedup();
     match failed.len() {
         0 => String::new(),
-        count => format!("{} without a run\n", counted(count as u64, "maze")),
+        count => format!("{} without a run\n", counted(count, "maze")),
     }
 }
 
-/// The figures of a run, or means of several runs.
-#[derive(Default)]
-struct Figures {
-    time: f64,
-    gate_to_gate: f64,
-    /// The distance, in mm.
-    length: f64,
-    turns: f64,
-    /// The slowdown against the fastest run, in percent.
-    loss: f64,
+/// The time from rest to rest and that from gate to gate in s, the distance in mm, the number of turns,
+/// and the slowdown against the fastest run in percent.
+fn figures(Driven { trajectory, gate_to_gate, run, loss, .. }: &Driven) -> [f64; 5] {
+    // A run has at most a few hundred turns.
+    #[allow(clippy::cast_precision_loss)]
+    let turns = run.turns().len() as f64;
+    [trajectory.duration(), *gate_to_gate, trajectory.length(), turns, *loss]
 }
 
-impl Figures {
-    fn from_driven(driven: &Driven) -> Self {
-        // A run has at most a few hundred turns.
-        #[allow(clippy::cast_precision_loss)]
-        Self {
-            time: driven.trajectory.duration(),
-            gate_to_gate: driven.gate_to_gate,
-            length: driven.trajectory.length(),
-            turns: driven.run.turns().len() as f64,
-            loss: driven.loss,
-        }
-    }
-
-    /// Returns the means, or `None` if there are no runs.
-    fn mean(all: &[Self]) -> Option<Self> {
-        #[allow(clippy::cast_precision_loss)]
-        let count = (!all.is_empty()).then_some(all.len() as f64)?;
-        let mean = |figure: fn(&Self) -> f64| all.iter().map(figure).sum::<f64>() / count;
-        Some(Self {
-            time: mean(|one| one.time),
-            gate_to_gate: mean(|one| one.gate_to_gate),
-            length: mean(|one| one.length),
-            turns: mean(|one| one.turns),
-            loss: mean(|one| one.loss),
-        })
-    }
-
-    /// Formats the figures. The number of turns has the given number of decimals.
-    fn text(&self, decimals: usize, has_routes: bool) -> String {
-        let Self { time, gate_to_gate, length, turns, loss } = self;
-        let metres = length / 1000.0;
-        let loss = if has_routes { format!("  {loss:>6.2} %") } else { String::new() };
-        format!(
-            "{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>12.decimals$}{loss}"
-        )
-    }
+/// Formats figures or their means. The number of turns has the given number of decimals.
+fn text(figures: [f64; 5], decimals: usize, has_routes: bool) -> String {
+    let [time, gate_to_gate, length, turns, loss] = figures;
+    let metres = length / 1000.0;
+    let loss = if has_routes { format!("  {loss:>6.2} %") } else { String::new() };
+    format!("{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>12.decimals$}{loss}")
 }

@@ -1,13 +1,11 @@
 //! The description of a run as text.
 
-use std::f64::consts::FRAC_PI_4;
-
-use mmsim_fastrun::{Arc, STANDARD_GRAVITY, Segment, Shape};
-use mmsim_maze::Escaped;
+use mmsim_fastrun::{STANDARD_GRAVITY, Segment};
+use mmsim_maze::{Escaped, counted};
 
 use super::driven::{Driven, RunResult};
+use super::report::SegmentReport;
 use crate::grid::aligned;
-use crate::output::counted;
 
 /// Describes a run: its times, its length, its turns and its text form.
 pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
@@ -18,7 +16,7 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
         _ => String::new(),
     };
     let mean = if time > 0.0 { length / time } else { 0.0 };
-    let cells = counted(run.cells().len().saturating_sub(1) as u64, "cell");
+    let cells = counted(run.cells().len().saturating_sub(1), "cell");
     let kinds: Vec<String> =
         driven.turns_by_kind().map(|(kind, count)| format!("{count} {kind}")).collect();
     let turns = match run.turns().len() {
@@ -48,63 +46,30 @@ pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
 
 /// Describes several runs with their straights and turns.
 pub(super) fn describe_all(results: &[RunResult]) -> String {
-    let texts: Vec<String> = results
-        .iter()
-        .map(|RunResult { maze, vehicle, driven, .. }| match driven {
-            Ok(driven) => describe(driven, true),
-            Err(error) => {
-                format!("{}: {}: {error}\n", maze.shown_path(), Escaped(vehicle.name()))
-            }
-        })
-        .collect();
-    texts.join("\n")
+    let text = |RunResult { maze, vehicle, driven, .. }: &RunResult| match driven {
+        Ok(driven) => describe(driven, true),
+        Err(error) => format!("{}: {}: {error}\n", maze.shown_path(), Escaped(vehicle.name())),
+    };
+    results.iter().map(text).collect::<Vec<_>>().join("\n")
 }
 
 fn segments(segments: &[Segment]) -> String {
     let head = ["", "steps", "mm", "entry mm/s", "top mm/s", "exit mm/s", "g", "s", "total s"];
     let mut rows = vec![head.map(String::from).to_vec()];
-    rows.extend(segments.iter().map(|segment| {
-        let steps = match segment.shape {
-            Shape::Straight(steps) => steps.to_string(),
-            Shape::Turn(..) => String::new(),
-        };
+    rows.extend(segments.iter().map(SegmentReport::new).map(|segment| {
+        let steps = segment.steps.map(|steps| steps.to_string());
+        let acceleration = segment.centripetal_acceleration_mm_s2;
         vec![
-            segment_name(segment),
-            steps,
-            format!("{:.1}", segment.length),
-            format!("{:.0}", segment.entry.speed),
-            format!("{:.0}", segment.top_speed()),
-            format!("{:.0}", segment.exit_speed),
-            centripetal_acceleration(segment)
-                .map_or(String::new(), |mm_s2| format!("{:.2}", mm_s2 / STANDARD_GRAVITY)),
-            format!("{:.4}", segment.duration),
-            format!("{:.4}", segment.entry.time + segment.duration),
+            segment.segment,
+            steps.unwrap_or_default(),
+            format!("{:.1}", segment.length_mm),
+            format!("{:.0}", segment.entry_speed_mm_s),
+            format!("{:.0}", segment.top_speed_mm_s),
+            format!("{:.0}", segment.exit_speed_mm_s),
+            acceleration.map_or(String::new(), |mm_s2| format!("{:.2}", mm_s2 / STANDARD_GRAVITY)),
+            format!("{:.4}", segment.duration_s),
+            format!("{:.4}", segment.time_s),
         ]
     }));
     aligned(&rows)
-}
-
-/// Returns the greatest centripetal acceleration in a turn, in mm/s².
-pub(super) fn centripetal_acceleration(segment: &Segment) -> Option<f64> {
-    match segment.shape {
-        Shape::Turn(kind, _) => {
-            let arc = Arc { length: segment.length, speed: segment.exit_speed };
-            Some(arc.centripetal_acceleration(kind))
-        }
-        Shape::Straight(_) => None,
-    }
-}
-
-/// Returns `straight`, `diagonal`, or a turn with its side such as `l90R`.
-pub(super) fn segment_name(segment: &Segment) -> String {
-    match segment.shape {
-        Shape::Turn(kind, side) => format!("{kind}{}", side.letter()),
-        Shape::Straight(_) if is_diagonal(segment.entry.heading) => "diagonal".into(),
-        Shape::Straight(_) => "straight".into(),
-    }
-}
-
-/// Returns true if a heading in radians is between the rows and the columns.
-pub(super) fn is_diagonal(heading: f64) -> bool {
-    (heading / FRAC_PI_4).round().rem_euclid(2.0) > 0.5
 }

@@ -4,11 +4,11 @@ use std::io;
 use std::path::Path;
 
 use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
-use mmsim_maze::{Cell, CellSet, Maze};
+use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::args::ConvertArgs;
 use super::finding::ambiguity;
-use crate::output::{counted, note, print, replace, warn};
+use crate::output::{note, print, replace, warn};
 use crate::usage::{CommandResult, UsageError};
 
 /// The path argument that stands for stdin or stdout.
@@ -74,7 +74,7 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
         warn(format_args!("{}: {}", path.display(), ambiguity(way)));
     }
     if !reading.unknown_walls.is_empty() {
-        let walls = counted(reading.unknown_walls.len() as u64, "unknown wall");
+        let walls = counted(reading.unknown_walls.len(), "unknown wall");
         warn(format_args!("{}: {walls} assumed open", path.display()));
     }
     Ok(reading.maze)

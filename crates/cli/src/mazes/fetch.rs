@@ -10,11 +10,11 @@ use std::path::Path;
 use archive::{Contents, Files};
 use folder::Changes;
 use mmsim_formats::{Catalogue, parse_maze};
-use mmsim_maze::Escaped;
+use mmsim_maze::{Counted, Escaped, counted};
 use serde::Serialize;
 
 use super::args::FetchArgs;
-use crate::output::{counted, note, own_command, print, print_pretty_json};
+use crate::output::{note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
 use crate::usage::CommandResult;
 
@@ -60,7 +60,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         }
     }
     let Some(example) = mazes.first() else {
-        let all = counted(all as u64, "file");
+        let all = counted(all, "file");
         return Err(cannot_fetch(format!("no mazes found in {all}")).into());
     };
     let changes = folder::replace(&parent, &files)?;
@@ -73,7 +73,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     if args.json {
         print_pretty_json(&report)?;
     } else {
-        let (count, folder) = (counted(mazes.len() as u64, "maze"), Escaped(report.folder));
+        let (count, folder) = (counted(mazes.len(), "maze"), Escaped(report.folder));
         let Changes { new, replaced, unchanged, removed, .. } = report.changes;
         print(&format!(
             "{count} in {folder} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
@@ -89,9 +89,9 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
 
 /// Prints a message with the number of files and the names of the first three. Prints nothing if
 /// there are no files.
-fn note_files(files: &[String], message: fn(&str) -> String) {
+fn note_files(files: &[String], message: fn(Counted<'_>) -> String) {
     if !files.is_empty() {
-        let message = message(&counted(files.len() as u64, "file"));
+        let message = message(counted(files.len(), "file"));
         let names = files[..files.len().min(3)].join(", ");
         let more = if files.len() > 3 { ", …" } else { "" };
         note(format_args!("{message}: {names}{more}"));

@@ -1,11 +1,9 @@
 //! Problems in a maze file.
 
 use mmsim_formats::{Location, ParseError, ParseErrorKind, ParsedMaze};
-use mmsim_maze::{Cell, CellSet, Escaped};
+use mmsim_maze::{Cell, CellSet, Escaped, counted};
 use mmsim_solvers::Distances;
 use serde::Serialize;
-
-use crate::output::counted;
 
 /// A problem in a maze file. The field names are JSON keys.
 #[derive(Clone, Debug, Serialize)]
@@ -153,7 +151,7 @@ fn summary(group: &[Finding], kind: FindingKind) -> String {
         FindingKind::Unreadable
         | FindingKind::GoalUnreachable
         | FindingKind::Ambiguous
-        | FindingKind::Duplicate => counted(count as u64, "finding") + ": ",
+        | FindingKind::Duplicate => format!("{}: ", counted(count, "finding")),
     };
     let places: Vec<&str> = group.iter().take(SHOWN).map(|finding| &finding.place[..]).collect();
     let text = what + &places.join("; ");

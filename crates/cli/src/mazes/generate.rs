@@ -5,13 +5,13 @@ use std::path::{self, Path, PathBuf};
 
 use mmsim_formats::Format;
 use mmsim_generator::{generate, random_seed};
-use mmsim_maze::Maze;
+use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
 
 use super::args::GenerateArgs;
 use super::convert::format_from_extension;
-use crate::output::{counted, is_file, note, own_command, print, print_pretty_json, replace};
+use crate::output::{is_file, note, own_command, print, print_pretty_json, replace};
 use crate::usage::CommandResult;
 
 /// A generated maze, with its seed, style and properties. The field names are JSON keys.

@@ -5,11 +5,11 @@ use std::io;
 use std::path::Path;
 
 use mmsim_formats::Entry;
-use mmsim_maze::{Escaped, Maze};
+use mmsim_maze::{Escaped, Maze, counted};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::output::{counted, goal_away, print, print_pretty_json};
+use crate::output::{goal_away, print, print_pretty_json};
 
 /// The properties of the maze in a file, or the error if the file cannot be read. The field names
 /// are JSON keys.
@@ -61,9 +61,9 @@ impl MazeRow {
         let cells = usize::from(*width) * usize::from(*height);
         let unreachable = match cells - self.reachable_cells.unwrap_or(cells) {
             0 => String::new(),
-            unreachable => format!(", {} unreachable", counted(unreachable as u64, "cell")),
+            unreachable => format!(", {} unreachable", counted(unreachable, "cell")),
         };
-        let goals = counted(goals.len() as u64, "goal cell");
+        let goals = counted(goals.len(), "goal cell");
         format!("{}: {size}, {goals}, {goal}{unreachable}", Escaped(path))
     }
 }

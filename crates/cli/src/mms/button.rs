@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Read};
 use std::sync::Arc;
 use std::thread;
 
-use mmsim_viewer::MouseControl;
+use mmsim_mouse::MouseControl;
 
 use crate::output::note;
 

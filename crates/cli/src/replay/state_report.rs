@@ -1,15 +1,15 @@
 //! The report on one state of a recording.
 
-use mmsim_maze::{Cell, Escaped, KnownMaze, MazeSize, Pose, Unknown};
+use mmsim_maze::{Cell, Escaped, MazeSize, Pose, counted};
 use mmsim_protocol::{Matrix, State};
-use mmsim_recording::{Block, PhaseReport, Recording, Transition};
-use mmsim_solvers::PathBounds;
-use mmsim_trial::race_optimum;
-use mmsim_viewer::TrialReport;
+use mmsim_recording::{Block, Recording};
+use mmsim_run::{
+    MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent, StateFigures, TrialReport,
+    trial_status,
+};
 use serde::Serialize;
 
 use super::PoseAt;
-use crate::output::counted;
 use crate::phase_table;
 use crate::screen::{pictures, wide_or_compact};
 
@@ -19,22 +19,8 @@ pub(super) struct StateReport {
     index: usize,
     #[serde(flatten)]
     pose: PoseAt,
-    visited_cells: usize,
-    phases: PhaseReport,
-    /// The figures of a two-run trial. The distances of a trial are in time steps.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    trial: Option<TrialReport>,
-    /// `restart` if the mouse was put back at the start in this state, `jump` if it appeared in
-    /// another cell, or `None` if it moved.
-    event: Option<&'static str>,
-    /// The distance from the start to the goal if all unknown walls are open, or `None` if there is
-    /// no path.
-    optimistic_distance: Option<u16>,
-    /// The distance from the start to the goal if all unknown walls are closed, or `None` if there
-    /// is no path.
-    pessimistic_distance: Option<u16>,
-    /// True if the shortest known path is proven to be the shortest.
-    proven: bool,
+    #[serde(flatten)]
+    figures: StateFigures,
     /// The number of walls that the client reports incorrectly, or `None` if the recording has no
     /// maze.
     wrong_walls: Option<usize>,
@@ -49,50 +35,44 @@ pub(super) struct StateReport {
 
 impl StateReport {
     pub(super) fn read(recording: &Recording, index: usize) -> Option<Self> {
-        let block = recording.history().block(index / Block::STATES)?;
-        let states = block.unpack()?;
+        let block = |index: usize| recording.history().block(index / Block::STATES)?.unpack();
+        let states = block(index)?;
         let state = State::decode(states.get(index)?, recording.size()).ok()?;
-        let phases = states.phases(index)?;
-        let event = event(phases.transition);
-        let here = match phases.transition {
-            Some(Transition::Restart) => ", put back at the start",
-            Some(Transition::Jump) => ", jumped to this cell",
-            Some(Transition::Move { .. }) | None => "",
-        };
-        let report = PhaseReport::new(&phases, index, recording.times());
         let (pose, unexplored) = (state.pose(), recording.info().known_maze()?);
+        let rules = MovementRules::from_map(&unexplored, recording.maze());
+        let run = RunIndex::new(recording.size(), rules);
+        let (phases, _) = run.at(index, |index| block(index).ok_or(())).ok()?;
         let context = states.context(index)?;
         let map = context.claimed_maze(&state, &unexplored);
-        let block =
-            |index: usize| recording.history().block(index / Block::STATES)?.unpack().map(Box::new);
-        let trial = TrialReport::new(index, recording.times(), block);
         let known = context.known_maze(&state, &unexplored, recording.maze());
-        let bounds = bounds(&known, trial.is_some());
+        let times = recording.times();
+        let is_trial = trial_status(context.notes()).is_some();
+        let trial = if is_trial { TrialReport::new(&run, index, times, block) } else { None };
+        let figures = StateFigures::new(&phases, times, [&map, &known], trial);
+        let here = match figures.event {
+            Some(StateEvent::Restart) => ", put back at the start",
+            Some(StateEvent::Jump) => ", jumped to this cell",
+            None => "",
+        };
         let weight = |cell| state.weights().at(cell).map_or(0, u16::from);
         let Pose { cell, heading } = pose;
         let pose_at = PoseAt::new(recording, recording.times().get(index)?, pose);
         let wrong_walls = recording.maze().map(|maze| map.wrong_walls(maze.walls()).count());
-        let visited = counted(map.visited().len() as u64, "cell");
+        let visited = counted(figures.map.visited_cells, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
-        let wrong = wrong.map(|count| format!(", {} wrong", counted(count as u64, "wall")));
+        let wrong = wrong.map(|count| format!(", {} wrong", counted(count, "wall")));
         let (wrong, picture) =
             (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
-        let runs = trial.as_ref().map_or_else(|| phases_text(&report), trial_text);
+        let runs = figures.trial.as_ref().map_or_else(|| phases_text(&figures), trial_text);
         let text = format!(
             "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} visited{wrong}\n\
              {runs}{}\n{picture}",
             pose_at.ms,
-            bounds_text(bounds, trial.is_some()),
+            bounds_text(figures.map, is_trial),
         );
         Some(Self {
             index,
-            visited_cells: map.visited().len(),
-            phases: report,
-            trial,
-            event,
-            optimistic_distance: bounds.optimistic,
-            pessimistic_distance: bounds.pessimistic,
-            proven: bounds.is_proven(),
+            figures,
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
@@ -104,13 +84,15 @@ impl StateReport {
 }
 
 /// Formats the figures of the phases up to a state and the number of events.
-fn phases_text(report: &PhaseReport) -> String {
+fn phases_text(figures: &StateFigures) -> String {
+    let report: &PhaseReport = &figures.phases;
     let times = |count: u32| counted(count, "time");
     let restart = format!("put back at the start {}", times(report.restarts));
     let jumped = format!("jumped to another cell {}", times(report.jumps));
     let events = [(report.restarts, restart), (report.jumps, jumped)].into_iter();
     let events = events.filter(|&(count, _)| count > 0);
-    events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n")
+    let table = events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n");
+    format!("{table}{}\n", figures.goal())
 }
 
 /// Formats the figures of a trial up to a state.
@@ -122,35 +104,16 @@ fn trial_text(TrialReport { robot, status, run_1, run_2, score }: &TrialReport) 
     format!("two-run trial of {robot}: {status}{score}\n{}", phase_table::run_table(rows))
 }
 
-/// Computes the bounds of the shortest path in cells or, in a trial, of the fastest race in time
-/// steps.
-fn bounds(known: &KnownMaze, is_trial: bool) -> PathBounds {
-    if !is_trial {
-        return PathBounds::new(known);
-    }
-    let race = |unknown| race_optimum(known.walls(unknown), known.start().cell, known.goals());
-    PathBounds { optimistic: race(Unknown::Open), pessimistic: race(Unknown::Closed) }
-}
-
 /// Formats the bounds of the shortest path from the start to the goal.
-fn bounds_text(bounds: PathBounds, is_trial: bool) -> String {
+fn bounds_text(map: MapFigures, is_trial: bool) -> String {
     let name = if is_trial { "fastest race" } else { "shortest path" };
-    match (bounds.optimistic, bounds.pessimistic) {
+    match (map.optimistic_distance, map.pessimistic_distance) {
         (None, _) => format!("{name}: the goal is unreachable"),
         (Some(steps), None) => format!("{name}: at least {}", counted(steps, "step")),
         (Some(least), Some(most)) if least == most => {
             format!("{name}: {}, proven", counted(least, "step"))
         }
         (Some(least), Some(most)) => format!("{name}: {least} to {most} steps"),
-    }
-}
-
-/// Returns the name of an event: a transition that is not a movement.
-const fn event(transition: Option<Transition>) -> Option<&'static str> {
-    match transition {
-        Some(Transition::Restart) => Some("restart"),
-        Some(Transition::Jump) => Some("jump"),
-        Some(Transition::Move { .. }) | None => None,
     }
 }
 

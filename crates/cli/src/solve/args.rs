@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use clap::Args;
 use clap::builder::PossibleValue;
+use mmsim_compare::Exploration;
 use mmsim_fastrun::Vehicle;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
 use crate::args::{KnownMazeArgs, one_of, parse_seconds};
 use crate::connection::ENDPOINT_FORM;
-use crate::exploration::Exploration;
 use crate::usage::UsageError;
 use crate::vehicle::{VEHICLES, parse_vehicle};
 

@@ -6,13 +6,13 @@ use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
 use mmsim_drawing::Theme;
+use mmsim_mouse::Program;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
-use super::contender::{Contender, OwnRobot, RobotKind};
 use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of, parse_seconds};
-use crate::mouse_process::Program;
 use crate::render::args::{Picture, PictureFormat, parse_picture, themes};
 use crate::usage::UsageError;
 
@@ -135,7 +135,7 @@ impl TrialArgs {
     ///
     /// # Errors
     /// Returns a usage error if an option does not match the robots or if a robot's file is missing.
-    pub(crate) fn contenders(&self) -> Result<Vec<Contender>, UsageError> {
+    pub(crate) fn robots(&self) -> Result<Vec<TrialRobot>, UsageError> {
         let mut own = self.own_robots()?;
         let mut robots = each_once(&self.robot, BundledRobot::ALL);
         if robots.is_empty() && own.is_empty() {
@@ -147,24 +147,21 @@ impl TrialArgs {
             *swing.ok_or_else(error)? = BundledRobot::SwingAsPublished;
             robots = each_once(&robots.into_iter().map(Some).collect::<Vec<_>>(), &[]);
         }
-        let mut contenders: Vec<_> =
-            robots.into_iter().map(|robot| self.contender(robot)).collect();
-        contenders.append(&mut own);
-        Ok(contenders)
+        let settings = self.settings();
+        let bundled = |robot| TrialRobot { kind: RobotKind::Bundled(robot), settings };
+        let mut robots: Vec<TrialRobot> = robots.into_iter().map(bundled).collect();
+        robots.append(&mut own);
+        Ok(robots)
     }
 
-    /// Returns a robot with the settings from the command line.
-    pub(crate) const fn contender(&self, robot: BundledRobot) -> Contender {
-        Contender { kind: RobotKind::Bundled(robot), settings: self.settings() }
-    }
-
+    /// Returns the settings of all robots.
     pub(crate) const fn settings(&self) -> Settings {
         let Self { seed, noise, key_points, variant, .. } = *self;
         Settings { seed, key_points, variant, noise }
     }
 
     /// Returns the user's robots.
-    pub(crate) fn own_robots(&self) -> Result<Vec<Contender>, UsageError> {
+    pub(crate) fn own_robots(&self) -> Result<Vec<TrialRobot>, UsageError> {
         let mut programs = Vec::new();
         if !self.command.is_empty() {
             programs.push(Program::new(&self.command));
@@ -178,16 +175,16 @@ impl TrialArgs {
             let words = [python.into(), "-c".into(), PUBLISHED_ROBOT.into(), file.into()];
             programs.push(Program::new(&words));
         }
-        let mut own: Vec<Contender> = Vec::new();
+        let mut own: Vec<TrialRobot> = Vec::new();
         for program in programs {
-            let has_same_name = |other: &&Contender| matches!(&other.kind, RobotKind::Own(robot) if robot.program.name == program.name);
+            let has_same_name = |other: &&TrialRobot| matches!(&other.kind, RobotKind::Own(robot) if robot.program.name == program.name);
             let same = own.iter().filter(has_same_name).count();
             let name = match same {
                 0 => program.name.clone(),
                 _ => format!("{} ({})", program.name, same + 1),
             };
             let kind = RobotKind::Own(OwnRobot { name, program, answer_limit: self.answer_limit });
-            own.push(Contender { kind, settings: self.settings() });
+            own.push(TrialRobot { kind, settings: self.settings() });
         }
         Ok(own)
     }

@@ -3,18 +3,15 @@
 use std::collections::HashMap;
 use std::error::Error;
 
+use mmsim_compare::{NamedMaze, RobotKind, TrialJob, TrialResult, TrialRobot};
 use mmsim_drawing::{DrivenPath, MAX_PATHS, PictureError, Scene};
-use mmsim_maze::{Cell, KnownMaze};
+use mmsim_maze::{Cell, KnownMaze, counted};
 use mmsim_trial::{BundledRobot, Settings, SwingAsPublished, SwingRobot};
 
 use super::args::TrialArgs;
-use super::contender::{Contender, Job, RobotKind};
-use super::outcome::TrialResult;
-use super::table::failure;
-use crate::output::{counted, replace};
+use crate::output::replace;
 use crate::render::SIDE_PX;
 use crate::render::args::{Picture, PictureFormat};
-use crate::selection::Selected;
 use crate::usage::UsageError;
 
 /// The distance between a leg and the line through its key points, and between two such legs, in
@@ -24,8 +21,8 @@ const LEG_OFFSET: f64 = 0.15;
 /// Returns a usage error unless the robots fit into the pictures of one maze.
 pub(super) fn check(
     args: &TrialArgs,
-    mazes: &[Selected],
-    contenders: &[Contender],
+    mazes: &[NamedMaze],
+    robots: &[TrialRobot],
 ) -> Result<(), UsageError> {
     let error = |message: String| Err(UsageError::new("trial", message));
     for (option, picture) in [("--output", &args.output), ("--tour", &args.tour)] {
@@ -33,11 +30,10 @@ pub(super) fn check(
             return error(format!("{option} takes one maze, found {}", mazes.len()));
         }
     }
-    let robots = contenders.len();
-    if args.output.is_some() && robots > MAX_PATHS {
-        return error(format!("--output takes at most {MAX_PATHS} robots, found {robots}"));
+    if args.output.is_some() && robots.len() > MAX_PATHS {
+        return error(format!("--output takes at most {MAX_PATHS} robots, found {}", robots.len()));
     }
-    if args.tour.is_some() && (robots != 1 || tour(&contenders[0], None).is_none()) {
+    if args.tour.is_some() && (robots.len() != 1 || tour(&robots[0], None).is_none()) {
         return error("--tour requires one robot: swing, swing-as-published or swing-timed".into());
     }
     Ok(())
@@ -46,10 +42,10 @@ pub(super) fn check(
 /// Writes the pictures of the trials in one maze, if any are wanted.
 pub(super) fn write(
     args: &TrialArgs,
-    jobs: &[Job<'_>],
+    jobs: &[TrialJob<'_>],
     outcomes: &[TrialResult],
 ) -> Result<(), Box<dyn Error>> {
-    let Some(&(selected, contender)) = jobs.first() else { return Ok(()) };
+    let Some(&(selected, robot)) = jobs.first() else { return Ok(()) };
     if let Some(picture) = &args.output {
         let (scene, paths) = if let [outcome] = outcomes {
             let scene = Scene::from_map(&outcome.explored).with_truth(Some(&selected.maze));
@@ -63,10 +59,10 @@ pub(super) fn write(
     }
     if let Some(picture) = &args.tour {
         let unexplored = KnownMaze::unexplored(&selected.maze);
-        let tour = tour(contender, Some(&unexplored)).unwrap_or_default();
-        let label = counted(tour.len() as u64, "leg");
+        let tour = tour(robot, Some(&unexplored)).unwrap_or_default();
+        let label = counted(tour.len(), "leg").to_string();
         let legs = legs(unexplored.start().cell, &tour);
-        let paths = [DrivenPath::line(contender.name(), &label, &legs)];
+        let paths = [DrivenPath::line(robot.name(), &label, &legs)];
         let visits = |cell| {
             let visits = (1..).zip(&tour).filter(|(_, other)| **other == cell);
             visits.map(|(number, _): (usize, _)| number.to_string()).collect::<Vec<_>>().join(" ")
@@ -82,7 +78,7 @@ pub(super) fn write(
 
 /// Returns the path of the race, which is on top, and the path of the first run.
 fn both_runs(outcome: &TrialResult) -> Vec<DrivenPath> {
-    let label = counted(outcome.explore_steps, "step");
+    let label = counted(outcome.explore_steps, "step").to_string();
     vec![race("run 2", outcome), DrivenPath::line("run 1", &label, &centres(&outcome.explore))]
 }
 
@@ -90,7 +86,7 @@ fn both_runs(outcome: &TrialResult) -> Vec<DrivenPath> {
 fn race(name: &str, outcome: &TrialResult) -> DrivenPath {
     let score = match outcome.score() {
         Some(score) => format!("score {score}"),
-        None => failure(outcome).into(),
+        None => outcome.reason().into(),
     };
     let label = format!("{}, {score}", counted(outcome.race_steps, "step"));
     DrivenPath::line(name, &label, &centres(&outcome.race_cells()))
@@ -107,9 +103,9 @@ fn save(picture: &Picture, scene: &Scene<'_>) -> Result<(), Box<dyn Error>> {
 
 /// Returns the key points of a robot in the order of its tour, or `None` if the robot has none. If
 /// the maze is not known yet, the list is empty.
-fn tour(contender: &Contender, unexplored: Option<&KnownMaze>) -> Option<Vec<Cell>> {
-    let Settings { variant, key_points, .. } = contender.settings;
-    let tour = match contender.kind {
+fn tour(robot: &TrialRobot, unexplored: Option<&KnownMaze>) -> Option<Vec<Cell>> {
+    let Settings { variant, key_points, .. } = robot.settings;
+    let tour = match robot.kind {
         RobotKind::Bundled(BundledRobot::Swing | BundledRobot::SwingTimed) => SwingRobot::tour,
         RobotKind::Bundled(BundledRobot::SwingAsPublished) => SwingAsPublished::tour,
         _ => return None,

@@ -3,10 +3,9 @@
 use std::io;
 use std::mem;
 
+use mmsim_compare::{TrialJob, TrialResult, TrialRow};
+
 use super::args::TrialArgs;
-use super::contender::Job;
-use super::outcome::TrialResult;
-use super::report::TrialReport;
 use super::table::{ResultTable, summary};
 use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
@@ -15,7 +14,7 @@ use crate::usage::CommandResult;
 /// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
 /// if `--path` is set. JSON is printed after the last trial.
 pub(crate) struct Results<'a> {
-    jobs: &'a [Job<'a>],
+    jobs: &'a [TrialJob<'a>],
     args: &'a TrialArgs,
     table: ResultTable,
     lines: String,
@@ -24,7 +23,7 @@ pub(crate) struct Results<'a> {
 
 impl<'a> Results<'a> {
     /// Creates a printer for the outcomes of `jobs`.
-    pub(crate) fn new(jobs: &'a [Job<'a>], args: &'a TrialArgs) -> Self {
+    pub(crate) fn new(jobs: &'a [TrialJob<'a>], args: &'a TrialArgs) -> Self {
         let table = ResultTable::new(jobs);
         Self { jobs, args, lines: table.head(), table, outcomes: Vec::new() }
     }
@@ -34,9 +33,9 @@ impl<'a> Results<'a> {
         for (job, outcome) in self.jobs[self.outcomes.len()..].iter().zip(&outcomes) {
             self.lines += &self.table.line(job, outcome);
             if self.args.path && !self.args.json {
-                let (selected, contender) = job;
+                let (selected, robot) = job;
                 let drawing = wide_or_compact(outcome.drawings());
-                print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), contender.name()))?;
+                print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), robot.name()))?;
             }
         }
         self.outcomes.extend(outcomes);
@@ -52,8 +51,8 @@ impl<'a> Results<'a> {
     pub(crate) fn finish(self) -> CommandResult {
         let Self { jobs, args, lines, outcomes, .. } = self;
         if args.json {
-            let reports = jobs.iter().zip(&outcomes).map(|(&(selected, contender), outcome)| {
-                let mut report = TrialReport::new(selected, contender, outcome);
+            let reports = jobs.iter().zip(&outcomes).map(|(&(selected, robot), outcome)| {
+                let mut report = TrialRow::new(selected, robot, outcome);
                 report.path = args.path.then(|| outcome.drawings()).map(|[path, _]| path);
                 report
             });

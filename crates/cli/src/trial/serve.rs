@@ -3,115 +3,110 @@
 
 use std::error::Error;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
-use mmsim_maze::{KnownMaze, Maze, Unknown, Wall, WallState, Walls};
+use mmsim_compare::{NamedMaze, RunContext, TrialResult, TrialRobot};
+use mmsim_maze::{KnownMaze, Unknown};
+use mmsim_mouse::{
+    MouseControl, Outcome, OwnMouse, Pace, RunEnd, Runs, StopReason, wall_declarations,
+};
 use mmsim_protocol::Annotation;
+use mmsim_run::{Ending, Verdict};
 use mmsim_server::Monitor;
 use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
-use mmsim_viewer::{Ending, EndingKind, MouseControl, OwnMouse, Pace, StopReason};
+use mmsim_viewer::ViewerConfig;
 
 use super::args::TrialArgs;
-use super::contender::{Contender, RunContext};
-use super::outcome::TrialResult;
 use super::results::Results;
-use super::table::failure;
-use crate::local_server::{self, in_process};
-use crate::own_mouse::{RunEnd, Runs};
+use crate::local_server::{HOST, in_process, prepare};
+use crate::output::note;
 use crate::screen::pace;
-use crate::selection::Selected;
 use crate::usage::{CommandResult, UsageError};
 
-/// The interval between checks whether a trial is over.
-const STOP_INTERVAL: Duration = Duration::from_millis(50);
-
 /// Runs one robot in one maze.
-pub(crate) fn run(args: &TrialArgs, mazes: Vec<Selected>) -> CommandResult {
-    let (contenders, paths) = (args.contenders()?, mazes.len());
-    let [contender] = &contenders[..] else {
-        return Err(not_one("robot", contenders.len()).into());
+pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
+    let (robots, paths) = (args.robots()?, mazes.len());
+    let [robot] = &robots[..] else {
+        return Err(not_one("robot", robots.len()).into());
     };
-    let Ok([selected]) = <[Selected; 1]>::try_from(mazes) else {
+    let Ok([selected]) = <[NamedMaze; 1]>::try_from(mazes) else {
         return Err(not_one("maze", paths).into());
     };
     let watch = &args.watch;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let own = OwnMouse { name: contender.name().into(), has_reset_button: false };
+    let own = OwnMouse { name: robot.name().into(), has_reset_button: false };
     let control = Arc::new(MouseControl::new(Pace::from_interval(pace(watch.pace)), Some(own)));
-    let ready = local_server::prepare_trial(
-        selected.clone(),
-        Arc::clone(&control),
-        watch.port,
-        &watch.retention,
-        viewer,
-    )?;
+    // The page can neither load other mazes nor run other mice.
+    let config = ViewerConfig::default().with_trial();
+    let (address, mouse) = ((HOST, Some(watch.port)), Some((Arc::clone(&control), None)));
+    let ready = prepare(selected.clone(), config, address, &watch.retention, viewer, mouse)?;
     let monitor = ready.server.monitor();
     let server = ready.server.spawn(ready.simulation);
-    let jobs = [(&selected, contender)];
+    let jobs = [(&selected, robot)];
     let mut succeeded = true;
+    let closing = Arc::clone(&control);
+    ready.interrupt.then(move || closing.close());
     let runs = Runs {
-        control: &control,
         monitor: Some(&monitor),
-        address: server.address(),
         stays: !watch.once,
-        watched: None,
-        has_page: false,
+        ..Runs::new(&control, server.address(), |text| note(text))
     };
-    runs.run(ready.interrupt, || {
-        let outcome = run_trial(&monitor, contender, &selected, &control)?;
-        let ending = if let Some(outcome) = outcome {
-            let ending = ending(&outcome);
+    runs.run(|| -> Result<_, Box<dyn Error>> {
+        let outcome = run_trial(&monitor, robot, &selected, &control)?;
+        let outcome = if let Some(outcome) = outcome {
+            let end = end(&outcome);
             let mut results = Results::new(&jobs, args);
             results.add(vec![outcome])?;
             succeeded = results.finish()?;
-            ending
+            end
         } else {
             let reason = control.wait_for_stop(Duration::ZERO);
-            let text = reason.map_or("stopped", StopReason::text).into();
-            Ending { kind: EndingKind::Stopped, text }
+            let text = reason.unwrap_or(StopReason::Stop).text();
+            let error = Some(text.clone());
+            let verdict = Verdict { goal_reached: false, ending: Ending::Stopped, error };
+            Outcome { verdict, text }
         };
-        Ok(RunEnd { ending, code: 0, was_started: true })
+        Ok(RunEnd { outcome, code: 0, was_started: true })
     })?;
     server.stop()?;
     Ok(succeeded || !watch.once)
 }
 
-/// Returns the ending of a trial for the page.
-fn ending(outcome: &TrialResult) -> Ending {
-    match outcome.score() {
-        Some(score) => Ending { kind: EndingKind::Goal, text: format!("score {score}") },
-        None => Ending { kind: EndingKind::GaveUp, text: failure(outcome).into() },
-    }
+/// Returns the outcome of a trial for the page.
+fn end(result: &TrialResult) -> Outcome {
+    let score = result.score().map(|score| format!("score {score}"));
+    let (goal_reached, error) = (score.is_some(), result.reason().to_string());
+    let ending = if goal_reached { Ending::Finished } else { Ending::GaveUp };
+    let text = score.unwrap_or_else(|| error.clone());
+    let error = Some(error).filter(|_| !goal_reached);
+    Outcome { verdict: Verdict { goal_reached, ending, error }, text }
 }
 
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that
 /// the robot has seen, and for each cell a lower bound on the race steps to the goal. The robot, the
-/// status of the trial and open sides between unvisited cells are sent as annotations. Passes the
+/// status of the trial and walls that a state cannot express are sent as annotations. Passes the
 /// throttle after each state, and returns `None` if the robot is stopped.
 fn run_trial(
     monitor: &Monitor,
-    contender: &Contender,
-    selected: &Selected,
-    control: &MouseControl,
+    robot: &TrialRobot,
+    selected: &NamedMaze,
+    control: &Arc<MouseControl>,
 ) -> Result<Option<TrialResult>, Box<dyn Error>> {
     let mut simulator = Exchange::new(in_process(monitor));
     simulator.reset()?;
-    let mut reporter = Reporter::new(contender, &selected.maze);
-    let context = RunContext { shows_stderr: true, ..RunContext::default() };
-    let mut run = || {
-        contender.run_watched(&selected.maze, &context, |trial, seen| {
-            reporter.report(&mut simulator, trial, seen).map_err(Some)?;
-            let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
-            let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
-            simulator.state(trial.pose(), seen, number).map_err(Some)?;
-            if control.throttle().wait() { Err(None::<RunError>) } else { Ok(()) }
-        })
-    };
-    let outcome = if contender.is_own() { stopped_with(control, &context, run) } else { run() };
-    let is_stopped = context.is_interrupted.load(Ordering::SeqCst);
+    let mut reporter = Reporter::new(robot);
+    let stopping = Arc::clone(control);
+    let must_stop = Arc::new(move || stopping.wait_for_stop(Duration::ZERO).is_some());
+    let context = RunContext { must_stop, shows_stderr: true };
+    let outcome = robot.run_watched(&selected.maze, &context, |trial, seen| {
+        reporter.report(&mut simulator, trial, seen).map_err(Some)?;
+        let steps = RaceSteps::flood(seen.walls(Unknown::Open), seen.goals());
+        let number = |cell| steps.at(cell).unwrap_or(u16::MAX);
+        simulator.state(trial.pose(), seen, number).map_err(Some)?;
+        if control.wait_for_step() { Err(None::<RunError>) } else { Ok(()) }
+    });
+    let is_stopped = control.wait_for_stop(Duration::ZERO).is_some();
     match outcome {
         Ok(outcome) if outcome.ending == TrialOutcome::Failed && is_stopped => Ok(None),
         Ok(outcome) => Ok(Some(outcome)),
@@ -120,37 +115,18 @@ fn run_trial(
     }
 }
 
-/// Runs a robot of the user, which is interrupted as soon as it must stop.
-fn stopped_with<T>(control: &MouseControl, context: &RunContext, run: impl FnOnce() -> T) -> T {
-    let is_over = AtomicBool::new(false);
-    thread::scope(|scope| {
-        scope.spawn(|| {
-            while !is_over.load(Ordering::SeqCst) {
-                if control.wait_for_stop(STOP_INTERVAL).is_some() {
-                    context.is_interrupted.store(true, Ordering::SeqCst);
-                    return;
-                }
-            }
-        });
-        let result = run();
-        is_over.store(true, Ordering::SeqCst);
-        result
-    })
-}
-
 /// Sends annotations about a trial.
 struct Reporter<'a> {
     robot: &'a str,
     /// The status that was reported last.
     status: Option<TrialStatus>,
-    /// Contains a wall for each open side that was declared.
-    declared: Walls,
+    /// What the robot had seen in the previous state.
+    seen: Option<KnownMaze>,
 }
 
 impl<'a> Reporter<'a> {
-    fn new(contender: &'a Contender, maze: &Maze) -> Self {
-        let declared = Walls::open(maze.size());
-        Self { robot: contender.name(), status: None, declared }
+    fn new(robot: &'a TrialRobot) -> Self {
+        Self { robot: robot.name(), status: None, seen: None }
     }
 
     /// Reports the changes since the previous state.
@@ -166,19 +142,8 @@ impl<'a> Reporter<'a> {
             let names = [Annotation::Mouse(self.robot), Annotation::Strategy(&strategy)];
             simulator.annotate(names.into_iter().chain([Annotation::Log(&line)]))?;
         }
-        let visited = seen.visited();
-        let mut open_sides = Vec::new();
-        for wall in seen.size().inner_walls() {
-            let Wall { cell, heading, .. } = wall;
-            let is_open = seen.wall(cell, heading) == WallState::Absent
-                && !wall.cells().any(|cell| visited.contains(cell));
-            if is_open && !self.declared.has(cell, heading) {
-                self.declared.set(cell, heading, true);
-                let state = Some(WallState::Absent);
-                open_sides.push(Annotation::Wall { cell, heading, state });
-            }
-        }
-        simulator.annotate(open_sides)
+        let before = self.seen.replace(seen.clone());
+        simulator.annotate(wall_declarations(before.as_ref(), seen))
     }
 }
 

@@ -2,10 +2,8 @@
 
 use std::fmt::Write as _;
 
-use mmsim_trial::TrialOutcome;
+use mmsim_compare::{Means, TrialJob, TrialResult, TrialRobot};
 
-use super::contender::{Contender, Job};
-use super::outcome::TrialResult;
 use crate::grid::{padded, widest};
 
 /// A table with fixed column widths. Each line can be printed before the next line is known.
@@ -15,10 +13,10 @@ pub(crate) struct ResultTable {
 }
 
 impl ResultTable {
-    pub(crate) fn new(jobs: &[Job<'_>]) -> Self {
+    pub(crate) fn new(jobs: &[TrialJob<'_>]) -> Self {
         let (mazes, robots) = (
             jobs.iter().map(|(selected, _)| selected.shown_path()),
-            jobs.iter().map(|(_, contender)| contender.name().to_string()),
+            jobs.iter().map(|(_, robot)| robot.name().to_string()),
         );
         Self {
             maze_width: widest(mazes.chain(["maze".into()])),
@@ -30,16 +28,16 @@ impl ResultTable {
         self.row("maze", "robot", "explore  race    score  optimum  race excess  score excess")
     }
 
-    pub(crate) fn line(&self, (selected, contender): &Job<'_>, outcome: &TrialResult) -> String {
+    pub(crate) fn line(&self, (selected, robot): &TrialJob<'_>, outcome: &TrialResult) -> String {
         let TrialResult { explore_steps, race_steps, .. } = outcome;
         let steps = format!("{explore_steps:>7}  {race_steps:>4}");
         let rest = match (outcome.score(), outcome.race_optimum, outcome.excess()) {
             (Some(score), Some(optimum), Some((race, excess))) => {
                 format!("{score:>7}  {optimum:>7}  {race:>11}  {excess:>12.3}")
             }
-            _ => failure(outcome).to_string(),
+            _ => outcome.reason().to_string(),
         };
-        self.row(&selected.shown_path(), contender.name(), &format!("{steps}  {rest}"))
+        self.row(&selected.shown_path(), robot.name(), &format!("{steps}  {rest}"))
     }
 
     fn row(&self, maze: &str, robot: &str, results: &str) -> String {
@@ -49,29 +47,18 @@ impl ResultTable {
     }
 }
 
-/// Returns the reason why a trial has no score.
-pub(super) fn failure(outcome: &TrialResult) -> &str {
-    match (outcome.ending, outcome.race_optimum) {
-        (TrialOutcome::Failed, _) => outcome.failure.as_deref().unwrap_or("failed"),
-        (TrialOutcome::GaveUp, None) => "goal unreachable",
-        (TrialOutcome::GaveUp, Some(_)) => "gave up, but the goal is reachable",
-        (TrialOutcome::OutOfTime, None) => "out of time, goal unreachable",
-        (TrialOutcome::OutOfTime | TrialOutcome::Scored(_), _) => "out of time",
-    }
-}
-
 /// Returns a summary line for each robot that ran in several mazes.
-pub(crate) fn summary(jobs: &[Job<'_>], outcomes: &[TrialResult]) -> String {
-    let mut contenders: Vec<&Contender> = Vec::new();
-    for &(_, contender) in jobs {
-        if !contenders.contains(&contender) {
-            contenders.push(contender);
+pub(crate) fn summary(jobs: &[TrialJob<'_>], outcomes: &[TrialResult]) -> String {
+    let mut robots: Vec<&TrialRobot> = Vec::new();
+    for &(_, robot) in jobs {
+        if !robots.contains(&robot) {
+            robots.push(robot);
         }
     }
-    let summaries = contenders.into_iter().filter_map(|contender| {
-        let all = jobs.iter().zip(outcomes).filter(|((_, other), _)| *other == contender);
+    let summaries = robots.into_iter().filter_map(|robot| {
+        let all = jobs.iter().zip(outcomes).filter(|((_, other), _)| *other == robot);
         let outcomes = all.map(|(_, outcome)| outcome);
-        (outcomes.clone().count() > 1).then(|| sum_up(contender.name(), outcomes))
+        (outcomes.clone().count() > 1).then(|| sum_up(robot.name(), outcomes))
     });
     summaries.collect()
 }
@@ -92,36 +79,4 @@ fn sum_up<'a>(robot: &str, outcomes: impl Iterator<Item = &'a TrialResult> + Clo
         );
     }
     text + "\n"
-}
-
-/// The means over all trials with a score.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Means {
-    pub(crate) scored: usize,
-    pub(crate) explore_steps: f64,
-    pub(crate) race_steps: f64,
-    pub(crate) score: f64,
-    /// The mean amount by which the scores exceed those of a robot that knows the maze.
-    pub(crate) excess: f64,
-}
-
-impl Means {
-    pub(crate) fn new<'a>(outcomes: impl Iterator<Item = &'a TrialResult>) -> Self {
-        let (mut sums, mut count) = (Self::default(), 0.);
-        for (outcome, score) in outcomes.filter_map(|outcome| Some((outcome, outcome.score()?))) {
-            count += 1.;
-            sums.scored += 1;
-            sums.explore_steps += f64::from(score.explore_steps);
-            sums.race_steps += f64::from(score.race_steps);
-            sums.score += score.value();
-            sums.excess += outcome.excess().map_or(0., |(_, excess)| excess);
-        }
-        Self {
-            scored: sums.scored,
-            explore_steps: sums.explore_steps / count,
-            race_steps: sums.race_steps / count,
-            score: sums.score / count,
-            excess: sums.excess / count,
-        }
-    }
 }

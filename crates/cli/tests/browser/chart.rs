@@ -144,7 +144,10 @@ fn the_chart_shows_the_values_at_a_state() {
             );
             let path = format!("/api/sources/live/moment?run={run}&at={at}");
             let view = http::get(&simulator.url(&path)).json();
-            let values = match (view["open"].as_u64().unwrap(), view["closed"].as_u64()) {
+            let values = match (
+                view["optimistic_distance"].as_u64().unwrap(),
+                view["pessimistic_distance"].as_u64(),
+            ) {
                 (open, None) => format!("at least {open} steps"),
                 (open, Some(closed)) if open == closed => format!("{open} steps, proven"),
                 (open, Some(closed)) => format!("{open} to {closed} steps"),

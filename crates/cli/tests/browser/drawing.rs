@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-use mmsim_drawing::{Scene, Trail};
-use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_drawing::Scene;
+use mmsim_maze::{Cell, Heading, Maze, MazeSize, Pose};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -31,8 +31,8 @@ pub(crate) struct Drawing {
 
 impl Drawing {
     /// Returns the map that the page should show for this maze and a client's last state. `trail`
-    /// holds the visited cells, oldest first.
-    pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &Trail) -> Self {
+    /// holds its passages, oldest first.
+    pub(crate) fn expected(maze: &Maze, state: Option<&TestState>, trail: &[Pose]) -> Self {
         let size = maze.size();
         let classes = |class: &str, others: &[(bool, &str)]| {
             let others = others.iter().filter(|(is, _)| *is).map(|(_, name)| *name);

@@ -1,7 +1,7 @@
 //! Linked panels: moving one panel moves the others to the corresponding states.
 
-use mmsim_maze::Maze;
-use mmsim_recording::{Block, Course, History, Phases};
+use mmsim_maze::{Heading, Maze, Pose};
+use mmsim_run::{MovementRules, Phases};
 use mmsim_solvers::BundledStrategy;
 
 use crate::browser::{Browser, wait_for, with_page};
@@ -16,12 +16,13 @@ fn link(browser: &Browser, kind: &str) {
 
 /// Returns the phases of each state of a search.
 fn phases(maze: &Maze, states: &[TestState]) -> Vec<Phases> {
-    let mut history = History::new(maze.size()).with_course(Course::from_maze(maze));
-    for state in states {
-        history.push(&state.message('C', 'C')).unwrap();
-    }
-    let block = |index: usize| history.block(index / Block::STATES).and_then(Block::unpack);
-    (0..states.len()).map(|index| block(index).unwrap().phases(index).unwrap()).collect()
+    let (rules, mut phases) = (MovementRules::from_maze(maze), Phases::default());
+    let add = |state: &TestState| {
+        let heading = Heading::from_letter(state.heading).unwrap();
+        phases.add(&rules, Pose::new(state.cell, heading), false);
+        phases
+    };
+    states.iter().map(add).collect()
 }
 
 #[test]

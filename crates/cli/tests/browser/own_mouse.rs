@@ -68,7 +68,7 @@ fn a_mouse_runs_again_and_shows_how_it_ended() {
         let live = Panel::live(browser);
         let result = wait_for_result(live, "exited with code 0; goal reached, ");
         assert_eq!(live.text(".run .name"), "mmsim");
-        assert_eq!(live.attribute(".run", "data-ending"), "goal");
+        assert_eq!(live.attribute(".run", "data-ending"), "finished");
         let states = simulator.info().states;
         assert!(result.ends_with(&format!(" {states} states")), "{result}");
         let run = simulator.run_number();

@@ -1,8 +1,7 @@
 //! Page objects: the page of a simulator and its panels.
 
-use mmsim_drawing::Trail;
 use mmsim_maze::{Heading, Maze, Pose};
-use mmsim_recording::Course;
+use mmsim_run::{MovementRules, Phases, Trail};
 use serde_json::json;
 
 use crate::browser::Browser;
@@ -151,12 +150,14 @@ impl<'a> Panel<'a> {
     /// match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
         self.wait_for_labels();
-        let (mut trail, course) = (Trail::new(maze.size()), Course::from_maze(maze));
+        let (mut trail, mut phases) = (Trail::new(maze.size()), Phases::default());
+        let rules = MovementRules::from_maze(maze);
         for state in states {
             let pose = Pose::new(state.cell, Heading::from_letter(state.heading).unwrap());
-            trail.extend(pose, course.walls(), |last| course.transition(last, pose).is_move());
+            phases.add(&rules, pose, false);
+            trail.add(&rules, &phases);
         }
-        Drawing::expected(maze, states.last(), &trail)
+        Drawing::expected(maze, states.last(), &trail.passages())
             .assert_shown(&Drawing::on_page(self.browser, self.source));
         if let Some(last) = states.last() {
             let visited = last.walls.iter().filter(|&walls| walls & 1 != 0).count();

@@ -98,7 +98,7 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
             "strategy": "flood-fill", "command": null, "reachable": 1, "goal_reached": 1,
             "rightly_given_up": 1, "failed": 0, "proven": 1, "shortest_path_found": 1,
             "endings": {
-                "finished": 1, "gave_up": 1, "failed": 0, "time_limit": 0, "step_limit": 0,
+                "finished": 1, "gave_up": 1, "failed": 0, "stopped": 0, "time_limit": 0, "step_limit": 0,
                 "skipped": 0,
             },
             "steps_to_goal": 3.0, "steps_until_proven": 2.0, "steps_in_all": 3.0, "turns": 1.0,
@@ -108,12 +108,14 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
                     "path": path("a.txt"), "name": "a", "width": 4, "height": 2,
                     "goal_reached": true, "steps_to_goal": 3, "steps_until_proven": 2,
                     "steps_in_all": 3, "turns": 1, "path_found": 3, "shortest_path": 3,
+                    "visited_cells": 4, "states": 4,
                     "error": null, "ending": "finished", "fast_run_steps": null, "crashes": 0,
                 },
                 {
                     "path": path("closed.txt"), "name": "closed", "width": 2, "height": 1,
                     "goal_reached": false, "steps_to_goal": null, "steps_until_proven": null,
                     "steps_in_all": 0, "turns": 0, "path_found": null, "shortest_path": null,
+                    "visited_cells": 1, "states": 1,
                     "error": "goal unreachable from (0, 0)", "ending": "gave_up",
                     "fast_run_steps": null, "crashes": 0,
                 },
@@ -206,8 +208,8 @@ fn csv_has_a_line_for_each_search() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     let lines: Vec<_> = ended.stdout.lines().collect();
     let head = "strategy,path,name,width,height,goal_reached,steps_to_goal,steps_until_proven,\
-                steps_in_all,turns,path_found,shortest_path,time_us,error,ending,fast_run_steps,\
-                crashes";
+                steps_in_all,turns,path_found,shortest_path,visited_cells,states,\
+                time_us,error,ending,fast_run_steps,crashes";
     assert_eq!((lines[0], lines.len()), (head, 5));
     let quoted = lines[1].replace('\\', "/");
     assert!(

@@ -45,7 +45,7 @@ fn the_limit_stops_the_mouse() {
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("mouse stopped: exceeded --limit 50;"), "{ended:?}");
     let report = ended.json();
-    assert_eq!((&report["limit_reached"], &report["total_turns"]), (&json!(true), &json!(51)));
+    assert_eq!((&report["ending"], &report["total_turns"]), (&json!("step_limit"), &json!(51)));
     let within = "ask('turnLeft'), ask('turnRight'), ask('moveForward 0')";
     assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
@@ -65,13 +65,11 @@ fn the_time_limit_stops_a_mouse_that_waits_or_loops() {
         let options = [&["small.txt", "--json"], options].concat();
         let Some(ended) = run(&home, &options, mouse) else { return };
         assert_eq!(ended.code, Some(1), "{mouse}");
-        assert!(ended.stderr.contains("mouse stopped: exceeded the time limit;"), "{ended:?}");
-        let report = ended.json();
-        let reached = (&report["time_limit_reached"], &report["limit_reached"]);
-        assert_eq!(reached, (&json!(true), &json!(false)), "{mouse}");
+        assert!(ended.stderr.contains("mouse stopped after 0.5 s;"), "{ended:?}");
+        assert_eq!(ended.json()["ending"], "time_limit", "{mouse}");
     }
     let ended = run(&home, &["small.txt", "--time-limit", "600", "--json"], "sys.exit(3)").unwrap();
-    assert_eq!((ended.code, &ended.json()["time_limit_reached"]), (Some(3), &json!(false)));
+    assert_eq!((ended.code, &ended.json()["ending"]), (Some(3), &json!("failed")));
 }
 
 /// Returns true if this process exists and is not a zombie.

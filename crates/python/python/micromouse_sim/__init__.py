@@ -19,6 +19,7 @@ from ._errors import (
     SimulatorError,
 )
 from ._native import (
+    ROBOTS,
     STRATEGIES,
     Client,
     Connection,
@@ -37,9 +38,10 @@ from ._native import (
     search,
 )
 from ._types import Heading, Pose, Walls
-from ._compare import compare
+from ._compare import compare, contest, trial
 
 __all__ = [
+    "ROBOTS",
     "STRATEGIES",
     "Client",
     "Connection",
@@ -65,7 +67,9 @@ __all__ = [
     "Walls",
     "bundled_mazes",
     "compare",
+    "contest",
     "flood",
     "load_recording",
     "search",
+    "trial",
 ]

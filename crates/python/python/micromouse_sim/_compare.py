@@ -1,4 +1,4 @@
-"""Comparing mice over many mazes."""
+"""Comparing mice and robots over many mazes."""
 from __future__ import annotations
 
 import os
@@ -8,62 +8,120 @@ from typing import Any, Callable, Iterable, Mapping, Union
 from . import _native
 from ._native import Maze, Simulator, bundled_mazes
 
-# As many as the bundled strategies with the most states. An endless search must end.
-MAX_STATES = 10_000
-
 MazeLike = Union[Maze, str, "os.PathLike[str]"]
 Mouse = Callable[[Simulator], object]
+Mice = Union[str, Iterable[str], Mapping[str, Union[str, Mouse]]]
+
+DEFAULT_MICE = ("flood-fill", "shortest-path-search")
 
 
 def compare(
     mazes: MazeLike | Iterable[MazeLike] | None = None,
-    mice: str | Iterable[str] | Mapping[str, str | Mouse] = ("flood-fill", "shortest-path-search"),
+    mice: Mice = DEFAULT_MICE,
     max_states: int | None = None,
+    *,
+    vehicle: str | None = None,
+    search_speed: tuple[float, float] = (0.3, 0.2),
+    time_limit: float = 10.0,
 ) -> list[dict[str, Any]]:
     """Returns one row for each maze and mouse, which `pandas.DataFrame` accepts.
 
     `mazes` holds mazes, paths of files and folders, and names of bundled mazes; by default, it is
-    all bundled mazes. `mice` holds names of bundled strategies, or is a dict of names and
-    strategies or functions. A function takes a `Simulator` and searches its maze; its
-    figures come from the states that it reports. The keys of a row are those of
-    `mmsim compare --json` where they exist there. The figures are those before the fast run, unless
-    their name says otherwise.
+    all bundled mazes. `mice` holds names of bundled strategies and commands of programs, such as
+    `python3 mouse.py` or `./mouse`, or is a dict of names and strategies, commands or functions. A
+    function takes a `Simulator` and searches its maze; its figures come from the states that it
+    reports. The keys of a row are the columns of `mmsim compare --csv`. The figures are those before
+    the fast run, unless their name says otherwise.
+
+    With a `vehicle`, which is a preset or a TOML file, rows also contain times in seconds.
+    `search_speed` holds the seconds for each cell and for each quarter turn of a search.
 
     An exception of a function becomes the error of its row. Unreadable files of a folder are
     skipped with a warning. A search ends after `max_states` states: the simulator of a function
-    refuses further ones. By default, functions may report 10,000 states.
+    refuses further ones. By default, functions and programs may report 10,000 states. A program is
+    stopped after `time_limit` seconds.
     """
-    found: list[Maze] = []
-    for item in _items(mazes):
-        found += _load(item)
+    rows: list[dict[str, Any]] = _native.compare(
+        _competition(
+            mazes, mice, max_states=max_states, vehicle=vehicle, search_speed=search_speed,
+            time_limit=time_limit,
+        )
+    )
+    return rows
+
+
+def contest(
+    mazes: MazeLike | Iterable[MazeLike] | None = None,
+    mice: Mice = DEFAULT_MICE,
+    max_states: int | None = None,
+    *,
+    rules: str = "best-run",
+    vehicle: str = "expert",
+    search_speed: tuple[float, float] = (0.3, 0.2),
+    time_limit: float = 10.0,
+) -> dict[str, Any]:
+    """Returns the results of a contest, with the keys of `mmsim contest --json`.
+
+    `rules` is `best-run`, `apec` or `uk`. The other arguments are those of `compare`.
+    """
+    results: dict[str, Any] = _native.compare(
+        _competition(
+            mazes, mice, max_states=max_states, vehicle=vehicle, search_speed=search_speed,
+            time_limit=time_limit,
+        ),
+        rules,
+    )
+    return results
+
+
+def trial(
+    mazes: MazeLike | Iterable[MazeLike] | None = None,
+    robots: str | Iterable[str] | Mapping[str, str] | None = None,
+    *,
+    seed: int = 0,
+    noise: float = 0.0,
+    answer_limit: float = 10.0,
+) -> list[dict[str, Any]]:
+    """Runs the two-run trial, and returns one row for each robot and maze.
+
+    `robots` holds names of `ROBOTS` and commands of programs, or is a dict of names and robots or
+    commands. The keys of a row are those of `mmsim trial --compare --json`. Without robots, the rows
+    are those of its tables. `noise` is the probability that a sensor reading is off by one cell. A
+    program is stopped if an answer takes longer than `answer_limit` seconds.
+    """
+    named = None if robots is None else list(_named(robots).items())
+    if not all(isinstance(robot, str) for _, robot in named or []):
+        raise TypeError("expected names of robots or commands")
+    return _native.trial(_mazes(mazes), named, seed, noise, answer_limit)
+
+
+def _competition(
+    mazes: MazeLike | Iterable[MazeLike] | None, mice: Mice, **options: object
+) -> dict[str, object]:
+    named = _named(mice)
+    for mouse in named.values():
+        if not isinstance(mouse, str) and not callable(mouse):
+            raise TypeError(f"expected a strategy or a function, found {type(mouse).__name__}")
+    return {"mazes": _mazes(mazes), "mice": list(named.items()), **options}
+
+
+def _named(mice: str | Iterable[str] | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(mice, str):
         mice = [mice]
     if not isinstance(mice, Iterable):
         raise TypeError('expected a name for a function (try mice={"mine": function})')
     named = dict(mice) if isinstance(mice, Mapping) else {name: name for name in mice}
-    for mouse in named.values():
-        if not isinstance(mouse, str) and not callable(mouse):
-            raise TypeError(f"expected a strategy or a function, found {type(mouse).__name__}")
     if not all(isinstance(name, str) for name in named):
         raise TypeError('expected names (functions need one: mice={"mine": function})')
-    strategies = [mouse for mouse in named.values() if isinstance(mouse, str)]
-    rows = iter(_native.compare_strategies(found, strategies, max_states))
-    table = []
-    for maze in found:
-        for name, mouse in named.items():
-            if isinstance(mouse, str):
-                table.append({**next(rows), "mouse": name})
-            else:
-                table.append(_run(name, mouse, maze, max_states))
-    return table
+    return named
 
 
-def _items(mazes: MazeLike | Iterable[MazeLike] | None) -> Iterable[MazeLike]:
+def _mazes(mazes: MazeLike | Iterable[MazeLike] | None) -> list[Maze]:
     if mazes is None:
-        return bundled_mazes()
+        mazes = bundled_mazes()
     if isinstance(mazes, (Maze, str, os.PathLike)):
-        return [mazes]
-    return mazes
+        mazes = [mazes]
+    return [maze for item in mazes for maze in _load(item)]
 
 
 def _load(item: MazeLike) -> list[Maze]:
@@ -72,23 +130,10 @@ def _load(item: MazeLike) -> list[Maze]:
     if os.path.isdir(item):
         mazes, errors = _native.load_folder(item)
         for error in errors:
-            warnings.warn(f"skipped {error}", stacklevel=3)
+            warnings.warn(f"skipped {error}", stacklevel=5)
         return mazes
     # A name has neither a folder nor an extension.
     is_name = isinstance(item, str) and os.path.splitext(os.path.basename(item)) == (item, "")
     if isinstance(item, str) and is_name and not os.path.exists(item):
         return [Maze.bundled(item)]
     return [Maze.load(item)]
-
-
-def _run(name: str, mouse: Mouse, maze: Maze, max_states: int | None) -> dict[str, Any]:
-    """Runs a function and returns the figures of the states that it has reported."""
-    limit = MAX_STATES if max_states is None else max_states
-    simulator = Simulator(maze, max_states=limit)
-    error = ending = None
-    try:
-        mouse(simulator)
-    except Exception as exception:
-        error = f"{type(exception).__name__}: {exception}"
-        ending = "step_limit" if len(simulator.history) >= limit else "failed"
-    return _native.history_row(simulator, name, error, ending)

@@ -41,9 +41,11 @@ __all__ = [
     "search",
     "Simulator",
     "Strategy",
+    "ROBOTS",
     "STRATEGIES",
 ]
 
+ROBOTS: Final[tuple[str, ...]]
 STRATEGIES: Final[tuple[str, ...]]
 """The names of the bundled strategies."""
 
@@ -579,12 +581,14 @@ def search(
 ) -> Search:
     """Runs a bundled strategy, by default until it stops or has reported its usual limit of states."""
 
-def compare_strategies(
-    mazes: Sequence[Maze], strategies: Sequence[str], max_states: int | None = None
+def compare(competition: dict[str, object], rules: str | None = None) -> Any: ...
+def trial(
+    mazes: Sequence[Maze],
+    robots: Sequence[tuple[str, str]] | None,
+    seed: int,
+    noise: float,
+    answer_limit: float,
 ) -> list[dict[str, Any]]: ...
-def history_row(
-    simulator: Simulator, mouse: str, error: str | None, ending: str | None
-) -> dict[str, Any]: ...
 def load_folder(path: _Path) -> tuple[list[Maze], list[str]]: ...
 
 @final

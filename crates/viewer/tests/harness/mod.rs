@@ -8,11 +8,12 @@ use std::sync::Arc;
 
 use mmsim_formats::Catalogue;
 use mmsim_maze::{Cell, Maze};
+use mmsim_mouse::MouseControl;
 use mmsim_protocol::{MapState, Order};
 use mmsim_recording::Recorder;
 use mmsim_server::{Background, Server, Simulation};
 use mmsim_tests::{TIMEOUT, ask, connect, stop, wait_for, within};
-use mmsim_viewer::{Limits, MouseControl, Viewer, ViewerConfig, ViewerHandle};
+use mmsim_viewer::{Limits, Viewer, ViewerConfig, ViewerHandle};
 use serde_json::Value;
 
 pub const SMALL: &str =

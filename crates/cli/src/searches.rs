@@ -1,0 +1,141 @@
+//! The mice of `mmsim compare` and `mmsim contest`, and their searches.
+
+use std::error::Error;
+use std::slice;
+use std::time::Duration;
+
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
+use mmsim_compare::{ComparedMouse, Exploration, NamedMaze, NamedMouse, Searches};
+use mmsim_fastrun::Vehicle;
+use mmsim_mouse::SearchLimits;
+use mmsim_run::SearchFigures;
+use mmsim_solvers::{BundledStrategy, Tolerance};
+
+use crate::args::{each_once, one_of, parse_seconds};
+use crate::interrupt::StopFlag;
+use crate::local_server::raise_file_limit;
+use crate::progress::progress_bar;
+use crate::solve::args::strategy_value;
+use crate::usage::UsageError;
+
+/// The limit of open files to request from the system.
+const MAX_FILES: u64 = 4096;
+
+/// The mice and their limits.
+#[derive(Debug, Args)]
+pub(crate) struct SearchArgs {
+    /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
+    /// COMMAND may be quoted; may be repeated
+    #[arg(long, value_name = "NAME=COMMAND")]
+    mouse: Vec<NamedMouse>,
+    /// Comma-separated list of strategies; may be repeated
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "all",
+        value_parser = strategies()
+    )]
+    strategies: Vec<Choice>,
+    /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
+    /// the fastest run, such as 3% or 0.03 [default: 0%]
+    #[arg(long, value_name = "SHARE")]
+    tolerance: Option<Tolerance>,
+    /// Stop the program of a mouse of your own after S seconds in a maze
+    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    time_limit: Duration,
+    /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
+    /// each turn
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
+    max_states: u32,
+    /// Run N searches at a time [default: the number of processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+}
+
+/// A value of `--strategies`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Choice {
+    All,
+    None,
+    One(BundledStrategy),
+}
+
+impl SearchArgs {
+    /// Returns the user's mice and then the selected strategies, each once. `command` is the command
+    /// for usage errors.
+    pub(crate) fn select(&self, command: &'static str) -> Result<Vec<ComparedMouse>, UsageError> {
+        let chosen = self.strategies.iter().flat_map(|choice| match choice {
+            Choice::All => BundledStrategy::ALL,
+            Choice::None => &[],
+            Choice::One(strategy) => slice::from_ref(strategy),
+        });
+        let strategies = each_once(&chosen.copied().map(Some).collect::<Vec<_>>(), &[]);
+        let own = self.mouse.iter().cloned().map(ComparedMouse::Own);
+        let bundled = strategies.into_iter().map(ComparedMouse::Bundled);
+        let mice: Vec<ComparedMouse> = own.chain(bundled).collect();
+        for (index, mouse) in mice.iter().enumerate() {
+            let name = mouse.name();
+            if mice[..index].iter().any(|other| other.name() == name) {
+                let message = format!("two mice are called {name:?}; choose another NAME");
+                return Err(UsageError::new(command, message));
+            }
+        }
+        for mouse in &self.mouse {
+            if let Some(file) = mouse.program.missing_file() {
+                let message = format!("{}: {} does not exist", mouse.name, file.display());
+                return Err(UsageError::new(command, message));
+            }
+        }
+        if mice.is_empty() {
+            let message = "no mice: --strategies none requires --mouse";
+            return Err(UsageError::new(command, message));
+        }
+        let uses_vehicle = |mouse: &ComparedMouse| match mouse {
+            ComparedMouse::Bundled(strategy) => strategy.uses_vehicle(),
+            ComparedMouse::Own(_) => false,
+        };
+        if self.tolerance.is_some() && !mice.iter().any(uses_vehicle) {
+            let message = "--tolerance has no effect without fastest-path-search";
+            return Err(UsageError::new(command, message));
+        }
+        Ok(mice)
+    }
+
+    /// Runs the mice in all mazes, and shows a progress bar on a terminal. Strategies explore for the
+    /// vehicle. After Ctrl-C, stops the mice of the user and exits.
+    pub(crate) fn run(
+        &self,
+        mice: &[ComparedMouse],
+        mazes: &[NamedMaze],
+        vehicle: Vehicle,
+    ) -> Result<Vec<Vec<SearchFigures>>, Box<dyn Error>> {
+        let has_own = mice.iter().any(ComparedMouse::is_own);
+        if has_own {
+            // Each search needs about twelve open files. If the request fails, the limit may suffice.
+            raise_file_limit(MAX_FILES);
+        }
+        let stop = StopFlag::catch_if(has_own)?;
+        let length = mice.len() * mazes.len();
+        let bar = progress_bar(Some(length as u64), "{pos} of {len} searches, {eta} left");
+        let searches = Searches {
+            exploration: &Exploration::new(vehicle, self.tolerance.unwrap_or_default()),
+            limits: SearchLimits { time: self.time_limit, states: self.max_states },
+            max_states: None,
+            jobs: self.jobs,
+        };
+        let figures = searches.run(mice, mazes, &|| bar.inc(1), || stop.is_set());
+        stop.end();
+        Ok(figures)
+    }
+}
+
+fn strategies() -> impl TypedValueParser<Value = Choice> {
+    let each = BundledStrategy::ALL.iter().copied().map(Choice::One);
+    one_of(each.chain([Choice::All, Choice::None]), |choice| match choice {
+        Choice::One(strategy) => strategy_value(strategy),
+        Choice::All => PossibleValue::new("all").help("all strategies"),
+        Choice::None => PossibleValue::new("none").help("only your own mice"),
+    })
+}

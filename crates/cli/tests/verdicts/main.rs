@@ -1,0 +1,215 @@
+//! The verdict on a mouse is the same wherever it runs and wherever its states are shown.
+
+#[path = "../harness/mod.rs"]
+mod harness;
+#[path = "../browser/http.rs"]
+#[allow(dead_code, reason = "browser tests use the rest")]
+mod http;
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use harness::mice::works;
+use harness::{Home, recorded};
+use mmsim_tests::{TIMEOUT, wait_for};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// The mice, which the tests of the Python package read too.
+const MICE: &str = include_str!("mice.json");
+
+/// The time limit in s, long enough for Python to start on a busy machine.
+const TIME_LIMIT: [&str; 2] = ["--time-limit", "5"];
+
+#[derive(Deserialize)]
+struct Mice {
+    maze: String,
+    mice: Vec<Mouse>,
+}
+
+#[derive(Deserialize)]
+struct Mouse {
+    name: String,
+    /// The poses in its states, such as `00N 01N`.
+    poses: String,
+    /// The commands of a mouse for mms that does the same, if there can be one.
+    commands: Option<String>,
+    goal_reached: bool,
+    ending: String,
+    error: Option<String>,
+}
+
+impl Mouse {
+    /// Checks the keys of a verdict. The text of an error may go on, for example with the last line of
+    /// stderr.
+    #[track_caller]
+    fn check(&self, place: &str, verdict: &Value) {
+        let found = (&verdict["goal_reached"], &verdict["ending"]);
+        let expected = (&json!(self.goal_reached), &json!(self.ending));
+        assert_eq!(found, expected, "{} in {place}: {verdict}", self.name);
+        self.check_error(place, &verdict["error"]);
+    }
+
+    #[track_caller]
+    fn check_error(&self, place: &str, error: &Value) {
+        let is_equal = match (&self.error, error.as_str()) {
+            (Some(expected), Some(found)) => found.starts_with(expected),
+            (expected, found) => expected.is_none() && found.is_none(),
+        };
+        assert!(is_equal, "{} in {place}: {error}", self.name);
+    }
+
+    /// Returns true if the states alone show that the mouse has failed.
+    fn has_jumped(&self) -> bool {
+        self.error.as_ref().is_some_and(|error| error.starts_with("jumped"))
+    }
+
+    /// Returns the command of the mouse. `mouse` is the program, and `way` its poses or commands.
+    fn command(&self, mouse: &Path, way: &str) -> Vec<String> {
+        let program = ["python3".into(), mouse.display().to_string()];
+        [&program[..], &[way.into(), self.name.clone()]].concat()
+    }
+}
+
+fn strs(command: &[String]) -> Vec<&str> {
+    command.iter().map(String::as_str).collect()
+}
+
+/// Returns a home with the maze and the mice, or `None` without Python.
+fn home() -> Option<(Home, Mice, [PathBuf; 2])> {
+    let (home, mice): (_, Mice) = (Home::new(), serde_json::from_str(MICE).unwrap());
+    home.write("maze.txt", &mice.maze);
+    let client = home.write("client.py", include_str!("client.py"));
+    let mms = home.write("mms.py", include_str!("mms.py"));
+    works("python3", &["--version"]).then_some((home, mice, [client, mms]))
+}
+
+#[test]
+fn commands_agree_on_each_mouse() {
+    let Some((home, Mice { mice, .. }, [client, mms])) = home() else { return };
+    for command in ["compare", "contest"] {
+        let mut arguments = vec![command.into(), "maze.txt".into(), "--json".into()];
+        arguments.extend(["--strategies", "none"].map(String::from));
+        arguments.extend(TIME_LIMIT.map(String::from));
+        let mut named = Vec::new();
+        for mouse in &mice {
+            let mut add = |name: String, command: Vec<String>| {
+                let quoted: Vec<_> = command.iter().map(|word| format!("'{word}'")).collect();
+                arguments.extend(["--mouse".into(), format!("{name}={}", quoted.join(" "))]);
+                named.push((name, mouse));
+            };
+            add(mouse.name.clone(), mouse.command(&client, &mouse.poses));
+            if let Some(commands) = &mouse.commands {
+                add(format!("{} mms", mouse.name), mouse.command(&mms, commands));
+            }
+        }
+        let ended = home.run(&strs(&arguments));
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        let report = ended.json();
+        for (name, mouse) in named {
+            if command == "compare" {
+                mouse.check(command, &find(&report, "strategy", &name)["mazes"][0]);
+            } else {
+                let entry = find(&report["mazes"][0]["entries"], "mouse", &name);
+                mouse.check_error(command, &entry["error"]);
+            }
+        }
+    }
+}
+
+/// Returns the object of a list whose `key` is `name`.
+#[track_caller]
+fn find(list: &Value, key: &str, name: &str) -> Value {
+    list.as_array().unwrap().iter().find(|one| one[key] == name).expect("the mouse").clone()
+}
+
+#[test]
+fn runs_and_recordings_agree_on_each_mouse() {
+    let Some((home, Mice { mice, .. }, [client, _])) = home() else { return };
+    thread::scope(|scope| {
+        for mouse in &mice {
+            scope.spawn(|| check_run(&home, mouse, &client));
+        }
+    });
+}
+
+fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
+    let folder = format!("runs-{}", mouse.name);
+    let options = ["run", "maze.txt", "--port", "0", "--no-viewer", "--record", &folder];
+    let command = mouse.command(client, &mouse.poses);
+    let arguments = [&options[..], &TIME_LIMIT, &["--"], &strs(&command)].concat();
+    let ended = home.run(&arguments);
+    let has_finished = mouse.ending == "finished" || mouse.ending == "gave_up";
+    assert_eq!(ended.code, Some(i32::from(!has_finished)), "{}: {ended:?}", mouse.name);
+    let outcome = ended.stderr.lines().last().unwrap();
+    let goal = if mouse.goal_reached { "goal reached" } else { "goal not reached" };
+    assert!(outcome.contains(&format!("; {goal}, ")), "{outcome}");
+    let error = mouse.error.as_deref().filter(|_| mouse.ending != "gave_up");
+    assert!(error.is_none_or(|error| outcome.contains(error)), "{}: {outcome}", mouse.name);
+
+    // The states of a recording do not show how the process of the mouse has ended.
+    let file = recorded(&home.path().join(&folder));
+    let replayed = home.run(&["replay", file.to_str().unwrap()]);
+    let jump = mouse.error.as_ref().filter(|_| mouse.has_jumped());
+    let verdict = jump.map_or(goal.into(), |jump| format!("{goal}: {jump}"));
+    assert!(replayed.stdout.lines().any(|line| line == verdict), "{}: {replayed:?}", mouse.name);
+    let state = &home.run(&["replay", file.to_str().unwrap(), "--json"]).json()["state"];
+    let found = (&state["goal_reached"], &state["error"]);
+    assert_eq!(found, (&json!(mouse.goal_reached), &json!(jump)), "{}", mouse.name);
+}
+
+#[test]
+fn mms_agrees_on_each_mouse() {
+    let Some((home, Mice { mice, .. }, [_, mms])) = home() else { return };
+    for mouse in &mice {
+        let Some(commands) = &mouse.commands else { continue };
+        let command = mouse.command(&mms, commands);
+        let options = ["mms", "maze.txt", "--port", "0", "--no-viewer", "--json"];
+        let ended = home.run(&[&options[..], &TIME_LIMIT, &["--"], &strs(&command)].concat());
+        mouse.check("mms", &ended.json());
+    }
+}
+
+#[test]
+fn the_page_agrees_on_each_mouse() {
+    let Some((home, Mice { mice, .. }, [client, _])) = home() else { return };
+    thread::scope(|scope| {
+        for mouse in &mice {
+            scope.spawn(|| check_page(&home, mouse, &client));
+        }
+    });
+}
+
+/// Returns the first event of a page, which has the status of the mouse.
+fn first_event(page: &str) -> Value {
+    let (host, _) = http::split_url(page);
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+    write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
+    let mut lines = BufReader::new(stream).lines().map(Result::unwrap);
+    let data = lines.find_map(|line| line.strip_prefix("data:").map(String::from));
+    serde_json::from_str(&data.expect("an event")).unwrap()
+}
+
+fn check_page(home: &Home, mouse: &Mouse, client: &Path) {
+    let options = ["run", "maze.txt", "--port", "0", "--viewer-port", "0", "--stay"];
+    let command = mouse.command(client, &mouse.poses);
+    let arguments = [&options[..], &TIME_LIMIT, &["--"], &strs(&command)].concat();
+    let serving = home.serve_until(&arguments, "still serving");
+    let page = serving.messages.split_whitespace().find(|word| word.starts_with("http://"));
+    let page = page.expect("the address of the page").trim_end_matches(['/', ';', ',']);
+    let info = http::get(&format!("{page}/api/sources/live")).json();
+    let at = info["states"].as_u64().unwrap() - 1;
+    let view = format!("{page}/api/sources/live/moment?run={}&at={at}", info["run"]);
+    let view = http::get(&view).json();
+    let jump = mouse.error.as_ref().filter(|_| mouse.has_jumped());
+    let found = (&view["goal_reached"], &view["error"]);
+    assert_eq!(found, (&json!(mouse.goal_reached), &json!(jump)), "{}", mouse.name);
+    let status = wait_for("the outcome", || {
+        let status = first_event(page);
+        (!status["mouse"]["outcome"].is_null()).then_some(status)
+    });
+    mouse.check("the page", &status["mouse"]["outcome"]);
+}

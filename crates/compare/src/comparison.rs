@@ -1,0 +1,221 @@
+//! The comparison of searches: rows, statistics and an overview.
+
+use std::collections::BTreeMap;
+
+use mmsim_maze::Escaped;
+use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
+use mmsim_run::{Ending, SearchFigures, Times, Timing};
+use serde::Serialize;
+
+use crate::compared_mouse::ComparedMouse;
+use crate::measures::{MEASURES, SearchMeasure, TIMED_MEASURES};
+use crate::named_maze::{NamedMaze, unique_names};
+use crate::searches::measure_times;
+
+/// A search of a mouse in a maze. The field names are JSON keys and CSV column names.
+#[derive(Clone, Debug, Serialize)]
+pub struct SearchRow {
+    /// The maze.
+    #[serde(flatten)]
+    pub maze: MazeColumns,
+    /// The figures of the search.
+    #[serde(flatten)]
+    pub figures: SearchFigures,
+    /// The times of a vehicle, if one was given.
+    #[serde(flatten)]
+    pub times: Option<Times>,
+}
+
+/// The maze of a row. The field names are JSON keys and CSV column names.
+#[derive(Clone, Debug, Serialize)]
+pub struct MazeColumns {
+    /// The path of the file, or an empty string.
+    pub path: String,
+    /// The name.
+    pub name: String,
+    /// The width in cells.
+    pub width: u8,
+    /// The height in cells.
+    pub height: u8,
+}
+
+impl MazeColumns {
+    /// Creates the columns of a maze that is called `name` here.
+    pub(crate) fn new(maze: &NamedMaze, name: &str) -> Self {
+        let (path, size) = (maze.path.display().to_string(), maze.maze.size());
+        Self { path, name: name.into(), width: size.width(), height: size.height() }
+    }
+}
+
+impl SearchRow {
+    /// Creates the row for the search of a mouse in a maze.
+    pub fn new(maze: &NamedMaze, figures: SearchFigures) -> Self {
+        Self { maze: MazeColumns::new(maze, &maze.name), times: figures.times, figures }
+    }
+}
+
+/// The comparison of several mice in several mazes.
+pub struct SearchComparison {
+    /// The values, the notes and the overview, for tables, charts and HTML.
+    pub comparison: Comparison,
+    /// The measures, those of a vehicle first.
+    pub measures: Vec<SearchMeasure>,
+    /// The statistics of each measure.
+    pub statistics: Vec<MeasureStatistics>,
+    /// The summary of each mouse.
+    pub mice: Vec<MouseSummary>,
+}
+
+/// All searches of a mouse. The field names are JSON keys.
+#[derive(Debug, Serialize)]
+pub struct MouseSummary {
+    /// The name of the mouse.
+    pub strategy: String,
+    /// The command of a mouse of the user.
+    command: Option<String>,
+    /// The number of mazes with a reachable goal.
+    reachable: usize,
+    goal_reached: usize,
+    /// The number of mazes in which the mouse correctly reported that the goal is unreachable.
+    rightly_given_up: usize,
+    /// The number of all other mazes.
+    failed: usize,
+    /// The number of mazes in which the goal was reached and the shortest path was proven.
+    proven: usize,
+    /// The number of mazes in which the goal was reached and the path found is as short as the
+    /// shortest path in the true maze.
+    shortest_path_found: usize,
+    /// The number of mazes in which the fast run takes as little time as the fastest run of the true
+    /// maze, if a vehicle was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fastest_run_found: Option<usize>,
+    /// The number of searches with each ending.
+    endings: BTreeMap<Ending, usize>,
+    /// The mean of each measure over the mazes in which all mice have a value.
+    #[serde(flatten)]
+    means: BTreeMap<&'static str, Option<f64>>,
+    /// The mean length of the shortest path in the true maze, over the mazes in which all mice
+    /// reached the goal.
+    shortest_path: Option<f64>,
+    statistics: BTreeMap<&'static str, Statistics>,
+    /// The searches, one for each maze.
+    pub mazes: Vec<SearchRow>,
+}
+
+impl SearchComparison {
+    /// Compares the figures of each mouse in each maze. With a timing, also compares the times.
+    pub fn new(
+        mice: &[ComparedMouse],
+        mazes: &[NamedMaze],
+        mut figures: Vec<Vec<SearchFigures>>,
+        timing: Option<&Timing>,
+    ) -> Self {
+        if let Some(timing) = timing {
+            measure_times(&mut figures, mazes, timing);
+        }
+        let searches = figures.into_iter().map(|figures| {
+            let searches = mazes.iter().zip(figures);
+            searches.map(|(maze, figures)| SearchRow::new(maze, figures)).collect()
+        });
+        let searches: Vec<Vec<SearchRow>> = searches.collect();
+        let described = mice.iter().map(|mouse| mmsim_report::Candidate {
+            name: mouse.name().into(),
+            description: mouse.about().into(),
+        });
+        let mut comparison =
+            Comparison::new("Comparison of mice", described.collect(), unique_names(mazes))
+                .with_failures(|mouse, maze| searches[mouse][maze].figures.failure());
+        let mut measures = MEASURES.to_vec();
+        if let Some(Timing { vehicle, search_speed }) = timing {
+            measures.splice(..0, TIMED_MEASURES);
+            let name = Escaped(vehicle.name());
+            let note = format!("Fast runs with the vehicle {name}; searches at {search_speed}.");
+            comparison = comparison.with_note(note);
+        }
+        for SearchMeasure { key, name, unit, verb, value, .. } in &measures {
+            let measure = Measure::new(*key, *name, *unit).with_verb(*verb);
+            comparison = comparison.with_measure(measure, |mouse, maze| {
+                let figures = &searches[mouse][maze].figures;
+                value(figures).filter(|_| figures.goal_reached)
+            });
+        }
+        let statistics = comparison.statistics();
+        let to_goal = comparison.measures().iter().find(|(one, _)| one.key == "steps_to_goal");
+        let solved = to_goal.map(|(_, values)| values.common_mazes());
+        let shortest_paths = solved
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|maze| searches.first()?[maze].figures.shortest_path.map(f64::from));
+        let shortest_path = Distribution::new(shortest_paths.collect()).map(|paths| paths.mean);
+        let mice = mice.iter().zip(searches).enumerate();
+        let mice = mice.map(|(index, (mouse, searches))| {
+            let statistics = measures.iter().zip(&statistics);
+            let statistics = statistics.map(|(measure, statistics)| {
+                (measure.key, statistics.candidates[index].statistics.clone())
+            });
+            MouseSummary::new(mouse, statistics.collect(), shortest_path, searches)
+        });
+        let mice: Vec<MouseSummary> = mice.collect();
+        let comparison = comparison.with_overview(MouseSummary::rows(&mice));
+        Self { comparison: comparison.with_limiting_candidate(), measures, statistics, mice }
+    }
+}
+
+impl MouseSummary {
+    fn new(
+        mouse: &ComparedMouse,
+        statistics: BTreeMap<&'static str, Statistics>,
+        shortest_path: Option<f64>,
+        mazes: Vec<SearchRow>,
+    ) -> Self {
+        let searches = || mazes.iter().map(|search| &search.figures);
+        let reached = || searches().filter(|search| search.goal_reached);
+        let count =
+            |is_so: fn(&SearchFigures) -> bool| reached().filter(|search| is_so(search)).count();
+        let mean = |statistics: &Statistics| Some(statistics.distribution.as_ref()?.mean);
+        let ending = |ending| (ending, searches().filter(|search| search.ending == ending).count());
+        Self {
+            strategy: mouse.name().into(),
+            command: mouse.command().map(String::from),
+            reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
+            goal_reached: reached().count(),
+            rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
+            failed: searches()
+                .filter(|search| !search.goal_reached && !search.is_rightly_given_up)
+                .count(),
+            proven: count(|search| search.steps_until_proven.is_some()),
+            shortest_path_found: count(|search| search.path_found == search.shortest_path),
+            fastest_run_found: searches()
+                .all(|search| search.times.is_some())
+                .then(|| count(|search| search.times.is_some_and(|times| times.is_optimal()))),
+            endings: Ending::ALL.into_iter().map(ending).collect(),
+            means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
+            shortest_path,
+            statistics,
+            mazes,
+        }
+    }
+
+    /// Returns the overview of all mice, with a header.
+    fn rows(mice: &[Self]) -> Vec<Vec<String>> {
+        let has_times = mice.iter().any(|one| one.fastest_run_found.is_some());
+        let mut head = vec!["mouse", "mazes", "goal reached", "correctly gave up", "failed"];
+        head.extend(["shortest path found", "shortest path proven"]);
+        head.extend(has_times.then_some("fastest run found"));
+        head.push("processor time (µs)");
+        let head = head.into_iter().map(String::from).collect();
+        [head].into_iter().chain(mice.iter().map(Self::row)).collect()
+    }
+
+    fn row(&self) -> Vec<String> {
+        let Self { reachable, goal_reached, rightly_given_up, .. } = self;
+        let (mazes, time) = (self.mazes.len(), self.means.get("time_us").copied().flatten());
+        let mut row = vec![self.strategy.clone(), mazes.to_string()];
+        row.push(format!("{goal_reached}/{reachable}"));
+        row.push(format!("{rightly_given_up}/{}", mazes - reachable));
+        let counts = [self.failed, self.shortest_path_found, self.proven];
+        row.extend(counts.into_iter().chain(self.fastest_run_found).map(|count| count.to_string()));
+        row.push(time.map_or("-".into(), |time| format!("{time:.1}")));
+        row
+    }
+}

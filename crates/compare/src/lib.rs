@@ -1,0 +1,46 @@
+//! Compares micromice over many mazes: their searches, their times with a vehicle, contests, and the
+//! two-run trial.
+//!
+//! ```text
+//! NamedMaze ────┐                        ┌─► SearchComparison   tables, statistics, charts
+//!               ├─► Searches::run ─► SearchFigures
+//! ComparedMouse ┘                        └─► Contest            attempts, scores, standings
+//! ```
+//!
+//! [`TrialTables`] runs robots in the two-run trial, and compares them in the same way. The field names
+//! of rows are JSON keys, which the command and the Python package of mmsim share. All work runs in
+//! parallel. This crate prints nothing: progress and interrupts are functions of the caller.
+#![forbid(unsafe_code)]
+
+mod compared_mouse;
+mod comparison;
+mod contest;
+mod cpu_time;
+mod exploration;
+mod measures;
+mod named_maze;
+mod own_search;
+mod parallel;
+mod searches;
+mod trial;
+
+pub use compared_mouse::{ComparedMouse, NamedMouse};
+pub use comparison::{MazeColumns, MouseSummary, SearchComparison, SearchRow};
+pub use contest::{
+    Attempt, Contest, ContestEntry, ContestRun, MazeResult, RuleSet, Rules, RunKind, Standing,
+};
+pub use exploration::Exploration;
+pub use measures::SearchMeasure;
+pub use named_maze::NamedMaze;
+pub use own_search::own_figures;
+pub use parallel::{Slot, map_each, map_waiting};
+pub use searches::{Searches, measure_times};
+pub use trial::{
+    Means, OwnRobot, RobotKind, RunContext, TableRow, TrialJob, TrialResult, TrialRobot, TrialRow,
+    TrialTable, TrialTables, run_trials,
+};
+
+/// Compiles and runs the example in the README of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

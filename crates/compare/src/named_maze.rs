@@ -1,0 +1,33 @@
+//! A maze of a collection.
+
+use std::path::PathBuf;
+
+use mmsim_maze::{Escaped, Maze};
+
+/// A maze with its path and name.
+#[derive(Clone, Debug)]
+pub struct NamedMaze {
+    /// The path of the file, or an empty path.
+    pub path: PathBuf,
+    /// The name.
+    pub name: String,
+    /// The maze.
+    pub maze: Maze,
+}
+
+impl NamedMaze {
+    /// Returns the path, escaped for messages.
+    pub fn shown_path(&self) -> String {
+        Escaped(self.path.display()).to_string()
+    }
+}
+
+/// Returns the names of the mazes, or the path of a maze if another maze has the same name.
+pub(crate) fn unique_names(mazes: &[NamedMaze]) -> Vec<String> {
+    let name = |NamedMaze { name, path, .. }: &NamedMaze| {
+        let is_unique = mazes.iter().filter(|other| other.name == *name).count() == 1;
+        let has_path = !path.as_os_str().is_empty();
+        if is_unique || !has_path { name.clone() } else { path.display().to_string() }
+    };
+    mazes.iter().map(name).collect()
+}

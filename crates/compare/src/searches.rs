@@ -1,0 +1,165 @@
+//! The searches of several mice in several mazes.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use mmsim_fastrun::Planner;
+use mmsim_maze::Maze;
+use mmsim_mouse::SearchLimits;
+use mmsim_run::{Ending, Judge, SearchFigures, Timing, search};
+
+use crate::compared_mouse::ComparedMouse;
+use crate::cpu_time::thread_time;
+use crate::exploration::Exploration;
+use crate::named_maze::NamedMaze;
+use crate::own_search;
+use crate::parallel::{Slot, map_each, map_waiting};
+
+/// If a mouse reaches the time limit in each of its first mazes, its further searches are skipped.
+const FIRST_MAZES: usize = 3;
+
+/// How mice search.
+pub struct Searches<'a> {
+    /// The vehicle and the tolerance of strategies that explore for the fastest run.
+    pub exploration: &'a Exploration,
+    /// The limits of the user's mice.
+    pub limits: SearchLimits,
+    /// The limit of states of a strategy, or `None` for its usual limit.
+    pub max_states: Option<u32>,
+    /// The number of searches at a time, or `None` for one on each processor.
+    pub jobs: Option<u16>,
+}
+
+impl Searches<'_> {
+    /// Runs each mouse in each maze. Returns the figures of each mouse in each maze. Calls `progress`
+    /// after each search. Once `must_stop` returns true, the remaining searches end early, and the
+    /// figures mean nothing.
+    pub fn run(
+        &self,
+        mice: &[ComparedMouse],
+        mazes: &[NamedMaze],
+        progress: &(dyn Fn() + Sync),
+        must_stop: impl Fn() -> bool + Sync,
+    ) -> Vec<Vec<SearchFigures>> {
+        let searches: Vec<(usize, usize)> = (0..mice.len())
+            .flat_map(|mouse| (0..mazes.len()).map(move |maze| (mouse, maze)))
+            .collect();
+        // The number of the first mazes in which each mouse has reached the time limit.
+        let stuck: Vec<AtomicUsize> = mice.iter().map(|_| AtomicUsize::new(0)).collect();
+        let is_skipped = |(mouse, maze): (usize, usize)| {
+            maze >= FIRST_MAZES && stuck[mouse].load(Ordering::Relaxed) == FIRST_MAZES
+        };
+        let search = |&(mouse, maze): &(usize, usize), slot: &mut Slot| {
+            let selected = &mazes[maze].maze;
+            let found = match &mice[mouse] {
+                _ if must_stop() || is_skipped((mouse, maze)) => skip(selected),
+                // The measured processor time includes creating the mouse and the search run, but not the
+                // figures.
+                ComparedMouse::Bundled(strategy) => {
+                    let new = || self.exploration.strategy(*strategy);
+                    let max_states = self.max_states.unwrap_or(strategy.max_states());
+                    search(selected, new, max_states, thread_time, &must_stop).unwrap_or_default()
+                }
+                ComparedMouse::Own(mouse) => {
+                    own_search::search(&mouse.program, selected, self.limits, slot, &must_stop)
+                }
+            };
+            let is_stuck = found.ending == Ending::TimeLimit && !found.goal_reached;
+            if is_stuck && maze < FIRST_MAZES {
+                stuck[mouse].fetch_add(1, Ordering::Relaxed);
+            }
+            progress();
+            found
+        };
+        let may_wait = mice.iter().any(ComparedMouse::is_own);
+        let mut figures = map_waiting(&searches, self.jobs, may_wait, search);
+        // Some searches may have begun before the mouse was known to be stuck.
+        for (figures, &(mouse, maze)) in figures.iter_mut().zip(&searches) {
+            if is_skipped((mouse, maze)) {
+                *figures = skip(&mazes[maze].maze);
+            }
+        }
+        let mut figures = figures.into_iter();
+        mice.iter().map(|_| figures.by_ref().take(mazes.len()).collect()).collect()
+    }
+}
+
+/// Returns the figures of a search that was not run.
+fn skip(maze: &Maze) -> SearchFigures {
+    let reason =
+        format!("skipped: stopped by the time limit in each of the first {FIRST_MAZES} mazes");
+    SearchFigures { ending: Ending::Skipped, error: Some(reason), ..Judge::new(maze).figures() }
+}
+
+/// Adds the times of all searches to their figures. Each mouse has figures in each maze.
+pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], timing: &Timing) {
+    let planner = Planner::new(timing.vehicle.clone());
+    let indices: Vec<usize> = (0..mazes.len()).collect();
+    let times = map_each(&indices, |&maze| {
+        let searches = figures.iter().map(|figures| &figures[maze]);
+        timing.measure(&mut planner.clone(), &mazes[maze].maze, searches)
+    });
+    for (maze, times) in times.into_iter().enumerate() {
+        for (figures, times) in figures.iter_mut().zip(times) {
+            figures[maze].times = Some(times);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::time::Duration;
+
+    use mmsim_fastrun::Vehicle;
+    use mmsim_run::SearchSpeed;
+    use mmsim_solvers::{BundledStrategy, Tolerance};
+
+    use super::*;
+
+    fn run(max_states: Option<u32>, is_stopped: bool) -> (Vec<Vec<SearchFigures>>, usize) {
+        let exploration = Exploration::new(Vehicle::expert(), Tolerance::ZERO);
+        let limits = SearchLimits { time: Duration::from_secs(1), states: 1 };
+        let searches = Searches { exploration: &exploration, limits, max_states, jobs: Some(2) };
+        let mice = [BundledStrategy::FloodFill, BundledStrategy::LeftWall];
+        let mice = mice.map(ComparedMouse::Bundled);
+        let (count, mazes) = (AtomicUsize::new(0), mazes());
+        let progress = || {
+            count.fetch_add(1, Ordering::Relaxed);
+        };
+        let mut figures = searches.run(&mice, &mazes, &progress, || is_stopped);
+        let search_speed = SearchSpeed::DEFAULT.parse().unwrap();
+        let timing = Timing { vehicle: Vehicle::expert(), search_speed };
+        measure_times(&mut figures, &mazes, &timing);
+        (figures, count.into_inner())
+    }
+
+    fn mazes() -> Vec<NamedMaze> {
+        let drawings = ["o---o---o\n| S   G |\no---o---o\n", "o---o---o\n| S | G |\no---o---o\n"];
+        let maze = |drawing: &str| NamedMaze {
+            path: PathBuf::new(),
+            name: "maze".into(),
+            maze: drawing.parse().unwrap(),
+        };
+        drawings.map(maze).into()
+    }
+
+    #[test]
+    fn each_mouse_has_figures_and_times_in_each_maze() {
+        let (figures, count) = run(None, false);
+        assert_eq!(count, 4);
+        for figures in figures {
+            assert_eq!([0, 1].map(|maze: usize| figures[maze].goal_reached), [true, false]);
+            let run = |maze: usize| figures[maze].times.and_then(|times| times.fast_run_time_s);
+            assert!(run(0).is_some() && run(1).is_none());
+        }
+    }
+
+    #[test]
+    fn a_limit_of_states_and_a_stop_end_the_searches() {
+        let endings = |figures: Vec<Vec<SearchFigures>>| -> Vec<Ending> {
+            figures.iter().map(|figures| figures[0].ending).collect()
+        };
+        assert_eq!(endings(run(Some(1), false).0), [Ending::StepLimit; 2]);
+        assert_eq!(endings(run(None, true).0), [Ending::Skipped; 2]);
+    }
+}

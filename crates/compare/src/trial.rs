@@ -1,0 +1,11 @@
+//! The two-run trial of several robots in several mazes.
+
+mod charts;
+mod conclusion;
+mod result;
+mod robot;
+mod tables;
+
+pub use self::result::{Means, TrialResult};
+pub use self::robot::{OwnRobot, RobotKind, RunContext, TrialJob, TrialRobot, run_trials};
+pub use self::tables::{TableRow, TrialRow, TrialTable, TrialTables};

@@ -1,0 +1,59 @@
+//! Runs a program as a micromouse.
+//!
+//! ```text
+//!   stdin, stdout and stderr ┌─────────┐ commands of mms          ┌───────────────┐
+//!   ◄──────────────────────► │ Session │ ───────────────────────► │               │
+//!                            └─────────┘                          │ the simulator │
+//!   requests over ZeroMQ     ┌─────────┐ requests, kept to a pace │               │
+//!   ◄──────────────────────► │ Gateway │ ───────────────────────► │               │
+//!                            └─────────┘                          └───────────────┘
+//! ```
+//!
+//! A [`Program`] is the command line of a mouse, and a [`MouseProcess`] the running program. A
+//! mouse written for mms runs in a [`Session`], a client of a simulator behind a [`Gateway`], and a
+//! robot of the two-run trial is a [`RobotProcess`]. [`search()`] runs a mouse of either kind alone in a
+//! maze, and a [`Judge`] sees what it does. [`MouseControl`] starts, stops and pauses the [`Runs`] of a
+//! mouse, and keeps the mouse to a [`Pace`]. The crate parses no arguments, and reports messages for
+//! the user through functions of the caller.
+#![forbid(unsafe_code)]
+
+mod commands;
+mod control;
+mod endpoint;
+mod gateway;
+mod log;
+mod process;
+mod robot;
+mod runs;
+mod search;
+mod session;
+mod simulator;
+mod throttle;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
+pub use gateway::{Gateway, Progress};
+pub use process::{ExitCause, MouseProcess, Program, RunEnd, exit_text};
+pub use robot::{RobotProcess, StopCheck};
+pub use runs::Runs;
+pub use search::{MAX_INVALID_BYTES, MouseKind, SearchEnd, SearchLimits, SearchReport, search};
+pub use session::{MouseExit, MouseReport, Session};
+pub use simulator::wall_declarations;
+pub use throttle::Pace;
+
+/// The environment variable with the address to which a mouse connects.
+pub const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
+
+/// The placeholder for this address in the arguments of a mouse.
+pub const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
+
+/// Locks a mutex, also after another thread has panicked.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Compiles and runs the example in the README of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,490 @@
+//! A program as a mouse: its command line, its process with all child processes, and its exit.
+
+use std::ffi::{OsStr, OsString};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::time::Duration;
+use std::{env, iter, thread};
+
+use mmsim_client::RunError;
+use mmsim_maze::{Escaped, needs_escape};
+use mmsim_protocol::MAX_NAME_BYTES;
+use mmsim_run::{Ending, Goal, Phases, Verdict};
+
+use crate::commands::MAX_LINE_BYTES;
+use crate::control::{MouseControl, Outcome, StopReason};
+
+/// The maximum interval between checks whether a mouse has exited.
+const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The maximum time to wait for the last line of stderr of a process that has exited.
+const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// The maximum length of the last line of stderr in an error message, in bytes.
+const MAX_REASON_BYTES: usize = 200;
+
+/// The command line of a mouse.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    /// The program and its arguments.
+    command: Vec<OsString>,
+    /// The file of the mouse: the program itself or, for an installed program such as an
+    /// interpreter, the first argument that is a file. `None` if there is no such file.
+    pub file: Option<PathBuf>,
+    /// The name of the file, such as `Main.py`. If there is no file, the file name of the program
+    /// and its arguments.
+    pub name: String,
+}
+
+impl Program {
+    /// Returns the mouse that a command line starts.
+    pub fn new(command: &[OsString]) -> Self {
+        let program = command.first().map_or(Path::new(""), Path::new);
+        let file = if is_installed(program) {
+            command.iter().skip(1).map(Path::new).find(|path| path.is_file())
+        } else {
+            Some(program).filter(|path| path.is_file())
+        };
+        let mut name = if let Some(file) = file.and_then(Path::file_name) {
+            file.to_string_lossy().into_owned()
+        } else {
+            let program = program.file_name().unwrap_or_default();
+            let words = iter::once(program).chain(command.iter().skip(1).map(AsRef::as_ref));
+            words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+        };
+        name.retain(|c| !needs_escape(c));
+        cut(&mut name, MAX_NAME_BYTES);
+        Self { command: command.to_vec(), file: file.map(Path::to_path_buf), name }
+    }
+
+    /// Returns the path of the program if it is not installed and does not exist.
+    pub fn missing_file(&self) -> Option<&Path> {
+        let program = self.command.first().map(Path::new)?;
+        (!is_installed(program) && !program.exists()).then_some(program)
+    }
+
+    /// Returns the command.
+    pub fn command(&self) -> Command {
+        let (program, arguments) = self.command.split_first().unzip();
+        let mut command = Command::new(program.map_or(OsStr::new(""), OsString::as_os_str));
+        command.args(arguments.unwrap_or_default());
+        command
+    }
+
+    /// Replaces each `placeholder` in the arguments.
+    pub fn with_argument(&self, placeholder: &str, replacement: &str) -> Self {
+        let replace = |argument: &OsString| match argument.to_str() {
+            Some(text) => text.replace(placeholder, replacement).into(),
+            None => argument.clone(),
+        };
+        let (program, arguments) = self.command.split_first().unzip();
+        let arguments = arguments.unwrap_or_default().iter().map(replace);
+        let command = program.cloned().into_iter().chain(arguments).collect();
+        Self { command, ..self.clone() }
+    }
+}
+
+/// Returns true for a program on the `PATH` and for a program of a Python virtual environment, which
+/// is usually a link to a Python interpreter.
+fn is_installed(program: &Path) -> bool {
+    let Some(folder) = program.parent().filter(|&folder| folder != Path::new("")) else {
+        return true;
+    };
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let is_on_path = env::split_paths(&folders).any(|installed| installed == folder);
+    is_on_path || folder.join("../pyvenv.cfg").is_file()
+}
+
+/// Shortens a text to at most this number of bytes.
+pub(crate) fn cut(text: &mut String, max_bytes: usize) {
+    let end = (0..=max_bytes.min(text.len())).rev().find(|&end| text.is_char_boundary(end));
+    text.truncate(end.unwrap_or(0));
+}
+
+/// A running mouse. Dropping it kills the process and its child processes.
+#[derive(Debug)]
+pub struct MouseProcess(pub(crate) Child, system::Group);
+
+impl MouseProcess {
+    /// Starts a mouse.
+    ///
+    /// # Errors
+    /// Returns a message with the reason if the mouse cannot start.
+    pub fn start(command: &mut Command) -> Result<Self, String> {
+        system::spawn(command).map(|(child, group)| Self(child, group)).map_err(|error| {
+            let needs_path =
+                " (if the program is not on the PATH, give its path, such as ./my-mouse)";
+            let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
+            format!("cannot start the mouse {}: {error}{hint}", command.get_program().display())
+        })
+    }
+
+    /// Starts a mouse that reads from a pipe and writes to another one.
+    pub(crate) fn start_piped(
+        command: &mut Command,
+    ) -> Result<(Self, ChildStdin, ChildStdout), String> {
+        let mut process = Self::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()))?;
+        match (process.0.stdin.take(), process.0.stdout.take()) {
+            (Some(stdin), Some(stdout)) => Ok((process, stdin, stdout)),
+            _ => Err("cannot open the pipes of the mouse".into()),
+        }
+    }
+
+    /// Returns the exit status of the mouse if it has exited.
+    pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
+        self.0.try_wait()
+    }
+
+    /// Kills the process and its child processes, which may keep its pipes open after it has exited.
+    pub(crate) fn kill_group(&mut self) {
+        system::kill(&mut self.1);
+    }
+
+    /// Waits until the mouse exits or must stop.
+    pub fn wait(&mut self, control: &MouseControl) -> ExitCause {
+        let mut interval = Duration::from_millis(1);
+        loop {
+            let status = self.status();
+            // Ctrl-C may have reached both processes.
+            let wait = if matches!(status, Ok(None)) { interval } else { Duration::ZERO };
+            if let Some(reason) = control.wait_for_stop(wait) {
+                return ExitCause::Stopped(reason);
+            }
+            match status {
+                Ok(Some(status)) => return ExitCause::Exited(status),
+                Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
+                Err(error) => return ExitCause::Failed(no_status(&error)),
+            }
+        }
+    }
+}
+
+impl Drop for MouseProcess {
+    fn drop(&mut self) {
+        self.kill_group();
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The reason why a mouse is not running.
+#[derive(Debug)]
+pub enum ExitCause {
+    /// It has exited.
+    Exited(ExitStatus),
+    /// It exceeded this number of turns and cells.
+    Limit(u32),
+    /// It was stopped.
+    Stopped(StopReason),
+    /// The simulator failed.
+    LostSimulator(RunError),
+    /// It could not start.
+    NotStarted(String),
+    /// It could not go on.
+    Failed(String),
+}
+
+impl From<RunError> for ExitCause {
+    fn from(error: RunError) -> Self {
+        Self::LostSimulator(error)
+    }
+}
+
+impl ExitCause {
+    /// Returns an error if the mouse must stop.
+    pub(crate) fn check(control: &MouseControl) -> Result<(), Self> {
+        control.wait_for_stop(Duration::ZERO).map_or(Ok(()), |reason| Err(Self::Stopped(reason)))
+    }
+
+    /// Returns the end of the run of a mouse that did this. `details` follow the words about the goal.
+    pub fn end(&self, phases: &Phases, details: &str) -> RunEnd {
+        let (how, ending, code) = match self {
+            Self::Exited(status) => {
+                let ending = if status.success() { Ending::Finished } else { Ending::Failed };
+                (exit_text(*status), ending, exit_code(*status))
+            }
+            Self::Limit(limit) => {
+                (format!("stopped: exceeded --limit {limit}"), Ending::StepLimit, 1)
+            }
+            Self::Stopped(reason @ StopReason::TimeLimit(_)) => {
+                (reason.text(), Ending::TimeLimit, reason.exit_code())
+            }
+            Self::Stopped(reason) => (reason.text(), Ending::Stopped, reason.exit_code()),
+            Self::LostSimulator(error) => (format!("stopped: {error}"), Ending::Failed, 1),
+            Self::NotStarted(error) => (error.clone(), Ending::Failed, 1),
+            Self::Failed(error) => (format!("stopped: {error}"), Ending::Failed, 1),
+        };
+        let error = match ending {
+            Ending::Finished => "exited without reaching the goal",
+            _ => &how,
+        };
+        let verdict = Verdict::new(phases, ending, Some(error.into()));
+        let was_started = !matches!(self, Self::NotStarted(_));
+        let text = if was_started {
+            let is_reached = verdict.goal_reached;
+            let goal = Goal { is_reached, error: None };
+            let jump = phases.jump_error().map(|jump| format!(": {jump}")).unwrap_or_default();
+            format!("{how}; {goal}{details}{jump}")
+        } else {
+            how
+        };
+        let code = if verdict.ending == Ending::Failed { code.max(1) } else { code };
+        RunEnd { outcome: Outcome { verdict, text }, code, was_started }
+    }
+}
+
+/// The end of one run.
+#[derive(Debug)]
+pub struct RunEnd {
+    /// The outcome.
+    pub outcome: Outcome,
+    /// The exit code of this process if no further run follows: the exit code of the mouse, 128 plus
+    /// the number of the signal that killed the mouse, 130 after Ctrl-C, or 1 in all other cases, for
+    /// example if the mouse has jumped.
+    pub code: i32,
+    /// False if the mouse could not start.
+    pub was_started: bool,
+}
+
+/// Returns the exit code of a mouse, or 128 plus the number of the signal that killed it.
+fn exit_code(status: ExitStatus) -> i32 {
+    status.code().or_else(|| Some(128 + signal(status)?)).unwrap_or(1)
+}
+
+/// Returns a description such as `exited with code 0`.
+pub fn exit_text(status: ExitStatus) -> String {
+    match signal(status) {
+        Some(signal) => format!("killed by signal {signal}"),
+        None => format!("exited with code {}", exit_code(status)),
+    }
+}
+
+pub(crate) fn no_status(error: &io::Error) -> String {
+    format!("cannot get the exit status of the mouse: {error}")
+}
+
+/// Returns the signal that killed a process.
+#[cfg(unix)]
+pub(crate) fn signal(status: ExitStatus) -> Option<i32> {
+    std::os::unix::process::ExitStatusExt::signal(&status)
+}
+
+#[cfg(not(unix))]
+pub(crate) const fn signal(_: ExitStatus) -> Option<i32> {
+    None
+}
+
+/// The last line that a mouse writes to stderr.
+#[derive(Debug)]
+pub(crate) struct LastLine(Receiver<String>);
+
+impl LastLine {
+    /// Reads the stderr of a mouse from now on, and copies it to another stream, if any.
+    pub(crate) fn of(
+        stderr: Option<ChildStderr>,
+        copy: Option<impl Write + Send + 'static>,
+    ) -> Result<Self, String> {
+        let (sender, line) = mpsc::channel();
+        if let Some(stderr) = stderr {
+            spawn("stderr", move || {
+                // Nobody may be interested in it.
+                let _ = sender.send(read_last_line(stderr, copy));
+            })?;
+        }
+        Ok(Self(line))
+    }
+
+    /// Returns the line of a mouse that has exited, or an empty string.
+    pub(crate) fn get(&self) -> String {
+        self.0.recv_timeout(LAST_LINE_TIMEOUT).unwrap_or_default()
+    }
+}
+
+/// Starts a thread that ends when a pipe of the mouse ends.
+pub(crate) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let spawned = thread::Builder::new().name(name.into()).spawn(work);
+    spawned.map(drop).map_err(|error| format!("cannot start a thread: {error}"))
+}
+
+/// Reads to the end and returns the last line that is not blank, without control characters.
+fn read_last_line(input: impl Read, mut copy: Option<impl Write>) -> String {
+    let (mut input, mut last, mut line) = (BufReader::new(input), Vec::new(), Vec::new());
+    while let Ok(read @ [_, ..]) = input.fill_buf() {
+        // A terminal that has closed must not stop the mouse.
+        let _ = copy.as_mut().map(|copy| copy.write_all(read));
+        for piece in read.split_inclusive(|&byte| byte == b'\n') {
+            line.extend(&piece[..piece.len().min(MAX_LINE_BYTES.saturating_sub(line.len()))]);
+            if !line.trim_ascii().is_empty() {
+                last.clone_from(&line);
+            }
+            if piece.ends_with(b"\n") {
+                line.clear();
+            }
+        }
+        let length = read.len();
+        input.consume(length);
+    }
+    let mut text = Escaped(String::from_utf8_lossy(last.trim_ascii())).to_string();
+    cut(&mut text, MAX_REASON_BYTES);
+    text
+}
+
+/// Process groups, whose processes are killed together.
+#[cfg(unix)]
+mod system {
+    use std::io;
+    use std::os::unix::process::CommandExt;
+    use std::process::{Child, Command};
+
+    use rustix::process::{Pid, Signal, kill_process_group};
+
+    pub(super) type Group = Pid;
+
+    pub(super) fn spawn(command: &mut Command) -> io::Result<(Child, Group)> {
+        let child = command.process_group(0).spawn()?;
+        let group = Pid::from_child(&child);
+        Ok((child, group))
+    }
+
+    pub(super) fn kill(group: &mut Group) {
+        let _ = kill_process_group(*group, Signal::KILL);
+    }
+}
+
+#[cfg(windows)]
+mod system {
+    use std::io;
+    use std::os::windows::io::AsRawHandle;
+    use std::process::{Child, Command};
+
+    use win32job::{ExtendedLimitInfo, Job};
+
+    /// A job object. Windows kills its processes when its last handle is closed, also if this process
+    /// is killed.
+    pub(super) type Group = Option<Job>;
+
+    pub(super) fn spawn(command: &mut Command) -> io::Result<(Child, Group)> {
+        let mut limits = ExtendedLimitInfo::new();
+        let job = Job::create_with_limit_info(limits.limit_kill_on_job_close());
+        let child = command.spawn()?;
+        // Without a job object, only the process itself can be killed. A job object contains only
+        // processes that are started after its first process has been added.
+        let job = job.ok().filter(|job| job.assign_process(child.as_raw_handle() as isize).is_ok());
+        Ok((child, job))
+    }
+
+    pub(super) fn kill(group: &mut Group) {
+        drop(group.take());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn program(command: &[&str]) -> Program {
+        Program::new(&command.iter().map(OsString::from).collect::<Vec<_>>())
+    }
+
+    /// Creates an empty file and returns its path.
+    fn create(folder: &tempfile::TempDir, name: &str) -> String {
+        let path = folder.path().join(name);
+        fs::write(&path, "").unwrap();
+        path.to_str().unwrap().to_string()
+    }
+
+    /// Asserts that a command runs the mouse in this file, whose name is that of the mouse.
+    fn assert_file(command: &[&str], file: &str) {
+        let found = program(command);
+        assert_eq!(found.file.as_deref(), Some(Path::new(file)), "{command:?}");
+        assert_eq!(found.name, Path::new(file).file_name().unwrap().to_str().unwrap());
+        assert_eq!(found.missing_file(), None);
+    }
+
+    #[test]
+    fn the_name_and_the_file_are_those_of_the_mouse() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mouse, maze) = (create(&folder, "mouse.py"), create(&folder, "maze.txt"));
+        assert_file(&["python3", "-u", &mouse, &maze], &mouse);
+        assert_file(&[&mouse, "--fast"], &mouse);
+        // The mouse may write to its arguments.
+        assert_file(&[&mouse, &maze], &mouse);
+        #[cfg(unix)]
+        assert_file(&["/bin/sh", &mouse], &mouse);
+        let other = program(&["/opt/jdk/java", "Mouse", "--style=fast\u{1b}[2J"]);
+        assert_eq!((&*other.name, other.file), ("java Mouse --style=fast[2J", None));
+        assert_eq!(program(&[&"\u{e9}".repeat(80)]).name, "\u{e9}".repeat(50));
+        let missing = program(&["./no-such-mouse", &maze]);
+        assert_eq!((&missing.file, missing.name.starts_with("no-such-mouse ")), (&None, true));
+        assert_eq!(missing.missing_file(), Some(Path::new("./no-such-mouse")));
+        assert_eq!(program(&["no-such-mouse"]).missing_file(), None, "may be on the PATH");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_interpreter_of_a_virtual_environment_is_not_the_mouse() {
+        let folder = tempfile::tempdir().unwrap();
+        let mouse = create(&folder, "mouse.py");
+        let bin = folder.path().join("bin");
+        fs::create_dir(&bin).unwrap();
+        let python = bin.join("python");
+        std::os::unix::fs::symlink("/bin/sh", &python).unwrap();
+        let python = python.to_str().unwrap();
+        assert_file(&[python, &mouse], python);
+        create(&folder, "pyvenv.cfg");
+        assert_file(&[python, &mouse], &mouse);
+    }
+
+    #[test]
+    fn the_last_line_of_stderr_is_read_while_it_is_copied() {
+        let long = "y".repeat(2 * MAX_LINE_BYTES);
+        for (output, last) in [
+            ("", ""),
+            ("one\n \n", "one"),
+            ("one\ntwo\x1b[2J", "two\\u{1b}[2J"),
+            (&format!("one\n{long}\n"), &long[..MAX_REASON_BYTES]),
+        ] {
+            let mut copy = Vec::new();
+            assert_eq!(read_last_line(output.as_bytes(), Some(&mut copy)), last);
+            assert_eq!(copy, output.as_bytes());
+        }
+    }
+
+    #[test]
+    fn placeholders_are_replaced_in_arguments() {
+        let command =
+            program(&["{e}", "--to={e}", "x"]).with_argument("{e}", "tcp://a:1").command();
+        assert_eq!(command.get_program(), "{e}");
+        assert!(command.get_args().eq(["--to=tcp://a:1", "x"]));
+    }
+
+    /// The child process keeps the pipe open, so the pipe ends only if it is killed too.
+    #[test]
+    fn child_processes_are_killed() {
+        let mut command = if cfg!(windows) {
+            let mut command = Command::new("cmd");
+            command.args(["/c", "echo started& cmd /c pause"]);
+            command
+        } else {
+            let mut command = Command::new("sh");
+            command.args(["-c", "echo started; sleep 1000; exit"]);
+            command
+        };
+        let (mut process, _stdin, stdout) = MouseProcess::start_piped(&mut command).unwrap();
+        let mut output = BufReader::new(stdout);
+        let (sender, end) = mpsc::channel();
+        thread::spawn(move || {
+            let mut line = String::new();
+            output.read_line(&mut line).unwrap();
+            assert_eq!(line.trim_end(), "started");
+            process.kill_group();
+            while output.read_line(&mut line).unwrap() > 0 {}
+            sender.send(()).unwrap();
+        });
+        end.recv_timeout(Duration::from_secs(300)).expect("the end of the output");
+    }
+}

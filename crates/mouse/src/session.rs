@@ -1,0 +1,396 @@
+//! The run of a mouse that was written for mms: its pipes, its commands, the replies to them, and its
+//! scores.
+
+use std::collections::BTreeMap;
+use std::fmt::{Arguments, Write as _};
+use std::io::{self, BufReader, Read, Write};
+use std::process::{ChildStdin, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use mmsim_client::{RunError, Transport};
+use mmsim_maze::{KnownMaze, counted};
+use mmsim_mms::{
+    GeneralFormat, Response, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats, excerpt,
+};
+use mmsim_run::{Phases, Verdict};
+use serde::Serialize;
+
+use crate::commands::{
+    CommandSource, InvalidLine, InvalidLines, Line, START_BYTES, execute_all, read_lines,
+};
+use crate::control::{MouseControl, StopReason};
+use crate::lock;
+use crate::log::MouseLog;
+use crate::process::{ExitCause, MouseProcess, Program, RunEnd, signal, spawn};
+use crate::simulator::Simulator;
+
+/// The interval between checks for Ctrl-C while the mouse computes.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The time after which a line that the mouse waits for is reported. Must be a multiple of
+/// [`POLL_INTERVAL`].
+const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// The maximum number of lines that are queued for execution.
+const MAX_LINES_AHEAD: usize = 256;
+
+/// The maximum number of unread replies. This many take about 10 MB.
+const MAX_UNREAD_REPLIES: usize = 1 << 20;
+
+/// A run of a mouse that was written for mms, as a client of a simulator.
+#[derive(Debug)]
+pub struct Session<'a> {
+    /// The mouse.
+    pub program: &'a Program,
+    /// The maze, of which only the size, the start and the goal are known.
+    pub maze: &'a KnownMaze,
+    /// The rules for the scores.
+    pub rules: ScoreRules,
+    /// The mouse is stopped when its number of turns plus its distance in cells exceeds this limit.
+    pub limit: Option<u32>,
+    /// True if the simulator accepts annotations.
+    pub has_annotations: bool,
+    /// True if the simulator is another process, which may not reply.
+    pub is_remote: bool,
+    /// The control of the mouse.
+    pub control: &'a MouseControl,
+    /// Called with warnings about the lines of the mouse.
+    pub warn: fn(Arguments<'_>),
+}
+
+impl Session<'_> {
+    /// Runs the mouse until it exits or is stopped. If the simulator accepts annotations, the stderr
+    /// of the mouse is sent as its log and copied to the stderr of this process.
+    ///
+    /// # Errors
+    /// Returns an error if the simulator does not accept a reset.
+    pub fn run(&self, transport: impl Transport) -> Result<MouseExit, RunError> {
+        let Self { program, maze, control, .. } = *self;
+        let log = self.has_annotations.then(MouseLog::default);
+        let annotator = log.clone().map(|log| (&*program.name, log));
+        let mut simulator = Simulator::new(transport, maze, control, annotator)?;
+        let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals())
+            .with_score_rules(self.rules);
+        let (cause, crashes, refused) = match Pipes::open(program, log.as_ref()) {
+            Ok(pipes) => self.execute(&mut mouse, &mut simulator, pipes),
+            Err(error) => (ExitCause::NotStarted(error), 0, 0),
+        };
+        Ok(MouseExit { mouse, cause, crashes, refused, phases: simulator.phases })
+    }
+
+    /// Executes the commands of the mouse until it exits. Returns the number of crashes and of invalid
+    /// lines too.
+    fn execute(
+        &self,
+        mouse: &mut SimulatedMouse,
+        simulator: &mut Simulator<'_, impl Transport>,
+        pipes: Pipes,
+    ) -> (ExitCause, u64, u64) {
+        let (lines, invalid_lines) = (0, InvalidLines::default());
+        let mut commands =
+            Commands { session: self, simulator, pipes, lines, crashes: 0, invalid_lines };
+        let executed = match commands.simulator.update(mouse) {
+            Ok(()) => execute_all(mouse, &mut commands),
+            Err(cause) => Err(cause),
+        };
+        let Commands { simulator, mut pipes, crashes, invalid_lines, .. } = commands;
+        let mut cause = match executed {
+            Ok(()) => {
+                // Closes the stdin of the mouse after all replies have been written.
+                pipes.replies = None;
+                pipes.process.wait(self.control)
+            }
+            Err(cause) => cause,
+        };
+        // Killing the mouse and its child processes ends the log.
+        drop(pipes);
+        // After Ctrl-C, do not wait for a simulator that may not reply.
+        let is_gone = matches!(cause, ExitCause::LostSimulator(_))
+            || self.is_remote && matches!(cause, ExitCause::Stopped(StopReason::Exit));
+        if !is_gone {
+            simulator.end_log();
+            // The mouse may have set markers or written to its log after the last state was sent.
+            let sent = simulator.update(mouse);
+            if let (ExitCause::Exited(_), Err(error)) = (&cause, sent) {
+                cause = error;
+            }
+        }
+        (cause, crashes, invalid_lines.total())
+    }
+}
+
+/// The commands of a running mouse, which change its simulator.
+struct Commands<'a, 's, T> {
+    session: &'a Session<'a>,
+    simulator: &'a mut Simulator<'s, T>,
+    pipes: Pipes,
+    lines: u64,
+    crashes: u64,
+    invalid_lines: InvalidLines,
+}
+
+impl<T: Transport> Commands<'_, '_, T> {
+    /// Reports an incomplete or invalid line, because the mouse may be waiting for a reply to it.
+    fn explain_silence(&mut self, incomplete: &[u8]) {
+        if !incomplete.is_empty() {
+            let (line, start) = (self.lines + 1, excerpt(incomplete));
+            self.report(&format!("mms: line {line}: waiting for a newline after {start}"));
+        } else if let Some(report) = self.invalid_lines.take_withheld() {
+            self.report(&report);
+        }
+    }
+
+    /// Reports a message about the mouse, which also appears in its log on the page.
+    fn report(&self, message: &str) {
+        (self.session.warn)(format_args!("{message}"));
+        self.simulator.add_to_log(message);
+    }
+}
+
+impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for Commands<'_, 's, T> {
+    fn environment(&mut self) -> &mut Simulator<'s, T> {
+        self.simulator
+    }
+
+    /// Waits for a line. Until then, sends what the mouse displays between two movements.
+    fn next_line(&mut self, mouse: &SimulatedMouse) -> Result<Option<Line>, ExitCause> {
+        let mut silence = Duration::ZERO;
+        loop {
+            ExitCause::check(self.session.control)?;
+            self.simulator.show_changes(mouse)?;
+            match self.pipes.lines.recv_timeout(POLL_INTERVAL) {
+                Ok(line) => {
+                    self.lines += 1;
+                    return Ok(Some(line));
+                }
+                Err(Disconnected) => return Ok(None),
+                // A process that the mouse has started may keep the pipe open after the mouse
+                // exits.
+                Err(Timeout) if matches!(self.pipes.process.status(), Ok(Some(_))) => {
+                    return Ok(None);
+                }
+                Err(Timeout) => {
+                    let incomplete = lock(&self.pipes.incomplete_line).clone();
+                    let may_wait = !incomplete.is_empty() || self.invalid_lines.has_withheld();
+                    silence = if may_wait { silence + POLL_INTERVAL } else { Duration::ZERO };
+                    if silence == SILENCE_TIMEOUT {
+                        self.explain_silence(&incomplete);
+                    }
+                }
+            }
+        }
+    }
+
+    fn accept(&mut self, mouse: &mut SimulatedMouse) -> bool {
+        if self.session.control.was_reset_pressed() {
+            mouse.press_reset();
+        }
+        self.invalid_lines.accept();
+        true
+    }
+
+    fn refuse(&mut self, line: &InvalidLine<'_>) {
+        if let Some(message) = self.invalid_lines.add(self.lines, line) {
+            self.report(&message);
+        }
+    }
+
+    fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), ExitCause> {
+        self.crashes += u64::from(reply == Response::Crash);
+        // The limit counts what the mouse does, so it does not depend on the rules for scores.
+        let cost = mouse.scores_by(ScoreRules::Cells).total().cost();
+        match self.session.limit {
+            Some(limit) if cost > limit.into() => Err(ExitCause::Limit(limit)),
+            _ => self.pipes.reply(reply).map_err(ExitCause::Failed),
+        }
+    }
+}
+
+/// A mouse that reads replies from its stdin and writes commands to its stdout. Both have threads of
+/// their own, so a mouse may write before it reads.
+struct Pipes {
+    process: MouseProcess,
+    lines: Receiver<Line>,
+    /// The start of the incomplete last line, or no bytes if the last line is complete.
+    incomplete_line: Arc<Mutex<Vec<u8>>>,
+    replies: Option<Sender<Response>>,
+    unread: Arc<AtomicUsize>,
+}
+
+impl Pipes {
+    /// Starts a mouse. Without a log, the mouse inherits stderr.
+    fn open(program: &Program, log: Option<&MouseLog>) -> Result<Self, String> {
+        let mut command = program.command();
+        if log.is_some() {
+            command.stderr(Stdio::piped());
+        }
+        let (mut process, stdin, stdout) = MouseProcess::start_piped(&mut command)?;
+        if let (Some(log), Some(stderr)) = (log, process.0.stderr.take()) {
+            log.collect(stderr)?;
+        }
+        let (read, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
+        let incomplete_line = Arc::default();
+        let stdout = LineTracker { pipe: stdout, incomplete_line: Arc::clone(&incomplete_line) };
+        spawn("stdout", move || read_lines(BufReader::new(stdout), &read))?;
+        let (replies, to_write) = mpsc::channel();
+        let unread = Arc::new(AtomicUsize::new(0));
+        let counter = Arc::clone(&unread);
+        spawn("stdin", move || write_replies(stdin, &to_write, &counter))?;
+        Ok(Self { process, lines, incomplete_line, replies: Some(replies), unread })
+    }
+
+    /// Sends a reply to the mouse. Does nothing if the mouse has closed its stdin.
+    fn reply(&self, reply: Response) -> Result<(), String> {
+        let unread = self.unread.fetch_add(1, Ordering::Relaxed);
+        if unread >= MAX_UNREAD_REPLIES {
+            return Err(format!("the mouse is not reading its replies ({unread} unread)"));
+        }
+        if let Some(replies) = &self.replies {
+            let _ = replies.send(reply);
+        }
+        Ok(())
+    }
+}
+
+fn write_replies(mut stdin: ChildStdin, replies: &Receiver<Response>, unread: &AtomicUsize) {
+    while let Ok(reply) = replies.recv() {
+        if stdin.write_all(format!("{reply}\n").as_bytes()).is_err() {
+            return;
+        }
+        unread.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Reads the mouse's output and stores the start of an incomplete last line.
+struct LineTracker<R> {
+    pipe: R,
+    incomplete_line: Arc<Mutex<Vec<u8>>>,
+}
+
+impl<R: Read> Read for LineTracker<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let length = self.pipe.read(buffer)?;
+        let read = buffer.get(..length).unwrap_or_default();
+        let mut incomplete = lock(&self.incomplete_line);
+        let rest = match read.iter().rposition(|&byte| byte == b'\n') {
+            Some(end) => {
+                incomplete.clear();
+                &read[end + 1..]
+            }
+            None => read,
+        };
+        let room = START_BYTES.saturating_sub(incomplete.len());
+        incomplete.extend(&rest[..rest.len().min(room)]);
+        Ok(length)
+    }
+}
+
+/// A mouse that is not running.
+#[derive(Debug)]
+pub struct MouseExit {
+    pub(crate) mouse: SimulatedMouse,
+    /// The reason why it is not running.
+    pub cause: ExitCause,
+    /// The number of movements that ended in a crash.
+    pub(crate) crashes: u64,
+    /// The number of invalid commands.
+    pub(crate) refused: u64,
+    /// What the mouse did.
+    pub(crate) phases: Phases,
+}
+
+impl MouseExit {
+    /// Returns the outcome for the viewer page and the exit code.
+    pub fn end(&self) -> RunEnd {
+        let count = |count, noun| match count {
+            0 => String::new(),
+            count => format!("; {}", counted(count, noun)),
+        };
+        let crashes = count(self.crashes, "crashed movement");
+        let invalid = count(self.refused, "invalid line");
+        let score = GeneralFormat(self.mouse.scores().score());
+        self.cause.end(&self.phases, &format!(", score {score}{crashes}{invalid}"))
+    }
+
+    /// Returns the scores that mms competitions use, one per line.
+    pub fn scores(&self) -> String {
+        let scores = self.mouse.scores();
+        Stat::COMPETITION.iter().fold(String::new(), |mut text, &stat| {
+            let value = scores.stat(stat);
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{stat}: {value}");
+            text
+        })
+    }
+
+    /// Returns the output of `mms --json`. `maze` is the name of the maze, if it is known.
+    pub fn report<'m>(&self, maze: Option<&'m str>) -> MouseReport<'m> {
+        let scores = self.mouse.scores();
+        let (exit_code, signal) = match &self.cause {
+            ExitCause::Exited(status) => (status.code(), signal(*status)),
+            _ => (None, None),
+        };
+        let by = |rules: ScoreRules| (rules.name(), ScoreReport::new(self.mouse.scores_by(rules)));
+        MouseReport {
+            maze,
+            verdict: self.end().outcome.verdict,
+            scores: scores.rules().name(),
+            chosen: ScoreReport::new(scores),
+            scores_by: ScoreRules::ALL.map(by).into(),
+            visited_cells: self.mouse.map().visited().len(),
+            crashes: self.crashes,
+            refused_lines: self.refused,
+            exit_code,
+            signal,
+        }
+    }
+}
+
+/// The output of `mms --json`.
+#[derive(Serialize)]
+pub struct MouseReport<'m> {
+    maze: Option<&'m str>,
+    #[serde(flatten)]
+    verdict: Verdict,
+    /// The name of the chosen rules.
+    scores: &'static str,
+    #[serde(flatten)]
+    chosen: ScoreReport,
+    scores_by: BTreeMap<&'static str, ScoreReport>,
+    visited_cells: usize,
+    crashes: u64,
+    refused_lines: u64,
+    exit_code: Option<i32>,
+    signal: Option<i32>,
+}
+
+/// The scores by some rules.
+#[derive(Serialize)]
+struct ScoreReport {
+    score: f64,
+    best_run_distance: Option<f64>,
+    best_run_effective_distance: Option<f64>,
+    best_run_turns: Option<u64>,
+    total_distance: f64,
+    total_effective_distance: f64,
+    total_turns: u64,
+}
+
+impl ScoreReport {
+    fn new(scores: &Scores) -> Self {
+        let (total, best) = (scores.total(), scores.best_run());
+        Self {
+            score: scores.score(),
+            best_run_distance: best.map(TravelStats::distance),
+            best_run_effective_distance: best.map(TravelStats::effective_distance),
+            best_run_turns: best.map(TravelStats::turns),
+            total_distance: total.distance(),
+            total_effective_distance: total.effective_distance(),
+            total_turns: total.turns(),
+        }
+    }
+}

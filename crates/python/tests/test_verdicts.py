@@ -1,0 +1,36 @@
+"""The verdict on a function is that of the command on a client that does the same."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import micromouse_sim as mm
+
+FILE = Path(__file__).parents[2] / "cli/tests/verdicts/mice.json"
+CASES = json.loads(FILE.read_text())
+
+
+@pytest.mark.parametrize("case", CASES["mice"], ids=lambda case: case["name"])
+def test_the_verdict_is_that_of_the_command(case: dict[str, Any]) -> None:
+    maze = mm.Maze.parse(CASES["maze"])
+
+    def mouse(simulator: mm.Simulator) -> None:
+        empty = [[0] * maze.height] * maze.width
+        poses = [(int(pose[0]), int(pose[1]), pose[2]) for pose in case["poses"].split()]
+        for pose in poses:
+            simulator.walls(*pose)
+            simulator.state(*pose, empty, empty)
+        if case["name"] == "crashes":
+            raise RuntimeError("a bad day")
+        while case["name"] == "hangs":
+            simulator.state(*poses[-1], empty, empty)
+
+    [row] = mm.compare(maze, {case["name"]: mouse}, max_states=50)
+    # A function has a limit of states instead of a time limit, and raises instead of exiting.
+    expected = {"hangs": "step_limit"}.get(case["name"], case["ending"])
+    assert (row["goal_reached"], row["ending"]) == (case["goal_reached"], expected)
+    if case["name"] not in ("crashes", "hangs"):
+        assert row["error"] == case["error"]

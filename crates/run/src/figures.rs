@@ -1,0 +1,101 @@
+//! The figures of a search.
+
+use mmsim_maze::{Cell, Walls, counted};
+use serde::Serialize;
+
+use crate::times::Times;
+use crate::verdict::{Ending, Verdict};
+
+/// The statistics of a search, excluding the fast run unless stated otherwise. The field names
+/// are JSON keys and CSV column names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SearchFigures {
+    /// True if the mouse has reached the goal.
+    pub goal_reached: bool,
+    /// The number of steps until the mouse first reached a goal cell, possibly on the fast run.
+    pub steps_to_goal: Option<u32>,
+    /// The number of steps until the shortest path was proven.
+    pub steps_until_proven: Option<u32>,
+    /// The number of steps until the mouse stopped or began its fast run.
+    pub steps_in_all: u32,
+    /// The number of quarter turns until the mouse stopped or began its fast run. A U-turn counts
+    /// as two quarter turns.
+    pub turns: u32,
+    /// The length in steps of the shortest path known to be open at the end of the search.
+    pub path_found: Option<u16>,
+    /// The distance in steps from the start to the goal in the true maze, or `None` if the goal is
+    /// unreachable.
+    pub shortest_path: Option<u16>,
+    /// The number of cells in which the mouse has been, including the fast run.
+    pub visited_cells: usize,
+    /// The number of states, including those of the fast run.
+    pub states: u32,
+    /// The processor time in microseconds, rounded to three decimal places, or `None` for a mouse in
+    /// another process.
+    pub time_us: Option<f64>,
+    /// The reason why the search or the fast run ended early.
+    pub error: Option<String>,
+    /// How the search ended.
+    pub ending: Ending,
+    /// The number of steps of the best complete fast run.
+    pub fast_run_steps: Option<u32>,
+    /// The number of movements that a wall blocked, or `None` for a protocol client, which reports
+    /// only poses.
+    pub crashes: Option<u32>,
+    /// True if the mouse correctly reported that the goal is unreachable.
+    #[serde(skip)]
+    pub is_rightly_given_up: bool,
+    /// True if the mouse has stopped by itself or begun its fast run, so the figures of the whole
+    /// search are complete.
+    #[serde(skip)]
+    pub is_complete: bool,
+    /// The cells that the mouse entered until it stopped or began its fast run.
+    #[serde(skip)]
+    pub path: Vec<Cell>,
+    /// What the mouse can do after the search.
+    #[serde(skip)]
+    pub outcome: SearchOutcome,
+    /// The times of a vehicle, if one was given.
+    #[serde(skip)]
+    pub times: Option<Times>,
+}
+
+/// What a mouse knows and where it is when it stops or begins its fast run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SearchOutcome {
+    /// The walls that the mouse knows. Unknown walls count as present.
+    pub known_walls: Option<Walls>,
+    /// The cell in which the mouse is.
+    pub last_cell: Option<Cell>,
+    /// The cells of the first complete fast run, or no cells if the mouse made none.
+    pub route: Vec<Cell>,
+    /// The number of quarter turns until the mouse first reached a goal cell, or 0.
+    pub turns_to_goal: u32,
+    /// The number of times that the mouse was put back at the start or ran into a wall.
+    pub touches: u32,
+    /// The number of these before the mouse first reached a goal cell.
+    pub touches_to_goal: u32,
+}
+
+impl SearchFigures {
+    /// Adds the verdict on the mouse.
+    #[must_use]
+    pub fn with_verdict(self, verdict: Verdict) -> Self {
+        let Verdict { goal_reached, ending, error } = verdict;
+        Self { goal_reached, error, ending, ..self }
+    }
+
+    /// Returns the reason why the mouse did not stop by itself in the goal, unless it correctly
+    /// reported that the goal is unreachable.
+    pub fn failure(&self) -> Option<String> {
+        let Self { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = self;
+        if *is_rightly_given_up {
+            None
+        } else if *goal_reached {
+            error.as_ref().map(|error| format!("after reaching the goal: {error}"))
+        } else {
+            let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
+            Some(error.clone().unwrap_or_else(limit))
+        }
+    }
+}

@@ -1,0 +1,388 @@
+//! Judges what a mouse did in a maze from its poses and the walls that it has read.
+
+#[cfg(feature = "recording")]
+use mmsim_maze::Wall;
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState, Walls};
+use mmsim_solvers::{PathBounds, steps_between};
+
+use crate::figures::{SearchFigures, SearchOutcome};
+use crate::movement::{MovementRules, Transition};
+use crate::phases::{Phases, RunPhase};
+
+/// The maximum number of readings that wait for the next pose. Mice need up to two.
+const MAX_READ_AHEAD: usize = 16;
+
+/// Judges what a mouse does in a maze. The figures do not depend on what the mouse reports about
+/// walls, only on the walls that it has read or run into.
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, Maze, Pose};
+/// use mmsim_run::Judge;
+/// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let mut judge = Judge::new(&maze);
+/// judge.read_walls(maze.start());
+/// judge.add(maze.start(), false);
+/// judge.add(Pose::new(Cell::new(1, 0), Heading::East), false);
+/// assert_eq!(judge.figures().steps_to_goal, Some(1));
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Judge {
+    maze: Maze,
+    rules: MovementRules,
+    /// The walls that the mouse has read or run into.
+    known: KnownMaze,
+    /// True if walls have become known since the shortest path was last examined.
+    has_new_walls: bool,
+    path: Vec<Cell>,
+    visited: CellSet,
+    /// The number of movements that a wall blocked.
+    crashes: u32,
+    /// The poses of readings that belong to the next pose.
+    read_ahead: Vec<Pose>,
+    phases: Phases,
+    steps_until_proven: Option<u32>,
+    touches_to_goal: u32,
+    /// The figures at the beginning of the first fast run.
+    exploration: Option<Exploration>,
+    /// The cells of the current or latest fast run, until one is complete.
+    route: Vec<Cell>,
+    is_route_complete: bool,
+}
+
+/// The figures of the search run and the return run.
+#[derive(Clone, Debug)]
+struct Exploration {
+    steps: u32,
+    turns: u32,
+    path_found: Option<u16>,
+    /// The number of entered cells.
+    cells: usize,
+    known_walls: Walls,
+    last_cell: Cell,
+    touches: u32,
+}
+
+impl Judge {
+    /// Creates the judge of a mouse that has not begun.
+    pub fn new(maze: &Maze) -> Self {
+        Self {
+            rules: MovementRules::from_maze(maze),
+            known: KnownMaze::unexplored(maze),
+            maze: maze.clone(),
+            has_new_walls: true,
+            path: Vec::new(),
+            visited: CellSet::EMPTY,
+            crashes: 0,
+            read_ahead: Vec::new(),
+            phases: Phases::default(),
+            steps_until_proven: None,
+            touches_to_goal: 0,
+            exploration: None,
+            route: Vec::new(),
+            is_route_complete: false,
+        }
+    }
+
+    /// Returns the phases of the mouse, which decide whether it has reached the goal.
+    pub const fn phases(&self) -> &Phases {
+        &self.phases
+    }
+
+    /// Returns true if there is a wall on this side of the cell. The mouse now knows this wall.
+    pub fn read_wall(&mut self, cell: Cell, heading: Heading) -> bool {
+        let is_present = self.maze.walls().has(cell, heading);
+        if self.known.wall(cell, heading) == WallState::Unknown {
+            let state = if is_present { WallState::Present } else { WallState::Absent };
+            self.known.set_wall(cell, heading, state);
+            self.has_new_walls = true;
+        }
+        is_present
+    }
+
+    /// Notes that the mouse has read the walls to its left, ahead and to its right. A mouse that reads
+    /// the walls around another cell than its own has moved, but not reported its pose yet.
+    pub fn read_walls(&mut self, pose: Pose) {
+        let is_ahead = self.phases.pose.is_none_or(|current| current.cell != pose.cell);
+        if is_ahead && self.read_ahead.len() < MAX_READ_AHEAD {
+            self.read_ahead.push(pose);
+        } else {
+            self.note_walls(pose);
+        }
+    }
+
+    /// Notes that a wall has blocked the mouse.
+    pub const fn crash(&mut self) {
+        self.crashes = self.crashes.saturating_add(1);
+    }
+
+    fn note_walls(&mut self, pose: Pose) {
+        for heading in [pose.heading.left(), pose.heading, pose.heading.right()] {
+            self.read_wall(pose.cell, heading);
+        }
+    }
+
+    /// Adds the pose of a mouse that has moved or turned, or that was put back at the start.
+    pub fn add(&mut self, pose: Pose, is_restart: bool) {
+        self.examine_path();
+        let before = self.phases;
+        self.phases.add(&self.rules, pose, is_restart);
+        self.visited.insert(pose.cell);
+        match before.pose {
+            Some(from) => self.note_movement(&before, from.cell, pose.cell),
+            None => self.path.push(pose.cell),
+        }
+        if self.phases.is_goal_reached() && !before.is_goal_reached() {
+            self.touches_to_goal = self.touches();
+        }
+        for pose in std::mem::take(&mut self.read_ahead) {
+            self.note_walls(pose);
+        }
+    }
+
+    /// Notes how the mouse got from one cell to another, or that it has turned.
+    fn note_movement(&mut self, before: &Phases, from: Cell, to: Cell) {
+        if let Some(Transition::Move { steps: 1, .. }) = self.phases.transition {
+            // The mouse has moved between neighbouring cells, so there is no wall between them.
+            let side = Heading::ALL.into_iter().find(|&side| from.neighbour(side) == Some(to));
+            side.map(|side| self.read_wall(from, side));
+        }
+        if before.fast_runs == 0 && self.phases.fast_runs == 1 {
+            // The turns in the start cell belong to the fast run.
+            let turns = self.phases.total.turns - u64::from(self.phases.fast_run.turns);
+            self.exploration = Some(self.exploration_at(before.total.steps, turns, from));
+        }
+        self.note_route(from, to, before.fast_runs);
+        if from != to {
+            self.path.push(to);
+        }
+    }
+
+    /// Notes the cells of the fast run. `fast_runs` is the number of fast runs before this movement.
+    fn note_route(&mut self, from: Cell, to: Cell, fast_runs: u32) {
+        if self.is_route_complete {
+            return;
+        }
+        let Phases { phase, fast_runs: now, .. } = self.phases;
+        let has_begun = now > fast_runs;
+        if has_begun {
+            self.route = vec![from];
+        }
+        let is_complete = phase == RunPhase::AtGoal && !self.route.is_empty();
+        if has_begun || phase == RunPhase::Fast || is_complete {
+            self.route.extend(self.rules.cells_between(from, to));
+            self.is_route_complete = is_complete;
+        } else {
+            // The mouse was put back at the start.
+            self.route.clear();
+        }
+    }
+
+    const fn touches(&self) -> u32 {
+        self.phases.restarts.saturating_add(self.crashes)
+    }
+
+    /// Notes whether the known walls prove that the shortest known path is shortest.
+    fn examine_path(&mut self) {
+        if self.has_new_walls && self.steps_until_proven.is_none() {
+            self.has_new_walls = false;
+            let is_proven = PathBounds::new(&self.known).is_proven();
+            self.steps_until_proven = is_proven.then(|| saturate(self.phases.total.steps));
+        }
+    }
+
+    fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> Exploration {
+        Exploration {
+            steps: saturate(steps),
+            turns: saturate(turns),
+            path_found: PathBounds::new(&self.known).pessimistic,
+            cells: self.path.len(),
+            known_walls: self.known.walls(Unknown::Closed).clone(),
+            last_cell,
+            touches: self.touches(),
+        }
+    }
+
+    /// Returns the figures of the search so far. The fields that describe the end of the search have
+    /// default values.
+    pub fn figures(&mut self) -> SearchFigures {
+        for pose in std::mem::take(&mut self.read_ahead) {
+            self.note_walls(pose);
+        }
+        self.examine_path();
+        let Phases { total, goal, pose, .. } = self.phases;
+        let (start, goals) = (self.maze.start().cell, self.maze.goals());
+        let last_cell = pose.map_or(start, |pose| pose.cell);
+        let whole = || self.exploration_at(total.steps, total.turns, last_cell);
+        let Exploration { steps, turns, path_found, cells, known_walls, last_cell, touches } =
+            self.exploration.clone().unwrap_or_else(whole);
+        let route = if self.is_route_complete { self.route.clone() } else { Vec::new() };
+        SearchFigures {
+            goal_reached: goal.is_some(),
+            steps_to_goal: goal.map(|goal| saturate(goal.steps)),
+            steps_until_proven: self.steps_until_proven,
+            steps_in_all: steps,
+            turns,
+            path_found,
+            shortest_path: steps_between(self.maze.walls(), start, goals),
+            fast_run_steps: self.phases.best_run.map(|run| run.steps),
+            visited_cells: self.visited.len(),
+            states: self.phases.states,
+            crashes: Some(self.crashes),
+            is_complete: self.exploration.is_some(),
+            path: self.path[..cells.min(self.path.len())].to_vec(),
+            outcome: SearchOutcome {
+                known_walls: Some(known_walls),
+                last_cell: Some(last_cell),
+                route,
+                turns_to_goal: goal.map_or(0, |goal| saturate(goal.turns)),
+                touches,
+                touches_to_goal: self.touches_to_goal,
+            },
+            ..SearchFigures::default()
+        }
+    }
+}
+
+#[cfg(feature = "recording")]
+impl Judge {
+    /// Judges the states of a history. A client that has not read any walls through the simulator knows
+    /// the walls that it claims correctly.
+    pub fn of_history(maze: &Maze, history: &mmsim_recording::History) -> Self {
+        use mmsim_recording::Block;
+
+        let (mut judge, unexplored) = (Self::new(maze), KnownMaze::unexplored(maze));
+        let blocks = 0..history.len().div_ceil(Block::STATES);
+        for states in blocks.map_while(|block| history.block(block)?.unpack()) {
+            let Some(mut scan) = states.scan() else { break };
+            while let Some(scanned) = scan.advance() {
+                judge.add(scanned.pose, scanned.has_restart);
+                match (scanned.context.walls_read(), scanned.state(maze.size())) {
+                    (Some(read), _) if scanned.is_context_new => {
+                        judge.note_known(|wall| read.has(wall.cell, wall.heading));
+                    }
+                    (None, Some(state)) => {
+                        let known = scanned.context.known_maze(&state, &unexplored, Some(maze));
+                        judge.note_known(|wall| {
+                            known.wall(wall.cell, wall.heading) != WallState::Unknown
+                        });
+                    }
+                    _ => {}
+                }
+            }
+        }
+        judge
+    }
+
+    fn note_known(&mut self, is_known: impl Fn(&Wall) -> bool) {
+        for Wall { cell, heading, .. } in self.maze.size().inner_walls().filter(is_known) {
+            self.read_wall(cell, heading);
+        }
+    }
+}
+
+fn saturate(count: u64) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pose(x: u8, y: u8, heading: Heading) -> Pose {
+        Pose::new(Cell::new(x, y), heading)
+    }
+
+    const CORRIDOR: &str = "o---o---o---o\n| S       G |\no---o---o---o\n";
+
+    #[test]
+    fn readings_in_a_cell_belong_to_the_pose_there() {
+        let maze: Maze = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n".parse().unwrap();
+        let (start, next) = (pose(0, 0, Heading::East), pose(1, 0, Heading::East));
+        for reads_first in [false, true] {
+            let mut judge = Judge::new(&maze);
+            for pose in [start, next] {
+                if reads_first {
+                    judge.read_walls(pose);
+                }
+                judge.add(pose, false);
+                judge.read_walls(pose);
+            }
+            assert_eq!(judge.figures().steps_until_proven, Some(1), "{reads_first}");
+        }
+    }
+
+    #[test]
+    fn a_goal_after_a_jump_does_not_count() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut moved = Judge::new(&maze);
+        let poses =
+            [pose(0, 0, Heading::North), pose(1, 0, Heading::East), pose(2, 0, Heading::East)];
+        for pose in poses {
+            moved.add(pose, false);
+        }
+        assert_eq!((moved.phases().first_jump, moved.figures().steps_to_goal), (None, Some(2)));
+        let maze: Maze = "o---o---o---o\n| S |     G |\no---o---o---o\n".parse().unwrap();
+        let mut jumped = Judge::new(&maze);
+        for pose in poses {
+            jumped.add(pose, false);
+        }
+        assert_eq!(jumped.phases().first_jump, Some([Cell::new(0, 0), Cell::new(1, 0)]));
+        assert!(!jumped.figures().goal_reached);
+        let mut elsewhere = Judge::new(&maze);
+        elsewhere.add(poses[2], false);
+        assert_eq!(
+            (elsewhere.phases().first_jump.is_some(), elsewhere.figures().goal_reached),
+            (true, false)
+        );
+    }
+
+    #[test]
+    fn a_restart_is_not_a_step() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let mut judge = Judge::new(&maze);
+        for (x, heading, is_restart) in [
+            (0, Heading::North, false),
+            (1, Heading::East, false),
+            (0, Heading::North, true),
+            (1, Heading::East, false),
+            (2, Heading::East, false),
+        ] {
+            judge.add(pose(x, 0, heading), is_restart);
+        }
+        let figures = judge.figures();
+        assert_eq!((figures.steps_to_goal, figures.turns, figures.states), (Some(3), 2, 5));
+        let SearchOutcome { touches, touches_to_goal, last_cell, .. } = figures.outcome;
+        assert_eq!((touches, touches_to_goal, last_cell), (1, 1, Some(Cell::new(2, 0))));
+        assert_eq!(figures.path_found, Some(2), "the mouse has passed both sides");
+    }
+
+    #[test]
+    fn the_route_is_that_of_the_first_complete_fast_run() {
+        let maze = "o---o---o---o\n|           |\no   o---o   o\n| S       G |\no---o---o---o\n";
+        let maze: Maze = maze.parse().unwrap();
+        let (north, east, west) = (Heading::North, Heading::East, Heading::West);
+        let around = [(0, 0, north), (0, 1, north), (2, 1, east), (2, 0, Heading::South)];
+        let back = [(1, 0, west), (0, 0, west)];
+        let mut judge = Judge::new(&maze);
+        let mut drive = |poses: &[(u8, u8, Heading)], is_restart: bool| {
+            for &(x, y, heading) in poses {
+                judge.add(pose(x, y, heading), is_restart);
+            }
+            let cells = judge.figures().outcome.route;
+            cells.iter().map(|cell| (cell.x, cell.y)).collect::<Vec<_>>()
+        };
+        assert_eq!(drive(&around, false), []);
+        assert_eq!(drive(&back, false), []);
+        // The first fast run ends early.
+        assert_eq!(drive(&[(1, 0, east)], false), []);
+        assert_eq!(drive(&[(0, 0, north)], true), []);
+        // The mouse reports only some of the cells of a straight.
+        let expected = [(0, 0), (0, 1), (1, 1), (2, 1), (2, 0)];
+        assert_eq!(drive(&around[1..], false), expected);
+        drive(&back, false);
+        assert_eq!(drive(&[(1, 0, east), (2, 0, east)], false), expected, "the first one");
+        let outcome = judge.figures().outcome;
+        assert_eq!((outcome.last_cell, outcome.touches), (Some(Cell::new(0, 0)), 0));
+    }
+}

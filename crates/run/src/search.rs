@@ -1,0 +1,313 @@
+//! Runs a search in memory.
+
+use std::time::Duration;
+
+use mmsim_maze::{KnownMaze, Maze, Unknown};
+use mmsim_solvers::{
+    DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
+    steps_until_proven,
+};
+
+use crate::figures::{SearchFigures, SearchOutcome};
+use crate::verdict::Ending;
+
+/// Searches the maze until the strategy stops or has made `max_states` decisions, and returns the
+/// figures. `clock` returns the processor time so far; the time of the search covers creating the
+/// strategy, the search run and the return run. Returns `None` if `is_cancelled` returns true.
+///
+/// A strategy knows when its fast run begins, so its figures come from the
+/// [`SearchDriver`]. Those of other mice come from their poses (see [`Judge`](crate::Judge)).
+///
+/// ```
+/// use std::time::Duration;
+/// use mmsim_maze::Maze;
+/// use mmsim_solvers::FloodFill;
+/// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
+/// let figures = mmsim_run::search(&maze, FloodFill::new, 100, || Duration::ZERO, || false);
+/// assert_eq!(figures.expect("not cancelled").steps_to_goal, Some(1));
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
+/// ```
+pub fn search<S: Strategy>(
+    maze: &Maze,
+    strategy: impl FnOnce() -> S,
+    max_states: u32,
+    clock: impl Fn() -> Duration,
+    is_cancelled: impl Fn() -> bool,
+) -> Option<SearchFigures> {
+    let begin = clock();
+    let mut mouse = Mouse::new(strategy(), KnownMaze::unexplored(maze), maze.start());
+    let mut driver = SearchDriver::new(&mut mouse, max_states);
+    let (mut poses, mut advanced) = (Vec::new(), Ok(true));
+    while advanced == Ok(true) && driver.phase() != Phase::FastRun {
+        if is_cancelled() {
+            return None;
+        }
+        advanced = driver.advance_in(maze);
+        poses.extend((advanced == Ok(true)).then(|| driver.mouse().pose()));
+    }
+    let time = clock().saturating_sub(begin);
+    let path_found = PathBounds::new(driver.mouse().map()).pessimistic;
+    let known_walls = driver.mouse().map().walls(Unknown::Closed).clone();
+    let last_cell = driver.mouse().pose().cell;
+    let mut route = vec![last_cell];
+    while advanced == Ok(true) {
+        if is_cancelled() {
+            return None;
+        }
+        advanced = driver.advance_in(maze);
+        route.extend((advanced == Ok(true)).then(|| driver.mouse().pose().cell));
+    }
+    let (stats, error) = (driver.stats(), advanced.err());
+    let shortest_path = steps_between(maze.walls(), maze.start().cell, maze.goals());
+    let reports_unreachable = matches!(
+        error,
+        Some(DriveError::Search(SearchError::GoalUnreachable { .. } | SearchError::BoxedIn { .. }))
+    );
+    let is_in_goal = maze.goals().contains(driver.mouse().pose().cell);
+    let has_fast_run = driver.phase() == Phase::FastRun && is_in_goal;
+    let has_stopped = driver.decision() == Some(Ok(Move::Stop));
+    let ending = match &error {
+        Some(DriveError::Search(_)) => Ending::GaveUp,
+        Some(_) => Ending::Failed,
+        None if has_stopped && is_in_goal => Ending::Finished,
+        None if has_stopped => Ending::GaveUp,
+        None => Ending::StepLimit,
+    };
+    let count = u32::try_from(poses.len() + route.len() - 1).unwrap_or(u32::MAX);
+    Some(SearchFigures {
+        goal_reached: stats.goal_reached(),
+        steps_to_goal: stats.steps_to_goal,
+        steps_until_proven: steps_until_proven(maze, &poses),
+        steps_in_all: stats.exploration().steps,
+        turns: stats.exploration().turns,
+        path_found,
+        shortest_path,
+        visited_cells: driver.mouse().map().visited().len(),
+        states: count,
+        time_us: Some((time.as_secs_f64() * 1e9).round() / 1e3),
+        error: error.as_ref().map(ToString::to_string),
+        ending,
+        fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
+        crashes: Some(0),
+        is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
+        is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
+        path: poses.iter().map(|pose| pose.cell).collect(),
+        outcome: SearchOutcome {
+            known_walls: Some(known_walls),
+            last_cell: Some(last_cell),
+            route: if has_fast_run && ending == Ending::Finished { route } else { Vec::new() },
+            turns_to_goal: stats.steps_to_goal.map_or(0, |_| stats.search_run.turns),
+            touches: 0,
+            touches_to_goal: 0,
+        },
+        times: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::{Pose, Step};
+    use mmsim_solvers::{FloodFill, LeftWall, Move, Swing};
+
+    use super::*;
+
+    fn figures(strategy: impl Strategy, drawing: &str, max_states: u32) -> SearchFigures {
+        let maze: Maze = drawing.parse().unwrap();
+        let figures =
+            super::search(&maze, || strategy, max_states, || Duration::ZERO, || false).unwrap();
+        let (path, outcome) = (Vec::new(), SearchOutcome::default());
+        SearchFigures {
+            time_us: None,
+            visited_cells: 0,
+            states: 0,
+            path,
+            outcome,
+            is_complete: false,
+            ..figures
+        }
+    }
+
+    const CLOSED: &str = "o---o---o\n|   | G |\no   o---o\n| S     |\no---o---o\n";
+
+    #[test]
+    fn steps_and_turns_are_counted() {
+        let maze = "\
+o---o---o---o
+|       | G |
+o   o   o   o
+|   |   |   |
+o   o---o   o
+| S |       |
+o   o   o   o
+|           |
+o---o---o---o
+";
+        // The mouse takes four steps into the dead end with two right turns. It takes four steps
+        // back with a U-turn, a right turn and a left turn, then six steps with two left turns. In
+        // the cell before the goal it sees the open side of the goal.
+        let expected = SearchFigures {
+            goal_reached: true,
+            steps_to_goal: Some(14),
+            steps_until_proven: Some(13),
+            steps_in_all: 14,
+            turns: 2 + 4 + 2,
+            path_found: Some(6),
+            shortest_path: Some(6),
+            is_rightly_given_up: false,
+            error: None,
+            crashes: Some(0),
+            ..SearchFigures::default()
+        };
+        assert_eq!(figures(FloodFill::new(), maze, 1000), expected);
+        assert_eq!(figures(FloodFill::new(), maze, 15), expected, "one state more than steps");
+        let expected = SearchFigures {
+            goal_reached: false,
+            steps_to_goal: None,
+            steps_in_all: 13,
+            ..expected
+        };
+        let expected = SearchFigures { ending: Ending::StepLimit, ..expected };
+        assert_eq!(
+            figures(FloodFill::new(), maze, 14),
+            expected,
+            "the path is known, although the goal was not reached"
+        );
+    }
+
+    #[test]
+    fn a_fast_run_does_not_count() {
+        let maze = "\
+o---o---o---o
+|           |
+o   o---o   o
+|   | G     |
+o   o---o   o
+| S |       |
+o---o---o---o
+";
+        // The mouse visits the goal, the south-east corner, the goal again and the start. Then the
+        // fast run leads to the goal.
+        let expected = SearchFigures {
+            goal_reached: true,
+            steps_to_goal: Some(6),
+            steps_until_proven: Some(5),
+            steps_in_all: 6 + 2 + 2 + 6,
+            turns: 3 + 3 + 3 + 5,
+            path_found: Some(6),
+            shortest_path: Some(6),
+            is_rightly_given_up: false,
+            error: None,
+            fast_run_steps: Some(6),
+            crashes: Some(0),
+            ..SearchFigures::default()
+        };
+        assert_eq!(figures(Swing::new(), maze, 1000), expected);
+    }
+
+    #[test]
+    fn a_path_that_may_be_too_long_is_not_proven() {
+        let maze = "\
+o---o---o
+|       |
+o   o   o
+| S | G |
+o---o---o
+";
+        let expected = SearchFigures {
+            goal_reached: true,
+            steps_to_goal: Some(3),
+            steps_until_proven: Some(2),
+            steps_in_all: 3,
+            turns: 2,
+            path_found: Some(3),
+            shortest_path: Some(3),
+            is_rightly_given_up: false,
+            error: None,
+            crashes: Some(0),
+            ..SearchFigures::default()
+        };
+        assert_eq!(figures(FloodFill::new(), maze, 1000), expected);
+        // A mouse that follows the left wall does not see the path through the middle.
+        let maze = "\
+o---o---o---o
+|           |
+o   o---o   o
+|   |   | G |
+o   o   o   o
+|           |
+o   o---o   o
+| S |       |
+o---o---o---o
+";
+        let expected = SearchFigures {
+            goal_reached: true,
+            steps_to_goal: Some(6),
+            steps_until_proven: None,
+            steps_in_all: 6,
+            turns: 2,
+            path_found: Some(6),
+            shortest_path: Some(4),
+            is_rightly_given_up: false,
+            error: None,
+            crashes: Some(0),
+            ..SearchFigures::default()
+        };
+        assert_eq!(figures(LeftWall::new(), maze, 1000), expected);
+    }
+
+    #[test]
+    fn giving_up_is_right_only_with_a_report_of_an_unreachable_goal() {
+        let expected = SearchFigures {
+            goal_reached: false,
+            steps_to_goal: None,
+            steps_until_proven: None,
+            steps_in_all: 3,
+            turns: 3,
+            path_found: None,
+            shortest_path: None,
+            is_rightly_given_up: true,
+            ending: Ending::GaveUp,
+            error: Some("goal unreachable from (1, 0)".into()),
+            crashes: Some(0),
+            ..SearchFigures::default()
+        };
+        assert_eq!(figures(FloodFill::new(), CLOSED, 1000), expected);
+        let endless = figures(LeftWall::new(), CLOSED, 100);
+        assert_eq!((endless.steps_in_all, endless.error), (99, None));
+        assert!(!endless.is_rightly_given_up);
+    }
+
+    /// A strategy that steps forward until it reaches the goal. The fast run of this strategy
+    /// begins with the second state.
+    #[derive(Default)]
+    struct Straight {
+        states: u32,
+    }
+
+    impl Strategy for Straight {
+        fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
+            self.states += 1;
+            let is_done = map.goals().contains(pose.cell);
+            Ok(if is_done { Move::Stop } else { Move::Step(Step::Front) })
+        }
+
+        fn phase(&self) -> Phase {
+            if self.states >= 2 { Phase::FastRun } else { Phase::SearchRun }
+        }
+    }
+
+    #[test]
+    fn the_goal_may_be_reached_on_the_fast_run() {
+        let maze = "o---o\n| G |\no   o\n|   |\no   o\n|   |\no   o\n| S |\no---o\n";
+        let SearchFigures { steps_to_goal, steps_in_all, path_found, .. } =
+            figures(Straight::default(), maze, 1000);
+        assert_eq!((steps_to_goal, steps_in_all, path_found), (Some(3), 1, None));
+    }
+
+    #[test]
+    fn a_crash_ends_the_search() {
+        let SearchFigures { steps_in_all, error, .. } = figures(Straight::default(), CLOSED, 1000);
+        assert_eq!(steps_in_all, 1);
+        insta::assert_snapshot!(error.unwrap(), @"cannot leave (0, 1) to the north: there is a wall");
+    }
+}

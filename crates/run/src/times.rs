@@ -1,0 +1,235 @@
+//! The times of a search and of the fast run after it.
+
+use mmsim_fastrun::{FastRun, Planner, Route, Vehicle};
+use mmsim_maze::{Cell, Maze, Walls};
+use serde::Serialize;
+
+use crate::figures::{SearchFigures, SearchOutcome};
+use crate::search_speed::SearchSpeed;
+
+/// The times of a mouse with a vehicle. The field names are JSON keys and CSV column names. All
+/// values except that of the search and the fastest run of the maze are `None` unless the mouse
+/// reached the goal and completed its search.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Times {
+    /// The time of the search run and the return run, in s.
+    pub search_time_s: f64,
+    /// The time of the fast run from rest to rest, in s.
+    pub fast_run_time_s: Option<f64>,
+    /// How much longer the fast run takes than the fastest run of the true maze, in percent.
+    pub fast_run_loss_percent: Option<f64>,
+    /// The time until the end of the fast run, in s: of the search, the return to the start and the
+    /// fast run.
+    pub total_time_s: Option<f64>,
+    /// The time of the fastest run through the known walls, in s.
+    pub known_run_time_s: Option<f64>,
+    /// The time of the fastest run of the true maze, in s, or `None` if the goal is unreachable.
+    pub optimal_time_s: Option<f64>,
+}
+
+impl Times {
+    /// Returns true if the fast run takes as little time as the fastest run of the true maze.
+    pub fn is_optimal(&self) -> bool {
+        self.fast_run_loss_percent == Some(0.0)
+    }
+}
+
+/// The vehicle with which the times are calculated, and the speed of the searches.
+#[derive(Clone, Debug)]
+pub struct Timing {
+    /// The vehicle of the fast runs.
+    pub vehicle: Vehicle,
+    /// The speed of the mice while they search.
+    pub search_speed: SearchSpeed,
+}
+
+impl Timing {
+    /// Calculates the times of all mice in a maze.
+    pub fn measure<'f>(
+        &self,
+        planner: &mut Planner,
+        maze: &Maze,
+        searches: impl Iterator<Item = &'f SearchFigures>,
+    ) -> Vec<Times> {
+        let optimal = self.fastest(planner, maze, maze.walls());
+        let times = searches.map(|figures| {
+            let search_time = self.search_speed.time(figures.steps_in_all, figures.turns);
+            let at_start = time_at_start(maze, figures, self.search_speed);
+            let is_ready = figures.goal_reached && figures.is_complete;
+            let outcome = Some(&figures.outcome).filter(|_| is_ready);
+            let run = outcome.and_then(|outcome| plan(planner, maze, outcome));
+            let time = run.and_then(|run| run.time(&self.vehicle).ok());
+            let known_walls = outcome.and_then(|outcome| outcome.known_walls.as_ref());
+            Times {
+                search_time_s: tenth_of_ms(search_time),
+                fast_run_time_s: time.map(tenth_of_ms),
+                fast_run_loss_percent: time.zip(optimal).map(|(time, optimal)| loss(time, optimal)),
+                total_time_s: time.map(|time| tenth_of_ms(at_start + time)),
+                known_run_time_s: known_walls
+                    .and_then(|walls| self.fastest(planner, maze, walls))
+                    .map(tenth_of_ms),
+                optimal_time_s: optimal.map(tenth_of_ms),
+            }
+        });
+        times.collect()
+    }
+
+    fn fastest(&self, planner: &mut Planner, maze: &Maze, walls: &Walls) -> Option<f64> {
+        let run = planner.plan(walls, maze.start().cell, maze.goals()).ok()?;
+        run.time(&self.vehicle).ok()
+    }
+}
+
+/// Returns the fast run of a mouse after its search: the fastest run along the cells of its own fast
+/// run or, if the mouse made none, the fastest run through the walls that it knows. Returns `None` if
+/// it knows no path.
+pub fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) -> Option<FastRun> {
+    if !outcome.route.is_empty()
+        && let Ok(run) = planner.plan_along(maze.size(), &outcome.route)
+    {
+        return Some(run.clone());
+    }
+    let walls = outcome.known_walls.as_ref()?;
+    planner.plan(walls, maze.start().cell, maze.goals()).ok().cloned()
+}
+
+/// Returns the time in s until a mouse is at the start, ready for its fast run. A mouse that ends its
+/// search elsewhere is carried back, which takes as long as driving the shortest known path.
+pub fn time_at_start(maze: &Maze, figures: &SearchFigures, speed: SearchSpeed) -> f64 {
+    let SearchOutcome { known_walls, last_cell, .. } = &figures.outcome;
+    let path = known_walls.as_ref().zip(*last_cell).and_then(|(walls, cell)| {
+        let there = [cell].into_iter().collect();
+        Route::FewestCells.cells(walls, maze.start().cell, &there).ok()
+    });
+    let back = return_time(&path.unwrap_or_default(), speed);
+    speed.time(figures.steps_in_all, figures.turns) + back
+}
+
+/// Returns the time in s that a mouse needs to drive back along a path at the speed of its search, with
+/// a U-turn at each end.
+pub fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
+    let is_turn = |cells: &&[Cell]| cells[0].x != cells[2].x && cells[0].y != cells[2].y;
+    let turns = path.windows(3).filter(is_turn).count() + 4;
+    match path.len() {
+        0 | 1 => 0.0,
+        cells => speed.time(saturate(cells - 1), saturate(turns)),
+    }
+}
+
+fn saturate(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+/// Returns by how many percent a time is longer than that of the fastest run.
+pub fn loss(time: f64, fastest: f64) -> f64 {
+    // The planner may find either of two runs whose times differ by a few microseconds.
+    let is_longer = time > fastest + 1e-5;
+    if is_longer { (time / fastest - 1.0) * 100.0 } else { 0.0 }
+}
+
+/// Rounds a time in s to 0.1 ms.
+pub fn tenth_of_ms(seconds: f64) -> f64 {
+    (seconds * 1e4).round() / 1e4
+}
+
+#[cfg(test)]
+mod tests {
+    use mmsim_solvers::{FloodFill, ShortestPathSearch, Strategy};
+
+    use super::*;
+    use crate::search::search;
+
+    fn times(drawing: &str, strategy: impl Strategy) -> Times {
+        let maze: Maze = drawing.parse().unwrap();
+        let figures =
+            search(&maze, || strategy, 1000, || std::time::Duration::ZERO, || false).unwrap();
+        let vehicle = Vehicle::expert();
+        let search_speed = "0.5,0.25".parse().unwrap();
+        let timing = Timing { vehicle: vehicle.clone(), search_speed };
+        timing.measure(&mut Planner::new(vehicle), &maze, [figures].iter())[0]
+    }
+
+    /// A straight of 180·cells + 90 mm with 17 m/s² and at most 2.5 m/s takes this time in s.
+    fn straight(cells: f64) -> f64 {
+        let distance = 180.0 * cells + 90.0;
+        let ramps = 2500.0 * 2500.0 / 17_000.0;
+        if distance < ramps {
+            2.0 * (distance / 17_000.0).sqrt()
+        } else {
+            2.0 * 2500.0 / 17_000.0 + (distance - ramps) / 2500.0
+        }
+    }
+
+    #[test]
+    fn a_straight_has_the_time_of_the_formula() {
+        let maze = "o---o---o---o---o\n| S           G |\no---o---o---o---o\n";
+        // Three steps after a turn to the east, and three steps and two U-turns back.
+        let times = times(maze, FloodFill::new());
+        let expected = straight(3.0);
+        assert!((times.search_time_s - 1.75).abs() < 1e-9);
+        assert!((times.fast_run_time_s.unwrap() - expected).abs() < 1e-4);
+        assert!((times.total_time_s.unwrap() - 1.75 - 2.5 - expected).abs() < 1e-4);
+        assert_eq!(times.fast_run_loss_percent, Some(0.0));
+        assert_eq!(times.known_run_time_s, times.optimal_time_s);
+    }
+
+    /// The path with the fewest steps has more turns than the fastest one.
+    const DETOUR: &str = "\
+o---o---o---o---o---o
+|                   |
+o   o---o---o---o   o
+|       |       |   |
+o   o   o   o   o   o
+| S |       | G     |
+o---o---o---o---o---o
+";
+
+    #[test]
+    fn the_shortest_path_search_drives_its_own_path() {
+        let maze: Maze = DETOUR.parse().unwrap();
+        let times = times(DETOUR, ShortestPathSearch::new());
+        let own = times.fast_run_time_s.unwrap();
+        let mut planner = Planner::new(Vehicle::expert());
+        let cells =
+            Route::FewestCells.cells(maze.walls(), maze.start().cell, maze.goals()).unwrap();
+        let along = planner.plan_along(maze.size(), &cells).unwrap().time(&Vehicle::expert());
+        assert!((own - along.unwrap()).abs() < 1e-4);
+        let optimal = times.optimal_time_s.unwrap();
+        assert!(optimal <= times.known_run_time_s.unwrap() && optimal <= own);
+        let loss = times.fast_run_loss_percent.unwrap();
+        // The times are rounded to 0.1 ms.
+        assert!((loss - (own / optimal - 1.0) * 100.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn there_is_no_fast_run_without_a_goal() {
+        let times = times("o---o---o\n| S | G |\no---o---o\n", FloodFill::new());
+        let expected = Times {
+            search_time_s: 0.0,
+            fast_run_time_s: None,
+            fast_run_loss_percent: None,
+            total_time_s: None,
+            known_run_time_s: None,
+            optimal_time_s: None,
+        };
+        assert_eq!(times, expected);
+    }
+
+    #[test]
+    fn a_mouse_that_starts_in_the_goal_needs_no_time() {
+        let times = times("o---o\n|SG |\no---o\n", ShortestPathSearch::new());
+        assert_eq!((times.fast_run_time_s, times.total_time_s), (Some(0.0), Some(0.0)));
+        assert_eq!(times.fast_run_loss_percent, Some(0.0));
+    }
+
+    #[test]
+    fn a_path_back_has_a_u_turn_at_each_end() {
+        let speed = "1,0.25".parse().unwrap();
+        let cells =
+            |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell::new(x, y)).collect::<Vec<_>>();
+        let time = |list: &[(u8, u8)]| return_time(&cells(list), speed);
+        assert!(time(&[]) < 1e-12 && time(&[(3, 3)]) < 1e-12);
+        assert!((time(&[(0, 0), (1, 0), (2, 0)]) - 3.0).abs() < 1e-12);
+        assert!((time(&[(0, 0), (1, 0), (1, 1), (2, 1)]) - 4.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,108 @@
+//! The verdict on a mouse: whether it has reached the goal, and how its run ended.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::phases::Phases;
+
+/// The verdict on a mouse. The field names are JSON keys.
+///
+/// ```
+/// use mmsim_maze::{Cell, Heading, Maze, Pose};
+/// use mmsim_run::{Ending, MovementRules, Phases, Verdict};
+/// let maze: Maze = "o---o---o\n| S | G |\no---o---o\n".parse()?;
+/// let (rules, mut phases) = (MovementRules::from_maze(&maze), Phases::default());
+/// for pose in [maze.start(), Pose::new(Cell::new(1, 0), Heading::East)] {
+///     phases.add(&rules, pose, false);
+/// }
+/// let verdict = Verdict::new(&phases, Ending::Finished, None);
+/// assert_eq!((verdict.goal_reached, verdict.ending), (false, Ending::Failed));
+/// # Ok::<(), mmsim_maze::ParseMazeError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// True if the mouse has reached the goal. See [`Phases`].
+    pub goal_reached: bool,
+    /// How the run ended.
+    pub ending: Ending,
+    /// The reason why the run did not end in the goal.
+    pub error: Option<String>,
+}
+
+/// How the run of a mouse ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// The mouse stopped by itself after it had reached the goal.
+    #[default]
+    Finished,
+    /// The mouse stopped by itself without having reached the goal.
+    GaveUp,
+    /// The mouse jumped, its process ended with an error, could not be started or wrote no commands.
+    Failed,
+    /// The user or another client stopped the mouse.
+    Stopped,
+    /// The mouse reached the time limit.
+    TimeLimit,
+    /// The mouse reached the limit of states.
+    StepLimit,
+    /// The mouse did not run, because it had reached the time limit too often.
+    Skipped,
+}
+
+impl Ending {
+    /// All endings.
+    pub const ALL: [Self; 7] = [
+        Self::Finished,
+        Self::GaveUp,
+        Self::Failed,
+        Self::Stopped,
+        Self::TimeLimit,
+        Self::StepLimit,
+        Self::Skipped,
+    ];
+}
+
+impl Verdict {
+    /// Returns the verdict on a mouse that did this. `ending` is [`Finished`](Ending::Finished) if the
+    /// mouse stopped by itself; then `error` is the reason for giving up. A mouse that jumped has
+    /// failed, however its run ended.
+    pub fn new(phases: &Phases, ending: Ending, error: Option<String>) -> Self {
+        let goal_reached = phases.is_goal_reached();
+        let (ending, error) = match (phases.jump_error(), ending) {
+            (Some(jump), _) => (Ending::Failed, Some(jump)),
+            (None, Ending::Finished) if goal_reached => (ending, None),
+            (None, Ending::Finished) => {
+                let left = || "exited without reaching the goal".into();
+                (Ending::GaveUp, Some(error.unwrap_or_else(left)))
+            }
+            (None, ending) => (ending, error),
+        };
+        Self { goal_reached, ending, error }
+    }
+}
+
+impl Verdict {
+    /// Returns the goal in words, with the reason if the mouse has not finished.
+    pub fn goal(&self) -> Goal<'_> {
+        Goal { is_reached: self.goal_reached, error: self.error.as_deref() }
+    }
+}
+
+/// Whether a mouse has reached the goal, in words, such as `goal reached` or `goal not reached: jumped
+/// from (0, 1) to (0, 2), which no movement can reach`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Goal<'a> {
+    /// True if the mouse has reached the goal.
+    pub is_reached: bool,
+    /// The reason why the mouse has not finished.
+    pub error: Option<&'a str>,
+}
+
+impl fmt::Display for Goal<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.is_reached { "goal reached" } else { "goal not reached" })?;
+        self.error.map_or(Ok(()), |error| write!(f, ": {error}"))
+    }
+}
