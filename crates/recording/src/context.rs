@@ -1,12 +1,18 @@
 //! The client's state beyond the bytes of its last message: the walls that it has read, and the
 //! annotations in effect.
 
+pub(crate) mod changes;
+pub(crate) mod layer;
+pub(crate) mod notes;
+pub(crate) mod update;
+pub(crate) mod update_tracker;
+
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
 use mmsim_protocol::{Annotation, State, StateMessage};
 
-use crate::changes::{ChangeWriter, Changes};
-use crate::notes::Notes;
-use crate::update::{
+use crate::context::changes::{ChangeWriter, Changes};
+use crate::context::notes::Notes;
+use crate::context::update::{
     Events, Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
 };
 
@@ -317,8 +323,8 @@ mod tests {
     use mmsim_protocol::Annotations;
 
     use super::*;
+    use crate::context::update_tracker::UpdateTracker;
     use crate::history::History;
-    use crate::update_tracker::UpdateTracker;
 
     fn pose(x: u8, y: u8, heading: Heading) -> Pose {
         Pose::new(Cell::new(x, y), heading)

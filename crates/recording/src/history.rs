@@ -1,5 +1,14 @@
 //! Keeps every state of a search in memory.
 
+pub(crate) mod block;
+pub(crate) mod compressor;
+pub(crate) mod context_block;
+pub(crate) mod context_log;
+pub(crate) mod log;
+pub(crate) mod scan;
+pub(crate) mod slabs;
+pub(crate) mod times;
+
 use std::ops::RangeInclusive;
 use std::{fmt, mem};
 
@@ -7,14 +16,14 @@ use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
 use zstd::bulk::Decompressor;
 
-use crate::block::{Block, States};
-use crate::compressor::BlockCompressor;
 use crate::context::Context;
-use crate::context_log::ContextLog;
-use crate::log::{LogBlock, LogEnd};
+use crate::context::update::{Events, Update};
+use crate::history::block::{Block, States};
+use crate::history::compressor::BlockCompressor;
+use crate::history::context_log::ContextLog;
+use crate::history::log::{LogBlock, LogEnd};
+use crate::history::slabs::Slabs;
 use crate::memory::{OutOfMemory, reserve};
-use crate::slabs::Slabs;
-use crate::update::{Events, Update};
 
 /// Every state since the last reset, stored as the bytes of its message.
 ///

@@ -10,55 +10,29 @@
 //! the time of each state.
 #![forbid(unsafe_code)]
 
-mod block;
-mod changes;
-mod chunk;
-mod compressor;
 mod context;
-mod context_block;
-mod context_log;
-mod description;
-mod error;
 mod history;
-mod layer;
-mod layout;
-mod log;
-mod mcap_reader;
-mod mcap_record;
-mod mcap_writer;
+mod mcap;
 mod memory;
-mod messages;
-mod notes;
-mod pack;
-mod reader;
-mod recorder;
 mod recording;
-mod save;
-mod scan;
-mod sink;
-mod slabs;
-mod times;
-mod update;
-mod update_tracker;
-mod writer;
 
-pub use block::{Block, States};
+pub use context::notes::Notes;
+pub use context::update::{AnnotationList, Readings, Update};
+pub use context::update_tracker::{TooManyAnnotations, UpdateTracker};
 pub use context::{Context, UpdateEncoder};
-pub use error::{OpenError, ReadError, RecordError};
+pub use history::block::{Block, States};
+pub use history::log::{LogBlock, LogEnd, LogLine, read_log};
+pub use history::scan::{ScannedState, StateScan};
+pub use history::times::{Clock, Times};
 pub use history::{History, HistoryReader, PushError};
-pub use log::{LogBlock, LogEnd, LogLine, read_log};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
-pub use messages::{MessageChannel, NewMessages, PutMessage, StateMessages};
-pub use notes::Notes;
-pub use reader::Integrity;
-pub use recorder::Recorder;
 pub use recording::Recording;
-pub use save::save;
-pub use scan::{ScannedState, StateScan};
-pub use times::{Clock, Times};
-pub use update::{AnnotationList, Readings, Update};
-pub use update_tracker::{TooManyAnnotations, UpdateTracker};
-pub use writer::RecordingWriter;
+pub use recording::error::{OpenError, ReadError, RecordError};
+pub use recording::messages::{MessageChannel, NewMessages, PutMessage, StateMessages};
+pub use recording::reader::Integrity;
+pub use recording::recorder::Recorder;
+pub use recording::save::save;
+pub use recording::writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.
 #[cfg(doctest)]

@@ -1,5 +1,16 @@
 //! Reads a recording into memory.
 
+pub(crate) mod description;
+pub(crate) mod error;
+pub(crate) mod layout;
+pub(crate) mod messages;
+pub(crate) mod pack;
+pub(crate) mod reader;
+pub(crate) mod recorder;
+pub(crate) mod save;
+pub(crate) mod sink;
+pub(crate) mod writer;
+
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -8,15 +19,15 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
-use crate::block::Block;
-use crate::description::Description;
-use crate::error::{OpenError, ReadError};
 use crate::history::History;
+use crate::history::block::Block;
+use crate::history::times::Times;
 use crate::memory::{MemoryBudget, Share};
-use crate::messages::NewMessages;
-use crate::reader::{Integrity, RecordedState, read_states};
-use crate::save::RecordWriter;
-use crate::times::Times;
+use crate::recording::description::Description;
+use crate::recording::error::{OpenError, ReadError};
+use crate::recording::messages::NewMessages;
+use crate::recording::reader::{Integrity, RecordedState, read_states};
+use crate::recording::save::RecordWriter;
 
 /// A recording that has been read into memory.
 ///

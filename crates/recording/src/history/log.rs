@@ -7,11 +7,11 @@ use std::ops::RangeInclusive;
 use mmsim_maze::MazeSize;
 use mmsim_protocol::Annotation;
 
-use crate::block::Block;
-use crate::changes::Change;
-use crate::context_block::UpdateData;
+use crate::context::changes::Change;
+use crate::context::update::StoredUpdate;
 use crate::history::History;
-use crate::update::StoredUpdate;
+use crate::history::block::Block;
+use crate::history::context_block::UpdateData;
 
 /// A log line of a mouse.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -137,8 +137,8 @@ mod tests {
     use mmsim_protocol::Annotations;
 
     use super::*;
+    use crate::context::update_tracker::UpdateTracker;
     use crate::history::PushError;
-    use crate::update_tracker::UpdateTracker;
 
     const STATE: &[u8] = b"S\0\0NC\0C\0";
 

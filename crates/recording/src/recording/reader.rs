@@ -5,14 +5,14 @@ use std::io::Read;
 
 use mmsim_protocol::Request;
 
-use crate::chunk;
-use crate::description::{Description, describe, read_maze};
-use crate::error::ReadError;
-use crate::layout::{INFO, MAZES, METADATA, STATES, UPDATES};
-use crate::mcap_reader::{End, RecordReader};
-use crate::mcap_record::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
+use crate::context::update::StoredUpdate;
+use crate::mcap::chunk;
+use crate::mcap::reader::{End, RecordReader};
+use crate::mcap::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
 use crate::memory;
-use crate::update::StoredUpdate;
+use crate::recording::description::{Description, describe, read_maze};
+use crate::recording::error::ReadError;
+use crate::recording::layout::{INFO, MAZES, METADATA, STATES, UPDATES};
 
 /// The maximum length of a record in bytes, both before and after decompression. A state takes at
 /// most 2,085 bytes and a maze less than 10,000 bytes, but a chunk written by another tool can take
@@ -230,7 +230,7 @@ mod tests {
 
     use super::*;
     use crate::recording::Recording;
-    use crate::writer::RecordingWriter;
+    use crate::recording::writer::RecordingWriter;
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
@@ -302,7 +302,8 @@ mod tests {
     fn states_without_updates_have_readings_at_their_poses() {
         let mut file = std::io::Cursor::new(Vec::new());
         let states = (0..3).map(|number| (u64::from(number), [], state(number)));
-        crate::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states).unwrap();
+        crate::recording::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states)
+            .unwrap();
         let bytes = file.into_inner();
         assert!(!bytes.windows(7).any(|bytes| bytes == b"/update"));
         let recording = Recording::read(&bytes[..]).unwrap();

@@ -4,7 +4,7 @@ use std::io::{self, BufReader, Read};
 
 use crc32fast::Hasher;
 
-use crate::mcap_record::{HEAD_BYTES, MAGIC, kind};
+use crate::mcap::{HEAD_BYTES, MAGIC, kind};
 use crate::memory;
 
 /// The maximum number of bytes per read. Long records are read in several steps, because a length
@@ -119,7 +119,7 @@ impl<R: Read> RecordReader<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mcap_writer::McapWriter;
+    use crate::mcap::writer::McapWriter;
 
     /// Returns a short file.
     fn file() -> Vec<u8> {

@@ -13,8 +13,8 @@
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{Annotation, Annotations, Request};
 
-use crate::changes::Changes;
-use crate::update_tracker::MAX_PENDING_BYTES;
+use crate::context::changes::Changes;
+use crate::context::update_tracker::MAX_PENDING_BYTES;
 
 /// What happened between the previous state and this state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -202,7 +202,7 @@ mod tests {
     use mmsim_protocol::Annotation;
 
     use super::*;
-    use crate::changes::Change;
+    use crate::context::changes::Change;
 
     #[test]
     fn updates_are_decoded() {

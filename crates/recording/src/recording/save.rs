@@ -5,11 +5,13 @@ use std::io::{self, Write};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 
-use crate::layout::{INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES};
-use crate::mcap_writer::{McapWriter, MessageHeader};
-use crate::messages::{MessageWriter, StateMessages};
-use crate::notes::Notes;
-use crate::update::StoredUpdate;
+use crate::context::notes::Notes;
+use crate::context::update::StoredUpdate;
+use crate::mcap::writer::{McapWriter, MessageHeader};
+use crate::recording::layout::{
+    INFO, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES,
+};
+use crate::recording::messages::{MessageWriter, StateMessages};
 
 /// Writes the description, the maze and the states of a recording.
 pub(crate) struct RecordWriter<W> {
@@ -145,8 +147,8 @@ pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reader::Integrity;
     use crate::recording::Recording;
+    use crate::recording::reader::Integrity;
 
     #[test]
     fn a_saved_recording_can_be_read() {

@@ -7,10 +7,10 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::error::RecordError;
-use crate::messages::NewMessages;
-use crate::pack::{Packer, remove_unfinished};
-use crate::writer::RecordingWriter;
+use crate::recording::error::RecordError;
+use crate::recording::messages::NewMessages;
+use crate::recording::pack::{Packer, remove_unfinished};
+use crate::recording::writer::RecordingWriter;
 
 /// The maximum number of names tried for a new file.
 const MAX_TRIES: u32 = 10_000;
@@ -153,8 +153,8 @@ fn file_name(maze: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reader::Integrity;
     use crate::recording::Recording;
+    use crate::recording::reader::Integrity;
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
     const STATES: [&[u8]; 2] = [b"S\x00\x00NC\x01\x00C\x0d\x00", b"S\x01\x00EC\x01\x00C\x0d\x17"];

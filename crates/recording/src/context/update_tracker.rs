@@ -4,7 +4,7 @@ use mmsim_maze::{Heading, MazeSize, Pose};
 
 use mmsim_protocol::Annotations;
 
-use crate::update::{AnnotationList, Readings, Update};
+use crate::context::update::{AnnotationList, Readings, Update};
 
 /// The number of poses in the largest maze.
 const POSES: usize = MazeSize::MAX_AREA * Heading::ALL.len();

@@ -3,10 +3,10 @@
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{StateMessage, state_bytes};
 
-use crate::compressor::decompress;
 use crate::context::Context;
-use crate::context_block::ContextBlock;
-use crate::update::{Events, StoredUpdate};
+use crate::context::update::{Events, StoredUpdate};
+use crate::history::compressor::decompress;
+use crate::history::context_block::ContextBlock;
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
@@ -117,9 +117,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::context::update::{Readings, Update};
+    use crate::context::update_tracker::UpdateTracker;
     use crate::history::History;
-    use crate::update::{Readings, Update};
-    use crate::update_tracker::UpdateTracker;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(50))]

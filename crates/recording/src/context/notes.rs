@@ -3,9 +3,9 @@
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Wall, WallState};
 use mmsim_protocol::{Annotation, Colour};
 
-use crate::changes::{Change, ChangeWriter, Changes, NewText};
-use crate::layer::{Layer, Text};
-use crate::update::{AnnotationList, Events};
+use crate::context::changes::{Change, ChangeWriter, Changes, NewText};
+use crate::context::layer::{Layer, Text};
+use crate::context::update::{AnnotationList, Events};
 
 /// The maximum lengths of encoded changes in bytes: of lists and names without their contents, of a
 /// text without its characters, and of a colour or wall.
@@ -258,12 +258,12 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::block::Block;
+    use crate::context::update_tracker::UpdateTracker;
     use crate::history::History;
-    use crate::log::LogLine;
+    use crate::history::block::Block;
+    use crate::history::log::LogLine;
     use crate::recording::Recording;
-    use crate::save::save;
-    use crate::update_tracker::UpdateTracker;
+    use crate::recording::save::save;
 
     fn size() -> MazeSize {
         MazeSize::new(4, 3).unwrap()

@@ -7,13 +7,13 @@ use std::ops::RangeInclusive;
 
 use mmsim_maze::{MazeSize, Pose};
 
-use crate::compressor::BlockCompressor;
 use crate::context::Context;
-use crate::context_block::{ContextBlock, Data, UpdateData};
-use crate::log::{LogBlock, LogEnd, LogLine};
+use crate::context::update::{Events, StoredUpdate, Update};
+use crate::history::compressor::BlockCompressor;
+use crate::history::context_block::{ContextBlock, Data, UpdateData};
+use crate::history::log::{LogBlock, LogEnd, LogLine};
+use crate::history::slabs::Slabs;
 use crate::memory::{OutOfMemory, reserve};
-use crate::slabs::Slabs;
-use crate::update::{Events, StoredUpdate, Update};
 
 /// The length of the fields before an update in bytes.
 const HEAD_BYTES: usize = 1 + size_of::<u32>();
@@ -306,9 +306,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::block::Block;
+    use crate::context::update::Readings;
     use crate::history::History;
-    use crate::update::Readings;
+    use crate::history::block::Block;
 
     fn size() -> MazeSize {
         MazeSize::new(5, 4).unwrap()

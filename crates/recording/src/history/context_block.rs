@@ -6,8 +6,8 @@
 
 use mmsim_maze::MazeSize;
 
-use crate::compressor::decompress;
 use crate::context::Context;
+use crate::history::compressor::decompress;
 use crate::memory::{OutOfMemory, reserve};
 
 /// The data from which the contexts in a block are computed.

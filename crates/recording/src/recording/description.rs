@@ -4,7 +4,7 @@ use mmsim_formats::parse_maze;
 use mmsim_maze::{Escaped, Maze, MazeSize};
 use mmsim_protocol::Info;
 
-use crate::error::ReadError;
+use crate::recording::error::ReadError;
 
 /// A recording's description of its simulation.
 #[derive(Clone, Debug)]
@@ -53,10 +53,10 @@ mod tests {
     use mcap::records::MessageHeader;
 
     use super::*;
-    use crate::layout::{MAZES, METADATA};
-    use crate::reader::Integrity;
     use crate::recording::Recording;
-    use crate::writer::RecordingWriter;
+    use crate::recording::layout::{MAZES, METADATA};
+    use crate::recording::reader::Integrity;
+    use crate::recording::writer::RecordingWriter;
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 

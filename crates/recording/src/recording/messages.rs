@@ -6,9 +6,9 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_protocol::Info;
 use serde_json::Value;
 
-use crate::layout::{JSON, JSON_SCHEMA};
-use crate::mcap_writer::{McapWriter, MessageHeader};
-use crate::scan::{ScannedState, StateCursor};
+use crate::history::scan::{ScannedState, StateCursor};
+use crate::mcap::writer::{McapWriter, MessageHeader};
+use crate::recording::layout::{JSON, JSON_SCHEMA};
 
 /// Creates the messages about a recording from the description of the simulation and its true maze, if
 /// known. Returns `None` if there is nothing to write.

@@ -8,12 +8,12 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::error::RecordError;
-use crate::messages::NewMessages;
-use crate::pack::{Packing, Unpacked};
-use crate::save::RecordWriter;
-use crate::sink::{Identity, RecordingFile, Sink};
-use crate::times::Clock;
+use crate::history::times::Clock;
+use crate::recording::error::RecordError;
+use crate::recording::messages::NewMessages;
+use crate::recording::pack::{Packing, Unpacked};
+use crate::recording::save::RecordWriter;
+use crate::recording::sink::{Identity, RecordingFile, Sink};
 
 /// Writes a recording.
 ///
@@ -134,8 +134,8 @@ mod tests {
     use mcap::records::Record;
 
     use super::*;
-    use crate::reader::Integrity;
     use crate::recording::Recording;
+    use crate::recording::reader::Integrity;
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 

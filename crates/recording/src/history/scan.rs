@@ -3,10 +3,10 @@
 use mmsim_maze::{MazeSize, Pose};
 use mmsim_protocol::{State, StateMessage};
 
-use crate::block::States;
 use crate::context::Context;
-use crate::context_block::Updates;
-use crate::update::StoredUpdate;
+use crate::context::update::StoredUpdate;
+use crate::history::block::States;
+use crate::history::context_block::Updates;
 
 /// Reads the states of a block in order. [`States::context`] starts at the beginning of the block for
 /// each state, but a scan computes each context from the previous one.
@@ -117,9 +117,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::block::Block;
+    use crate::context::update_tracker::UpdateTracker;
     use crate::history::History;
-    use crate::update_tracker::UpdateTracker;
+    use crate::history::block::Block;
 
     const LISTS: [&[u8]; 6] =
         [b"AR", b"AL\x01\0a", b"AL\x01\0aL\0\0R", b"AT\x01\x01\x01x", b"AS\x01s", b"AC\x02\x00g"];

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use crc32fast::Hasher;
 
-use crate::mcap_record::{MAGIC, kind};
+use crate::mcap::{MAGIC, kind};
 
 /// The minimum uncompressed size of a chunk in bytes, except for the last chunk before metadata.
 const CHUNK_BYTES: usize = 1 << 20;

@@ -17,12 +17,12 @@ use std::time::Duration;
 use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
-use crate::description::Description;
 use crate::memory;
-use crate::messages::NewMessages;
-use crate::reader::{Integrity, RecordedState, read_states};
-use crate::save::RecordWriter;
-use crate::sink::{Identity, identity};
+use crate::recording::description::Description;
+use crate::recording::messages::NewMessages;
+use crate::recording::reader::{Integrity, RecordedState, read_states};
+use crate::recording::save::RecordWriter;
+use crate::recording::sink::{Identity, identity};
 
 /// Data shared with the thread that compresses recordings. A server uses this data to cancel
 /// compression at shutdown.
@@ -217,10 +217,10 @@ mod tests {
     use mmsim_protocol::{Cell, Info, state_bytes};
 
     use super::*;
-    use crate::reader::MAX_COMPRESSION_RATIO;
     use crate::recording::Recording;
-    use crate::save::save;
-    use crate::writer::RecordingWriter;
+    use crate::recording::reader::MAX_COMPRESSION_RATIO;
+    use crate::recording::save::save;
+    use crate::recording::writer::RecordingWriter;
 
     fn open_maze(size: MazeSize) -> Maze {
         Maze::new(Walls::open(size), Cell::new(0, 0), size.central_cells()).unwrap()

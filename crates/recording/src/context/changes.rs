@@ -26,7 +26,7 @@ use mmsim_protocol::{
     colour_from_letter, colour_letter, wall_from_letter, wall_letter,
 };
 
-use crate::update::Events;
+use crate::context::update::Events;
 
 /// A change of one cell or wall, or an annotation that does not belong to a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,6 +11,10 @@
 //! metadata   name, map
 //! ```
 
+pub(crate) mod chunk;
+pub(crate) mod reader;
+pub(crate) mod writer;
+
 /// The bytes at the beginning and at the end of a file.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
