@@ -1,6 +1,6 @@
 //! The colours that a mouse gives to cells. They are those of the simulator mms, in both themes.
 
-use crate::heat::{Rgb, luminance};
+use crate::style::colour::{Rgb, luminance};
 
 /// The distance from a coloured area to the edges of its cell, in units. The floor between the area
 /// and the walls keeps the walls visible beside any colour.
@@ -46,7 +46,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::heat::tests::contrast;
+    use crate::style::colour::tests::contrast;
 
     #[test]
     fn labels_are_legible_on_every_colour() {

@@ -37,38 +37,31 @@
 //! The crate performs no I/O and depends on neither the protocol nor the file formats.
 #![forbid(unsafe_code)]
 
-mod animation;
-mod canvas;
 mod colours;
-mod driven_path;
 mod font;
 mod geometry;
-mod heat;
 mod label;
-mod legend;
 mod marks;
 mod page;
-mod palette;
 mod passages;
 mod paths;
-mod pixels;
+mod raster;
 mod scene;
-mod speed;
+mod style;
 mod svg;
-mod theme;
 mod thumbnail;
 mod walls;
 
-pub use animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices, frame_times};
-pub use driven_path::{DrivenPath, PathPoint};
 pub use font::digits;
 pub use label::weight;
 pub use page::page_json;
 pub use paths::{PATH_COLOURS, two_paths};
-pub use pixels::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
+pub use raster::animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices, frame_times};
+pub use raster::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
+pub use scene::driven_path::{DrivenPath, PathPoint};
 pub use scene::{Layers, Scene};
-pub use speed::MAX_PATHS;
-pub use theme::{Theme, stylesheet};
+pub use style::data_colours::MAX_PATHS;
+pub use style::{Theme, stylesheet};
 pub use thumbnail::thumbnail;
 
 /// Runs the code in the README of this crate.

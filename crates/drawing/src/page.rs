@@ -2,10 +2,10 @@
 
 use crate::colours::{COLOURS, INSET, is_light};
 use crate::font::{ADVANCE, GLYPHS, MISSING, decimals};
-use crate::heat::ramp;
 use crate::label::{FULL_CHARS, INFINITY, LINE_CHARS, LINE_OFFSET};
 use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
-use crate::theme::{KNOWN_WIDTH, Theme, UNKNOWN_WIDTH};
+use crate::style::colour::ramp;
+use crate::style::{KNOWN_WIDTH, Theme, UNKNOWN_WIDTH};
 
 /// Returns JSON with the tables that a web page needs to draw the same numbers and heat colours as
 /// this crate:

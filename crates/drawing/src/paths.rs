@@ -113,8 +113,8 @@ fn line(points: &[GridPoint]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::heat::Rgb;
-    use crate::heat::tests::contrast;
+    use crate::style::colour::Rgb;
+    use crate::style::colour::tests::contrast;
 
     /// Returns the centres of cells.
     fn centres(cells: &[(u8, u8)]) -> Vec<(f64, f64)> {

@@ -1,16 +1,18 @@
 //! Scenes: descriptions of pictures.
 
+pub(crate) mod driven_path;
+
 use std::collections::HashMap;
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
 use crate::colours;
-use crate::driven_path::DrivenPath;
-use crate::heat::Rgb;
 use crate::label::Label;
-use crate::speed::MAX_PATHS;
+use crate::scene::driven_path::DrivenPath;
+use crate::style::Theme;
+use crate::style::colour::Rgb;
+use crate::style::data_colours::MAX_PATHS;
 use crate::svg::{Svg, View};
-use crate::theme::Theme;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.

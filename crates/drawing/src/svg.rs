@@ -1,6 +1,7 @@
 //! The SVG drawing.
 
 mod labels;
+pub(crate) mod legend;
 mod paths;
 mod walls;
 
@@ -12,12 +13,12 @@ use mmsim_maze::{Cell, CellSet, Heading, Pose, Wall};
 
 use crate::colours::INSET;
 use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
-use crate::heat::{self, Rgb};
 use crate::label::Label;
 use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
 use crate::passages;
 use crate::scene::{Layers, Scene};
-use crate::theme::{WallWidths, file_style};
+use crate::style::colour::{self as heat, Rgb};
+use crate::style::{WallWidths, file_style};
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -332,7 +333,7 @@ pub(crate) mod tests {
     use mmsim_maze::{KnownMaze, Maze, MazeSize, WallState, Walls};
 
     use super::*;
-    use crate::theme::Theme;
+    use crate::style::Theme;
 
     pub(crate) fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()

@@ -69,11 +69,11 @@ fn escape(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::font::digits;
-    use crate::heat::ramp;
     use crate::label::INFINITY;
     use crate::scene::{Layers, Scene};
+    use crate::style::Theme;
+    use crate::style::colour::ramp;
     use crate::svg::tests::maze;
-    use crate::theme::Theme;
 
     #[test]
     fn all_zero_weights_are_hidden() {

@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use super::Svg;
-use crate::driven_path::{DrivenPath, PathPoint, Stretch};
 use crate::font::{STROKE, decimals, line};
 use crate::geometry::{Area, MARGIN, PITCH, around, units};
-use crate::heat::Rgb;
-use crate::legend::{GAP, Legend, SAMPLE, length, seconds};
 use crate::marks::MOUSE;
-use crate::speed::{faint, path_colours, ramp};
+use crate::scene::driven_path::{DrivenPath, PathPoint, Stretch};
+use crate::style::colour::Rgb;
+use crate::style::data_colours::{faint, path_colours, ramp};
+use crate::svg::legend::{GAP, Legend, SAMPLE, length, seconds};
 
 /// The width of a single path, in units.
 const WIDTH: f64 = 3.0;
@@ -267,10 +267,10 @@ mod tests {
     use resvg::usvg::{Options, Tree};
 
     use super::*;
-    use crate::driven_path::tests::path;
     use crate::scene::Scene;
+    use crate::scene::driven_path::tests::path;
+    use crate::style::Theme;
     use crate::svg::tests::maze;
-    use crate::theme::Theme;
 
     /// Returns the lines of a drawing between two texts.
     fn between<'a>(svg: &'a str, from: &str, to: &str) -> Vec<&'a str> {

@@ -1,5 +1,9 @@
 //! Rasterization.
 
+pub(crate) mod animation;
+pub(crate) mod canvas;
+pub(crate) mod palette;
+
 use mmsim_maze::MazeSize;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
@@ -129,12 +133,12 @@ mod tests {
     use super::*;
     use crate::colours::colour;
     use crate::geometry::{centre, units};
-    use crate::heat::tests::contrast;
-    use crate::heat::{Rgb, ramp};
-    use crate::palette::rgb;
     use crate::passages::AGES;
+    use crate::raster::palette::rgb;
     use crate::scene::Layers;
-    use crate::theme::Theme;
+    use crate::style::Theme;
+    use crate::style::colour::tests::contrast;
+    use crate::style::colour::{Rgb, ramp};
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()

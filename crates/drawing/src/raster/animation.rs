@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use resvg::tiny_skia::Pixmap;
 
-use crate::canvas::Canvas;
-use crate::palette::{Palette, rgb};
-use crate::pixels::{PictureError, failed};
+use crate::raster::canvas::Canvas;
+use crate::raster::palette::{Palette, rgb};
+use crate::raster::{PictureError, failed};
 use crate::scene::Scene;
 
 /// The minimum display time of the last frame, in milliseconds.
@@ -208,7 +208,7 @@ mod tests {
 
     use super::*;
     use crate::scene::Layers;
-    use crate::theme::Theme;
+    use crate::style::Theme;
 
     /// Decodes a GIF. Returns the final picture, and each frame's display time in hundredths of a
     /// second.
@@ -304,7 +304,7 @@ o---o---o---o
 
     #[test]
     fn a_race_ends_like_a_picture_of_its_end() {
-        use crate::driven_path::tests::path;
+        use crate::scene::driven_path::tests::path;
         let maze = maze();
         for (theme, names) in [(Theme::Light, &["a"][..]), (Theme::Dark, &["a", "b", "c"])] {
             let paths: Vec<_> = names.iter().map(|name| path(name)).collect();

@@ -6,7 +6,7 @@ use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
 use crate::geometry::{Area, MARGIN, PITCH};
-use crate::pixels::{PictureError, paint};
+use crate::raster::{PictureError, paint};
 use crate::scene::Scene;
 use crate::svg::{Part, Svg, View};
 
@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
     use crate::scene::Layers;
-    use crate::theme::Theme;
+    use crate::style::Theme;
 
     /// A random change to the scene between two canvas updates.
     #[derive(Clone, Debug)]

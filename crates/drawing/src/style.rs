@@ -1,11 +1,14 @@
 //! Themes and style rules.
 
+pub(crate) mod colour;
+pub(crate) mod data_colours;
+
 use std::fmt::Write as _;
 
 use crate::font::{self, decimals};
-use crate::heat::Rgb;
 use crate::passages::AGES;
-use crate::speed;
+use crate::style::colour::Rgb;
+use crate::style::data_colours as speed;
 
 /// A colour theme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -259,8 +262,8 @@ pub(crate) fn file_style(theme: Theme, widths: WallWidths, is_truth_alone: bool)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::heat::ramp;
-    use crate::heat::tests::contrast;
+    use crate::style::colour::ramp;
+    use crate::style::colour::tests::contrast;
 
     #[test]
     fn numbers_are_legible_on_every_cell() {

@@ -6,7 +6,7 @@
 //! (in the dark theme, it increases), so colour-blind users can read the ramp. The range of
 //! lightness is limited, so that numbers drawn on top of the colours are legible.
 
-use crate::theme::Theme;
+use crate::style::Theme;
 
 /// The number of colours in a ramp.
 pub(crate) const STEPS: usize = 64;

@@ -1,7 +1,7 @@
 //! Curves that a mouse drives through a maze in time.
 
-use crate::legend::seconds;
-use crate::speed;
+use crate::style::data_colours as speed;
+use crate::svg::legend::seconds;
 
 /// The greatest distance in cells between a curve and the line that is drawn for it: 0.2 mm in a
 /// classic maze.

@@ -11,10 +11,10 @@
 //! The legend is below the maze. Its units are those of the maze at 16×16 cells, and it is scaled
 //! with the longer side of the maze, so that texts have the same size in each picture.
 
-use crate::driven_path::DrivenPath;
 use crate::font::ADVANCE;
 use crate::geometry::{MARGIN, PITCH, units};
 use crate::scene::Scene;
+use crate::scene::driven_path::DrivenPath;
 
 /// The distance between two rows, in units of the legend.
 pub(crate) const ROW: f64 = 11.0;
@@ -112,7 +112,7 @@ mod tests {
     use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 
     use super::*;
-    use crate::driven_path::tests::path;
+    use crate::scene::driven_path::tests::path;
 
     fn maze(width: usize, height: usize) -> Maze {
         let walls = Walls::open(MazeSize::new(width, height).unwrap());

@@ -7,10 +7,10 @@ use resvg::tiny_skia::PremultipliedColorU8;
 
 use crate::colours::COLOURS;
 use crate::geometry::units;
-use crate::heat::{Rgb, ramp};
-use crate::pixels::PictureError;
+use crate::raster::PictureError;
 use crate::scene::Scene;
-use crate::speed::{faint, path_colours, ramp as ramp_of_speeds};
+use crate::style::colour::{Rgb, ramp};
+use crate::style::data_colours::{faint, path_colours, ramp as ramp_of_speeds};
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
@@ -195,7 +195,7 @@ impl Sheet {
 mod tests {
     use super::*;
     use crate::scene::Layers;
-    use crate::theme::Theme;
+    use crate::style::Theme;
 
     #[test]
     fn the_nearest_colour_is_found() {

@@ -1,7 +1,7 @@
 //! The colours of driven paths: a ramp for speeds, and distinct colours for several paths.
 
-use crate::heat::{Lch, Rgb, blend};
-use crate::theme::Theme;
+use crate::style::Theme;
+use crate::style::colour::{Lch, Rgb, blend};
 
 /// The number of colours in the ramp of speeds.
 pub(crate) const LEVELS: usize = 24;
@@ -103,8 +103,8 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::heat::luminance;
-    use crate::heat::tests::contrast;
+    use crate::style::colour::luminance;
+    use crate::style::colour::tests::contrast;
 
     #[test]
     fn speeds_are_visible_and_get_lighter() {
