@@ -2,10 +2,8 @@
 //! annotations in effect.
 
 pub(crate) mod changes;
-pub(crate) mod layer;
 pub(crate) mod notes;
 pub(crate) mod update;
-pub(crate) mod update_tracker;
 
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
 use mmsim_protocol::{Annotation, State, StateMessage};
@@ -323,7 +321,7 @@ mod tests {
     use mmsim_protocol::Annotations;
 
     use super::*;
-    use crate::context::update_tracker::UpdateTracker;
+    use crate::context::update::UpdateTracker;
     use crate::history::History;
 
     fn pose(x: u8, y: u8, heading: Heading) -> Pose {

@@ -1,12 +1,9 @@
 //! Keeps every state of a search in memory.
 
 pub(crate) mod block;
-pub(crate) mod compressor;
-pub(crate) mod context_block;
 pub(crate) mod context_log;
 pub(crate) mod log;
-pub(crate) mod scan;
-pub(crate) mod slabs;
+pub(crate) mod storage;
 pub(crate) mod times;
 
 use std::ops::RangeInclusive;
@@ -19,10 +16,9 @@ use zstd::bulk::Decompressor;
 use crate::context::Context;
 use crate::context::update::{Events, Update};
 use crate::history::block::{Block, States};
-use crate::history::compressor::BlockCompressor;
 use crate::history::context_log::ContextLog;
 use crate::history::log::{LogBlock, LogEnd};
-use crate::history::slabs::Slabs;
+use crate::history::storage::{BlockCompressor, Slabs};
 use crate::memory::{OutOfMemory, reserve};
 
 /// Every state since the last reset, stored as the bytes of its message.

@@ -8,6 +8,14 @@
 //! [`save`] writes states that are already in memory. [`Recording`] reads a file. A [`History`]
 //! compresses millions of states in memory and reads any of them in microseconds. [`Times`] holds
 //! the time of each state.
+//!
+//! ```text
+//! recording/  files with states: written, compressed, read; the names and errors of the format
+//! mcap/       the MCAP format: records, chunks, checksums
+//! history/    states in memory: compressed blocks, their contexts, logs and times
+//! context/    what a client has read and displays at a state, and the updates between states
+//! memory      fallible allocation and the budget of open recordings
+//! ```
 #![forbid(unsafe_code)]
 
 mod context;
@@ -17,21 +25,18 @@ mod memory;
 mod recording;
 
 pub use context::notes::Notes;
-pub use context::update::{AnnotationList, Readings, Update};
-pub use context::update_tracker::{TooManyAnnotations, UpdateTracker};
+pub use context::update::{AnnotationList, Readings, TooManyAnnotations, Update, UpdateTracker};
 pub use context::{Context, UpdateEncoder};
-pub use history::block::{Block, States};
+pub use history::block::{Block, ScannedState, StateScan, States};
 pub use history::log::{LogBlock, LogEnd, LogLine, read_log};
-pub use history::scan::{ScannedState, StateScan};
 pub use history::times::{Clock, Times};
 pub use history::{History, HistoryReader, PushError};
 pub use memory::{MemoryBudget, OutOfMemory, free_within_limits};
 pub use recording::Recording;
-pub use recording::error::{OpenError, ReadError, RecordError};
-pub use recording::messages::{MessageChannel, NewMessages, PutMessage, StateMessages};
+pub use recording::format::{OpenError, ReadError, RecordError};
 pub use recording::reader::Integrity;
 pub use recording::recorder::Recorder;
-pub use recording::save::save;
+pub use recording::save::{MessageChannel, NewMessages, PutMessage, StateMessages, save};
 pub use recording::writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

@@ -11,7 +11,6 @@
 //! metadata   name, map
 //! ```
 
-pub(crate) mod chunk;
 pub(crate) mod reader;
 pub(crate) mod writer;
 

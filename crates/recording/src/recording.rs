@@ -1,9 +1,6 @@
 //! Reads a recording into memory.
 
-pub(crate) mod description;
-pub(crate) mod error;
-pub(crate) mod layout;
-pub(crate) mod messages;
+pub(crate) mod format;
 pub(crate) mod pack;
 pub(crate) mod reader;
 pub(crate) mod recorder;
@@ -23,11 +20,9 @@ use crate::history::History;
 use crate::history::block::Block;
 use crate::history::times::Times;
 use crate::memory::{MemoryBudget, Share};
-use crate::recording::description::Description;
-use crate::recording::error::{OpenError, ReadError};
-use crate::recording::messages::NewMessages;
+use crate::recording::format::{Description, OpenError, ReadError};
 use crate::recording::reader::{Integrity, RecordedState, read_states};
-use crate::recording::save::RecordWriter;
+use crate::recording::save::{NewMessages, RecordWriter};
 
 /// A recording that has been read into memory.
 ///

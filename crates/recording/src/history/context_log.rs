@@ -9,10 +9,9 @@ use mmsim_maze::{MazeSize, Pose};
 
 use crate::context::Context;
 use crate::context::update::{Events, StoredUpdate, Update};
-use crate::history::compressor::BlockCompressor;
-use crate::history::context_block::{ContextBlock, Data, UpdateData};
+use crate::history::block::{ContextBlock, Data, UpdateData};
 use crate::history::log::{LogBlock, LogEnd, LogLine};
-use crate::history::slabs::Slabs;
+use crate::history::storage::{BlockCompressor, Slabs};
 use crate::memory::{OutOfMemory, reserve};
 
 /// The length of the fields before an update in bytes.

@@ -10,8 +10,7 @@ use mmsim_protocol::Annotation;
 use crate::context::changes::Change;
 use crate::context::update::StoredUpdate;
 use crate::history::History;
-use crate::history::block::Block;
-use crate::history::context_block::UpdateData;
+use crate::history::block::{Block, UpdateData};
 
 /// A log line of a mouse.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -137,7 +136,7 @@ mod tests {
     use mmsim_protocol::Annotations;
 
     use super::*;
-    use crate::context::update_tracker::UpdateTracker;
+    use crate::context::update::UpdateTracker;
     use crate::history::PushError;
 
     const STATE: &[u8] = b"S\0\0NC\0C\0";

@@ -18,10 +18,9 @@ use tempfile::{Builder, NamedTempFile};
 use tracing::debug;
 
 use crate::memory;
-use crate::recording::description::Description;
-use crate::recording::messages::NewMessages;
+use crate::recording::format::Description;
 use crate::recording::reader::{Integrity, RecordedState, read_states};
-use crate::recording::save::RecordWriter;
+use crate::recording::save::{NewMessages, RecordWriter};
 use crate::recording::sink::{Identity, identity};
 
 /// Data shared with the thread that compresses recordings. A server uses this data to cancel

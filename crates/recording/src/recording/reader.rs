@@ -6,13 +6,12 @@ use std::io::Read;
 use mmsim_protocol::Request;
 
 use crate::context::update::StoredUpdate;
-use crate::mcap::chunk;
-use crate::mcap::reader::{End, RecordReader};
+use crate::mcap::reader::{End, RecordReader, take_record, unpack_chunk};
 use crate::mcap::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
 use crate::memory;
-use crate::recording::description::{Description, describe, read_maze};
-use crate::recording::error::ReadError;
-use crate::recording::layout::{INFO, MAZES, METADATA, STATES, UPDATES};
+use crate::recording::format::{
+    Description, INFO, MAZES, METADATA, ReadError, STATES, UPDATES, describe, read_maze,
+};
 
 /// The maximum length of a record in bytes, both before and after decompression. A state takes at
 /// most 2,085 bytes and a maze less than 10,000 bytes, but a chunk written by another tool can take
@@ -143,7 +142,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
         if !memory::is_available(MAX_CHUNK_BYTES) {
             return Err(ReadError::OutOfMemory);
         }
-        let records = match chunk::unpack(body, MAX_CHUNK_BYTES) {
+        let records = match unpack_chunk(body, MAX_CHUNK_BYTES) {
             Ok(records) => records,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -154,7 +153,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
         }
         let mut rest = &*records;
         while !rest.is_empty() {
-            let Some((kind, body)) = chunk::take_record(&mut rest) else {
+            let Some((kind, body)) = take_record(&mut rest) else {
                 return Ok(Err("a record that extends past the end of its chunk".into()));
             };
             if let Err(reason) = self.add_plain(kind, body)? {

@@ -7,9 +7,9 @@ use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
-use crate::recording::error::RecordError;
-use crate::recording::messages::NewMessages;
+use crate::recording::format::RecordError;
 use crate::recording::pack::{Packer, remove_unfinished};
+use crate::recording::save::NewMessages;
 use crate::recording::writer::RecordingWriter;
 
 /// The maximum number of names tried for a new file.

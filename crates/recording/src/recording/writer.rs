@@ -1,18 +1,16 @@
 //! Writes a recording, one state at a time.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
 
 use crate::history::times::Clock;
-use crate::recording::error::RecordError;
-use crate::recording::messages::NewMessages;
+use crate::recording::format::RecordError;
 use crate::recording::pack::{Packing, Unpacked};
-use crate::recording::save::RecordWriter;
+use crate::recording::save::{NewMessages, RecordWriter};
 use crate::recording::sink::{Identity, RecordingFile, Sink};
 
 /// Writes a recording.

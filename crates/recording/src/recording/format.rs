@@ -1,10 +1,12 @@
-//! The description of the simulation in a recording.
+//! The names used in the MCAP file of a recording, the description of its simulation, and errors.
+//! See docs/recordings.md.
+
+use std::io;
+use std::path::{Path, PathBuf};
 
 use mmsim_formats::parse_maze;
 use mmsim_maze::{Escaped, Maze, MazeSize};
 use mmsim_protocol::Info;
-
-use crate::recording::error::ReadError;
 
 /// A recording's description of its simulation.
 #[derive(Clone, Debug)]
@@ -46,6 +48,109 @@ pub(crate) fn read_maze(text: &[u8], size: MazeSize) -> Result<Maze, ReadError> 
     }
 }
 
+/// The name of the metadata record that describes the simulation.
+pub(crate) const METADATA: &str = "mmsim";
+
+/// The metadata key whose value is the reply to `info` as JSON.
+pub(crate) const INFO: &str = "info";
+
+/// The metadata key whose value is the protocol version. The value is for other tools; mmsim does
+/// not read it.
+pub(crate) const PROTOCOL: &str = "protocol";
+
+/// The name of the metadata record with the names of the mouse and its strategy, and its keys. The
+/// record is for other tools; mmsim reads the names from the updates.
+pub(crate) const MOUSE: &str = "mmsim-mouse";
+pub(crate) const MOUSE_KEYS: [&str; 2] = ["mouse", "strategy"];
+
+/// The topic and message encoding of the channel for states. Each message holds one state.
+pub(crate) const STATES: [&str; 2] = ["/state", "mmsim-state"];
+
+/// The topic and message encoding of the channel for updates. Each message holds the update of the
+/// next state. States whose update is empty have no message in this channel.
+pub(crate) const UPDATES: [&str; 2] = ["/update", "mmsim-update"];
+
+/// The topic and message encoding of the channel whose only message is the true maze as text.
+///
+/// Recordings made by clients lack this channel, because clients do not know the true maze. The
+/// maze is not stored as metadata because metadata is never compressed.
+pub(crate) const MAZES: [&str; 2] = ["/maze", "mmsim-maze"];
+
+/// The message encoding of the channels for other tools, and the encoding of their schemas. mmsim
+/// does not read these channels.
+pub(crate) const JSON: &str = "json";
+pub(crate) const JSON_SCHEMA: &str = "jsonschema";
+
+/// The error when a file cannot be opened as a recording.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {source}", path.display())]
+pub struct OpenError {
+    /// The file.
+    pub path: PathBuf,
+    /// The reason why the file could not be read.
+    pub source: ReadError,
+}
+
+/// The reason why a recording cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// Reading the data failed.
+    #[error("cannot be read: {0}")]
+    Io(#[from] io::Error),
+    /// The data does not begin with the signature of an MCAP file.
+    #[error("expected a recording (an MCAP file), found other data at byte 0")]
+    NotMcap,
+    /// The file ends or is damaged before its description of the maze.
+    #[error("expected a description of the maze, found {found} at byte {at}")]
+    MissingDescription {
+        /// The number of intact bytes at the beginning of the file.
+        at: u64,
+        /// The reason why the next record is invalid, or `the end of the file`.
+        found: String,
+    },
+    /// The description of the maze is invalid.
+    #[error("the description of the maze is invalid: {0}")]
+    InvalidDescription(String),
+    /// The states need more memory than the budget has left.
+    #[error(
+        "cannot be opened: only its first {states} states fit into the {} MiB that open recordings \
+         share ({}raise --history-limit)",
+        limit >> 20,
+        if *others > 0 { "close another recording, or " } else { "" }
+    )]
+    TooLarge {
+        /// The number of states of the recording that fit into the remaining memory.
+        states: usize,
+        /// The memory limit for all open recordings together, in bytes.
+        limit: usize,
+        /// The memory that other open recordings use, in bytes.
+        others: usize,
+    },
+    /// The system is out of memory.
+    #[error("cannot be opened: out of memory")]
+    OutOfMemory,
+}
+
+/// The error when a state cannot be recorded or a recording cannot be closed.
+///
+/// States that were written before the error remain readable.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot record in {}: {source}", path.display())]
+pub struct RecordError {
+    /// The path of the recording or of its folder.
+    pub path: PathBuf,
+    /// The operating system's error, or an error that describes how another program changed the
+    /// file.
+    pub source: io::Error,
+}
+
+impl RecordError {
+    pub(crate) fn new(path: &Path, error: impl Into<io::Error>) -> Self {
+        Self { path: path.into(), source: error.into() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -54,7 +159,6 @@ mod tests {
 
     use super::*;
     use crate::recording::Recording;
-    use crate::recording::layout::{MAZES, METADATA};
     use crate::recording::reader::Integrity;
     use crate::recording::writer::RecordingWriter;
 
