@@ -35,34 +35,38 @@
 //! ```
 //!
 //! The crate performs no I/O and depends on neither the protocol nor the file formats.
+//!
+//! ```text
+//! raster/    pixels: PNG, canvas, palette and animated GIF, drawn from the SVG
+//! svg/       the SVG of a scene, and its legend
+//! scene/     what a picture contains
+//! style/     themes, colours and the stylesheet
+//! page       tables for scripts of a page that draw the same
+//! thumbnail  small pictures, without styles
+//! shapes     the positions of cells, and the shapes of marks, mice and trails
+//! text       numbers and texts as lines
+//! ```
 #![forbid(unsafe_code)]
 
-mod colours;
-mod font;
-mod geometry;
-mod label;
-mod marks;
 mod page;
-mod passages;
-mod paths;
 mod raster;
 mod scene;
+mod shapes;
 mod style;
 mod svg;
+mod text;
 mod thumbnail;
-mod walls;
 
-pub use font::digits;
-pub use label::weight;
 pub use page::page_json;
-pub use paths::{PATH_COLOURS, two_paths};
 pub use raster::animation::{Animation, FRAME_MS, MAX_FRAMES, frame_indices, frame_times};
 pub use raster::{MAX_HEIGHT_PX, PictureError, WIDTH_PX};
 pub use scene::driven_path::{DrivenPath, PathPoint};
 pub use scene::{Layers, Scene};
+pub use style::colour::Theme;
 pub use style::data_colours::MAX_PATHS;
-pub use style::{Theme, stylesheet};
-pub use thumbnail::thumbnail;
+pub use style::stylesheet;
+pub use text::{digits, weight};
+pub use thumbnail::{PATH_COLOURS, thumbnail, two_paths};
 
 /// Runs the code in the README of this crate.
 #[cfg(doctest)]

@@ -1,11 +1,12 @@
 //! JSON tables that a web page uses to draw numbers and heat colours.
 
-use crate::colours::{COLOURS, INSET, is_light};
-use crate::font::{ADVANCE, GLYPHS, MISSING, decimals};
-use crate::label::{FULL_CHARS, INFINITY, LINE_CHARS, LINE_OFFSET};
-use crate::passages::{AGES, ARROWS, LINES, MIN_FADE};
-use crate::style::colour::ramp;
-use crate::style::{KNOWN_WIDTH, Theme, UNKNOWN_WIDTH};
+use crate::shapes::{AGES, MIN_FADE, PASSAGE_ARROWS, PASSAGE_LINES};
+use crate::style::colour::Theme;
+use crate::style::data_colours::{COLOURS, INSET, heat_ramp, is_light};
+use crate::style::{KNOWN_WIDTH, UNKNOWN_WIDTH};
+use crate::text::{
+    ADVANCE, FULL_CHARS, GLYPHS, INFINITY, LINE_CHARS, LINE_OFFSET, MISSING, decimals,
+};
 
 /// Returns JSON with the tables that a web page needs to draw the same numbers and heat colours as
 /// this crate:
@@ -42,7 +43,7 @@ use crate::style::{KNOWN_WIDTH, Theme, UNKNOWN_WIDTH};
 /// assert!(mmsim_drawing::page_json().starts_with(r#"{"advance":5,"glyphs":["","m2.5-3.4v4.4"#));
 /// ```
 pub fn page_json() -> String {
-    let heat = |theme| list(ramp(theme).into_iter().map(|colour| colour.to_string()));
+    let heat = |theme| list(heat_ramp(theme).into_iter().map(|colour| colour.to_string()));
     let light: String =
         COLOURS.iter().filter(|(_, colour)| is_light(*colour)).map(|(letter, _)| letter).collect();
     let colours = COLOURS.map(|(letter, colour)| format!("\"{letter}\":\"{colour}\"")).join(",");
@@ -50,8 +51,8 @@ pub fn page_json() -> String {
         r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"light_colours":"{light}","walls":{{"known":{KNOWN_WIDTH:?},"unknown":{UNKNOWN_WIDTH:?}}},"trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
         list(GLYPHS.map(String::from).into_iter()),
-        list(LINES.map(String::from).into_iter()),
-        list(ARROWS.map(String::from).into_iter()),
+        list(PASSAGE_LINES.map(String::from).into_iter()),
+        list(PASSAGE_ARROWS.map(String::from).into_iter()),
         heat(Theme::Light),
         heat(Theme::Dark),
     )
@@ -93,7 +94,7 @@ mod tests {
                 .iter()
                 .map(|colour| colour.as_str().unwrap().to_string())
                 .collect();
-            let drawn: Vec<_> = ramp(theme).iter().map(ToString::to_string).collect();
+            let drawn: Vec<_> = heat_ramp(theme).iter().map(ToString::to_string).collect();
             assert_eq!(read, drawn);
         }
     }

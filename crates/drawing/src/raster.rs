@@ -5,10 +5,11 @@ pub(crate) mod canvas;
 pub(crate) mod palette;
 
 use mmsim_maze::MazeSize;
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Pixmap, PremultipliedColorU8, Transform};
 use resvg::usvg::{Options, Tree};
 
 use crate::scene::Scene;
+use crate::style::colour::Rgb;
 use crate::svg::{Svg, View};
 
 /// The minimum and maximum width of a picture, in pixels.
@@ -104,6 +105,11 @@ impl Scene<'_> {
     }
 }
 
+/// Returns the colour of a pixel, which must be opaque.
+pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
+    Rgb(pixel.red(), pixel.green(), pixel.blue())
+}
+
 /// Draws an SVG, scaled to the size of the picture.
 pub(crate) fn paint(drawing: &str, mut pixmap: Pixmap) -> Result<Pixmap, PictureError> {
     let tree = Tree::from_str(drawing, &Options::default()).map_err(failed)?;
@@ -131,14 +137,11 @@ mod tests {
     use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
 
     use super::*;
-    use crate::colours::colour;
-    use crate::geometry::{centre, units};
-    use crate::passages::AGES;
-    use crate::raster::palette::rgb;
     use crate::scene::Layers;
-    use crate::style::Theme;
+    use crate::shapes::{AGES, centre, units};
+    use crate::style::colour::Theme;
     use crate::style::colour::tests::contrast;
-    use crate::style::colour::{Rgb, ramp};
+    use crate::style::data_colours::{colour, heat_ramp};
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -182,15 +185,15 @@ mod tests {
                 trail: false,
                 ..Layers::ALL
             });
-            assert_eq!(at(&heat, 15, 30), ramp(theme)[0]);
-            assert_eq!(at(&heat, 35, 10), ramp(theme)[63]);
+            assert_eq!(at(&heat, 15, 30), heat_ramp(theme)[0]);
+            assert_eq!(at(&heat, 35, 10), heat_ramp(theme)[63]);
         }
     }
 
     /// Returns the maximum contrast and the sum of the contrasts of the pixels between the middle of a
     /// cell and the middle of its eastern neighbour.
     fn across(scene: &Scene<'_>, pixmap: &Pixmap, cell: Cell) -> (f64, f64) {
-        let pixel = |units| (units + 2) * pixmap.width() / crate::geometry::units(scene.size).0;
+        let pixel = |units| (units + 2) * pixmap.width() / crate::shapes::units(scene.size).0;
         let east = Cell::new(cell.x + 1, cell.y);
         let [(west, y), (east, _)] = [cell, east].map(|cell| centre(scene.size, cell));
         let pixels = (pixel(west)..=pixel(east)).map(|x| rgb(pixmap.pixel(x, pixel(y)).unwrap()));
@@ -240,7 +243,7 @@ mod tests {
             // The wall between the south-eastern cell and the goal.
             assert_ne!(at(&scene, 30, 20), theme.colours().floor, "{theme:?}");
             assert_eq!(at(&scene, 30, 21), theme.colours().floor, "{theme:?}");
-            assert_eq!(at(&scene, 30, 23), ramp(theme)[63], "{theme:?}");
+            assert_eq!(at(&scene, 30, 23), heat_ramp(theme)[63], "{theme:?}");
         }
     }
 

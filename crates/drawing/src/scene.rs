@@ -6,13 +6,10 @@ use std::collections::HashMap;
 
 use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
 
-use crate::colours;
-use crate::label::Label;
 use crate::scene::driven_path::DrivenPath;
-use crate::style::Theme;
-use crate::style::colour::Rgb;
-use crate::style::data_colours::MAX_PATHS;
-use crate::svg::{Svg, View};
+use crate::style::colour::{Rgb, Theme};
+use crate::style::data_colours::{self, MAX_PATHS};
+use crate::text::Label;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
 /// scene borrows the maze, the map and the trail. Nothing is drawn until an output is requested.
@@ -167,8 +164,9 @@ impl<'a> Scene<'a> {
     /// Colours each cell for which `colour` returns the letter of a colour of the simulator mms:
     /// one of `kbacgorwyBCAGRY`. Other letters are ignored.
     pub fn with_colours(mut self, colour: impl Fn(Cell) -> Option<char>) -> Self {
-        let letter =
-            |cell| Some((cell, colour(cell).filter(|&letter| colours::colour(letter).is_some())?));
+        let letter = |cell| {
+            Some((cell, colour(cell).filter(|&letter| data_colours::colour(letter).is_some())?))
+        };
         self.colours = self.size.cells().filter_map(letter).collect();
         self
     }
@@ -225,7 +223,7 @@ impl<'a> Scene<'a> {
 
     /// Returns the colour of a cell.
     pub(crate) fn colour(&self, cell: Cell) -> Option<Rgb> {
-        colours::colour(*self.colours.get(&cell).filter(|_| self.layers.colours)?)
+        data_colours::colour(*self.colours.get(&cell).filter(|_| self.layers.colours)?)
     }
 
     /// Returns the text of a cell.
@@ -248,46 +246,5 @@ impl<'a> Scene<'a> {
             };
             (cell, label.filter(|label| !is_blank(label)))
         })
-    }
-
-    /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
-    /// contains all layers, but no styles and no size in pixels. Each element that can change has a
-    /// class. If it belongs to a cell or wall, it also has an attribute that identifies that cell
-    /// or wall. A page can therefore update the drawing in place:
-    ///
-    /// ```text
-    /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer,
-    ///                                             no-labels: the trail is not faint behind labels
-    ///   <defs> the gradients of the trail
-    ///   <rect class="floor"/>
-    ///   <g class="cells"> <rect class="cell [start] [goal] [visited]" data-cell="x,y"/> …
-    ///   <g class="heats"> <rect class="heat" data-cell="x,y" fill="#rrggbb or none"/> …
-    ///   <g class="colours"> <rect class="colour" data-cell="x,y" fill="#rrggbb"/> for coloured cells
-    ///   <g class="marks"> frames and badges of start and goals, which stay
-    ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
-    ///   <path class="shortest-route" d="line"/> and <path class="planned-route" d="line"/> if present
-    ///   <g class="walls"> <path class="wall [true] [known, missed or mistaken]" data-wall="x,y,NESW"/> …
-    ///   <path class="posts"/>
-    ///   <g class="numbers"> <path class="number [on-dark or on-light]" data-cell="x,y" d="digits or nothing"/> …
-    ///   <g class="texts"> <path class="text [on-dark or on-light]" data-cell="x,y" data-text="…"/> for cells with texts
-    ///   <path class="mouse [absent]" transform="translate(x y) rotate(degrees)"/>
-    /// </svg>
-    /// ```
-    ///
-    /// Cells are ordered row by row from the south. The drawing contains a wall element for each
-    /// possible wall. Wall elements are ordered as follows: first the north and east sides of each
-    /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
-    /// column. The `true` class marks a wall of the true maze, `known` marks a wall on the client's
-    /// map, `missed` marks a wall that exists but is absent on the client's map, and `mistaken` marks
-    /// a wall on the client's map that does not exist. A wall element with none of these classes is
-    /// invisible.
-    pub fn page_svg(&self) -> String {
-        Svg::draw(self, View::Page)
-    }
-
-    /// Returns the drawing as a standalone SVG file with the style of the theme, a size in pixels
-    /// and the selected layers.
-    pub fn svg(&self) -> String {
-        Svg::draw(self, View::File)
     }
 }

@@ -5,20 +5,9 @@ pub(crate) mod data_colours;
 
 use std::fmt::Write as _;
 
-use crate::font::{self, decimals};
-use crate::passages::AGES;
-use crate::style::colour::Rgb;
-use crate::style::data_colours as speed;
-
-/// A colour theme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
-pub enum Theme {
-    /// Dark lines on a light background.
-    #[default]
-    Light,
-    /// Light lines on a dark background.
-    Dark,
-}
+use crate::shapes::AGES;
+use crate::style::colour::{Rgb, Theme};
+use crate::text::{STROKE, decimals};
 
 /// The colours of a theme, except the heat colours.
 #[derive(Clone, Copy, Debug)]
@@ -169,11 +158,10 @@ fn shapes(WallWidths { known, unknown }: WallWidths) -> String {
 .maze .shortest-route{{stroke-width:4.4;stroke-opacity:.55}}
 .maze .planned-route{{stroke-width:2;stroke-dasharray:3 4}}
 .maze .faint{{stop-opacity:.22}}
-.maze .number,.maze .text{{stroke-width:{}}}
+.maze .number,.maze .text{{stroke-width:{STROKE}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
 .maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail{{display:none}}
-",
-        font::STROKE
+"
     )
 }
 
@@ -240,10 +228,10 @@ pub fn stylesheet() -> String {
 /// Returns the style rules that set the colours of driven paths.
 fn paths(theme: Theme) -> String {
     let mut rules = String::new();
-    for (level, colour) in speed::ramp(theme).into_iter().enumerate() {
+    for (level, colour) in data_colours::speed_ramp(theme).into_iter().enumerate() {
         let _ = writeln!(rules, ".maze .speed{level}{{stroke:{colour}}}");
     }
-    for (index, colour) in speed::path_colours(theme).into_iter().enumerate() {
+    for (index, colour) in data_colours::path_colours(theme).into_iter().enumerate() {
         let _ = writeln!(rules, ".path{index}{{color:{colour}}}");
     }
     rules
@@ -262,15 +250,15 @@ pub(crate) fn file_style(theme: Theme, widths: WallWidths, is_truth_alone: bool)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::style::colour::ramp;
     use crate::style::colour::tests::contrast;
+    use crate::style::data_colours::heat_ramp;
 
     #[test]
     fn numbers_are_legible_on_every_cell() {
         for theme in [Theme::Light, Theme::Dark] {
             let Colours { floor, visited, start, goal, number, .. } = theme.colours();
             let cells = [floor, visited, start.floor, start.visited, goal.floor, goal.visited];
-            for cell in ramp(theme).into_iter().chain(cells) {
+            for cell in heat_ramp(theme).into_iter().chain(cells) {
                 let contrast = contrast(number, cell);
                 assert!(contrast >= 4.5, "{theme:?}: {contrast:.2} on {cell}");
             }
@@ -341,8 +329,13 @@ mod tests {
         assert_eq!(selectors(Theme::Light), selectors(Theme::Dark));
         let css = stylesheet();
         for theme in [Theme::Light, Theme::Dark] {
-            assert!(css.contains(&format!(".maze .speed23{{stroke:{}}}", speed::ramp(theme)[23])));
-            assert!(css.contains(&format!(".path0{{color:{}}}", speed::path_colours(theme)[0])));
+            assert!(css.contains(&format!(
+                ".maze .speed23{{stroke:{}}}",
+                data_colours::speed_ramp(theme)[23]
+            )));
+            assert!(
+                css.contains(&format!(".path0{{color:{}}}", data_colours::path_colours(theme)[0]))
+            );
         }
         assert_eq!(css.matches('{').count(), css.matches('}').count());
         assert!(

@@ -11,14 +11,14 @@ use std::ops::Range;
 
 use mmsim_maze::{Cell, CellSet, Heading, Pose, Wall};
 
-use crate::colours::INSET;
-use crate::geometry::{Area, MARGIN, PITCH, around, cell_area, centre, corner, units};
-use crate::label::Label;
-use crate::marks::{LETTER_G, LETTER_S, MOUSE, frame};
-use crate::passages;
 use crate::scene::{Layers, Scene};
-use crate::style::colour::{self as heat, Rgb};
+use crate::shapes::{
+    Area, LETTER_G, LETTER_S, MARGIN, MOUSE, PITCH, around, cell_area, centre, corner, frame,
+    passage_path, trail_age, trail_gradients, trail_ink, units,
+};
+use crate::style::data_colours::{INSET, heat_ramp, heat_step};
 use crate::style::{WallWidths, file_style};
+use crate::text::Label;
 
 /// The purpose of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +45,49 @@ pub(crate) struct Part {
     /// The byte range of the element in the text.
     pub(crate) text: Range<usize>,
     pub(crate) area: Area,
+}
+
+impl Scene<'_> {
+    /// Returns the drawing for a page that uses the [`stylesheet`](crate::stylesheet). The drawing
+    /// contains all layers, but no styles and no size in pixels. Each element that can change has a
+    /// class. If it belongs to a cell or wall, it also has an attribute that identifies that cell
+    /// or wall. A page can therefore update the drawing in place:
+    ///
+    /// ```text
+    /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer,
+    ///                                             no-labels: the trail is not faint behind labels
+    ///   <defs> the gradients of the trail
+    ///   <rect class="floor"/>
+    ///   <g class="cells"> <rect class="cell [start] [goal] [visited]" data-cell="x,y"/> …
+    ///   <g class="heats"> <rect class="heat" data-cell="x,y" fill="#rrggbb or none"/> …
+    ///   <g class="colours"> <rect class="colour" data-cell="x,y" fill="#rrggbb"/> for coloured cells
+    ///   <g class="marks"> frames and badges of start and goals, which stay
+    ///   <g class="trail"> <path class="passage [age0-5]" data-passage="x,y,NE" d="line or nothing"/> …
+    ///   <path class="shortest-route" d="line"/> and <path class="planned-route" d="line"/> if present
+    ///   <g class="walls"> <path class="wall [true] [known, missed or mistaken]" data-wall="x,y,NESW"/> …
+    ///   <path class="posts"/>
+    ///   <g class="numbers"> <path class="number [on-dark or on-light]" data-cell="x,y" d="digits or nothing"/> …
+    ///   <g class="texts"> <path class="text [on-dark or on-light]" data-cell="x,y" data-text="…"/> for cells with texts
+    ///   <path class="mouse [absent]" transform="translate(x y) rotate(degrees)"/>
+    /// </svg>
+    /// ```
+    ///
+    /// Cells are ordered row by row from the south. The drawing contains a wall element for each
+    /// possible wall. Wall elements are ordered as follows: first the north and east sides of each
+    /// cell, then the south sides of the southernmost row, then the west sides of the westernmost
+    /// column. The `true` class marks a wall of the true maze, `known` marks a wall on the client's
+    /// map, `missed` marks a wall that exists but is absent on the client's map, and `mistaken` marks
+    /// a wall on the client's map that does not exist. A wall element with none of these classes is
+    /// invisible.
+    pub fn page_svg(&self) -> String {
+        Svg::draw(self, View::Page)
+    }
+
+    /// Returns the drawing as a standalone SVG file with the style of the theme, a size in pixels
+    /// and the selected layers.
+    pub fn svg(&self) -> String {
+        Svg::draw(self, View::File)
+    }
 }
 
 impl<'a> Svg<'a> {
@@ -136,7 +179,7 @@ impl<'a> Svg<'a> {
         }
         self.put(format_args!(
             "\n{}<rect class=\"floor\" x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width}\" height=\"{height}\"/>\n",
-            passages::gradients()
+            trail_gradients()
         ));
     }
 
@@ -166,13 +209,13 @@ impl<'a> Svg<'a> {
             return;
         }
         let Scene { size, theme, .. } = *self.scene;
-        let ramp: Vec<Rgb> = heat::ramp(theme);
+        let ramp = heat_ramp(theme);
         let number = |(_, label): (Cell, Option<&Label>)| label?.number();
         let largest = self.scene.labels().filter_map(number).max().unwrap_or(0);
         self.put("<g class=\"heats\">\n");
         for (cell, label) in self.scene.labels() {
             let number = label.and_then(Label::number);
-            let colour = number.map(|number| ramp[heat::step(number, largest)].to_string());
+            let colour = number.map(|number| ramp[heat_step(number, largest)].to_string());
             let colour = colour.unwrap_or_else(|| "none".into());
             let (x, y) = corner(size, cell);
             let tile = tile((x, y));
@@ -261,7 +304,7 @@ impl<'a> Svg<'a> {
         let Scene { size, trail, .. } = *self.scene;
         let aged = |(position, &passage): (usize, &Pose)| {
             let wall = Wall::new(passage.cell, passage.heading);
-            (wall, (passage, passages::age(position, trail.len())))
+            (wall, (passage, trail_age(position, trail.len())))
         };
         let passages: HashMap<_, _> = trail.iter().enumerate().map(aged).collect();
         self.put("<g class=\"trail\">\n");
@@ -270,8 +313,8 @@ impl<'a> Svg<'a> {
             let (class, ink, path) = match passages.get(&wall) {
                 Some(&(passage, age)) => (
                     format!("passage age{age}"),
-                    format!(" stroke=\"url(#{})\"", passages::ink(heading, age)),
-                    passages::path(size, passage),
+                    format!(" stroke=\"url(#{})\"", trail_ink(heading, age)),
+                    passage_path(size, passage),
                 ),
                 None => ("passage".into(), String::new(), String::new()),
             };
@@ -333,7 +376,7 @@ pub(crate) mod tests {
     use mmsim_maze::{KnownMaze, Maze, MazeSize, WallState, Walls};
 
     use super::*;
-    use crate::style::Theme;
+    use crate::style::colour::Theme;
 
     pub(crate) fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()

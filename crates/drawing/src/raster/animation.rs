@@ -6,8 +6,8 @@ use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use resvg::tiny_skia::Pixmap;
 
 use crate::raster::canvas::Canvas;
-use crate::raster::palette::{Palette, rgb};
-use crate::raster::{PictureError, failed};
+use crate::raster::palette::Palette;
+use crate::raster::{PictureError, failed, rgb};
 use crate::scene::Scene;
 
 /// The minimum display time of the last frame, in milliseconds.
@@ -208,7 +208,7 @@ mod tests {
 
     use super::*;
     use crate::scene::Layers;
-    use crate::style::Theme;
+    use crate::style::colour::Theme;
 
     /// Decodes a GIF. Returns the final picture, and each frame's display time in hundredths of a
     /// second.

@@ -5,9 +5,9 @@ use std::collections::HashSet;
 use mmsim_maze::MazeSize;
 use resvg::tiny_skia::Pixmap;
 
-use crate::geometry::{Area, MARGIN, PITCH};
 use crate::raster::{PictureError, paint};
 use crate::scene::Scene;
+use crate::shapes::{Area, MARGIN, PITCH};
 use crate::svg::{Part, Svg, View};
 
 /// The minimum scale at which single tiles are redrawn, in pixels per unit. Below this scale, the
@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
     use crate::scene::Layers;
-    use crate::style::Theme;
+    use crate::style::colour::Theme;
 
     /// A random change to the scene between two canvas updates.
     #[derive(Clone, Debug)]

@@ -3,14 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
-use resvg::tiny_skia::PremultipliedColorU8;
 
-use crate::colours::COLOURS;
-use crate::geometry::units;
-use crate::raster::PictureError;
+use crate::raster::{PictureError, rgb};
 use crate::scene::Scene;
-use crate::style::colour::{Rgb, ramp};
-use crate::style::data_colours::{faint, path_colours, ramp as ramp_of_speeds};
+use crate::shapes::units;
+use crate::style::colour::Rgb;
+use crate::style::data_colours::{COLOURS, faint, heat_ramp, path_colours, speed_ramp};
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
@@ -54,7 +52,7 @@ impl Palette {
         let mut chosen = theme.colours().areas();
         chosen.extend(COLOURS.map(|(_, colour)| colour));
         if scene.layers.heat {
-            chosen.extend(ramp(theme));
+            chosen.extend(heat_ramp(theme));
         }
         Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
     }
@@ -71,7 +69,7 @@ impl Palette {
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
         let paths = path_colours(theme).into_iter().take(scene.paths.len());
-        let strong = if scene.paths.len() == 1 { ramp_of_speeds(theme) } else { paths.collect() };
+        let strong = if scene.paths.len() == 1 { speed_ramp(theme) } else { paths.collect() };
         chosen.extend(strong.iter().map(|&colour| faint(colour, theme.colours().floor)));
         chosen.extend(strong);
         Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
@@ -91,11 +89,6 @@ impl Palette {
             nearest.map_or(0, |(index, _)| index)
         })
     }
-}
-
-/// Returns the colour of a pixel, which must be opaque.
-pub(crate) fn rgb(pixel: PremultipliedColorU8) -> Rgb {
-    Rgb(pixel.red(), pixel.green(), pixel.blue())
 }
 
 /// Returns the weighted squared distance between two colours.
@@ -195,7 +188,7 @@ impl Sheet {
 mod tests {
     use super::*;
     use crate::scene::Layers;
-    use crate::style::Theme;
+    use crate::style::colour::Theme;
 
     #[test]
     fn the_nearest_colour_is_found() {
@@ -234,7 +227,7 @@ mod tests {
             let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
             let mut palette = Palette::like(&scene, 648).unwrap();
             let notes = COLOURS.map(|(_, colour)| colour);
-            for colour in ramp(theme).into_iter().chain(theme.colours().areas()).chain(notes) {
+            for colour in heat_ramp(theme).into_iter().chain(theme.colours().areas()).chain(notes) {
                 let index = usize::from(palette.index(colour));
                 assert_eq!(palette.colours[index], colour, "{theme:?}");
             }

@@ -1,7 +1,6 @@
 //! Curves that a mouse drives through a maze in time.
 
-use crate::style::data_colours as speed;
-use crate::svg::legend::seconds;
+use crate::style::data_colours;
 
 /// The greatest distance in cells between a curve and the line that is drawn for it: 0.2 mm in a
 /// classic maze.
@@ -49,7 +48,7 @@ pub struct PathPoint {
 /// A part of a path with one colour, simplified to few points.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Stretch {
-    /// The index of its colour in the [ramp](speed::ramp) of speeds.
+    /// The index of its colour in the [ramp](data_colours::speed_ramp) of speeds.
     pub(crate) level: usize,
     pub(crate) points: Vec<PathPoint>,
 }
@@ -65,7 +64,7 @@ impl DrivenPath {
     pub fn new(name: &str, mut points: Vec<PathPoint>) -> Self {
         points.retain(PathPoint::is_finite);
         let name = name.chars().take(Self::MAX_NAME_CHARS).collect();
-        let stretches = stretches(&points, speed::Scale::up_to(top_speed(&points)));
+        let stretches = stretches(&points, data_colours::Scale::up_to(top_speed(&points)));
         Self { name, label: None, points, stretches }
     }
 
@@ -118,8 +117,8 @@ impl DrivenPath {
     }
 
     /// Returns the scale of its speeds.
-    pub(crate) fn scale(&self) -> speed::Scale {
-        speed::Scale::up_to(top_speed(&self.points))
+    pub(crate) fn scale(&self) -> data_colours::Scale {
+        data_colours::Scale::up_to(top_speed(&self.points))
     }
 
     pub(crate) fn first(&self) -> Option<&PathPoint> {
@@ -165,7 +164,7 @@ fn top_speed(points: &[PathPoint]) -> f64 {
 }
 
 /// Divides a path where its colour changes.
-fn stretches(points: &[PathPoint], scale: speed::Scale) -> Vec<Stretch> {
+fn stretches(points: &[PathPoint], scale: data_colours::Scale) -> Vec<Stretch> {
     let level = |pair: &[PathPoint]| scale.level(f64::midpoint(pair[0].speed, pair[1].speed));
     let mut stretches = Vec::new();
     let mut begin = 0;
@@ -204,6 +203,11 @@ fn deviation(point: &PathPoint, first: &PathPoint, last: &PathPoint) -> f64 {
     let square = east * east + north * north;
     let share = if square > 0.0 { ((x * east + y * north) / square).clamp(0.0, 1.0) } else { 0.0 };
     (x - share * east).hypot(y - share * north)
+}
+
+/// Formats a time.
+pub(crate) fn seconds(time: f64) -> String {
+    format!("{time:.3} s")
 }
 
 #[cfg(test)]

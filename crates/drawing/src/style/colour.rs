@@ -1,15 +1,15 @@
-//! Heat map colours for weights.
-//!
-//! A colour ramp is a sequence of colours from cool to warm, taken from a polyline in the `OKLab`
-//! colour space (<https://bottosson.github.io/posts/oklab/>). Neighbouring colours of the ramp are
-//! equally far apart, so equal differences in weight look equal. The lightness decreases steadily
-//! (in the dark theme, it increases), so colour-blind users can read the ramp. The range of
-//! lightness is limited, so that numbers drawn on top of the colours are legible.
+//! Themes, and colours in the colour spaces sRGB and `OKLab`
+//! (<https://bottosson.github.io/posts/oklab/>).
 
-use crate::style::Theme;
-
-/// The number of colours in a ramp.
-pub(crate) const STEPS: usize = 64;
+/// A colour theme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Theme {
+    /// Dark lines on a light background.
+    #[default]
+    Light,
+    /// Light lines on a dark background.
+    Dark,
+}
 
 /// A colour as red, green and blue, each from 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,14 +18,6 @@ pub(crate) struct Rgb(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 impl std::fmt::Display for Rgb {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
-    }
-}
-
-/// Returns the colour ramp of a theme, from the smallest weight to the largest weight.
-pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
-    match theme {
-        Theme::Light => blend(&LIGHT, STEPS),
-        Theme::Dark => blend(&DARK, STEPS),
     }
 }
 
@@ -39,12 +31,6 @@ pub(crate) fn blend(corners: &[Lch], steps: usize) -> Vec<Rgb> {
     (0..steps).map(|step| srgb(along(&corners, &lengths, at(step)))).collect()
 }
 
-/// Returns the index of a weight's colour in the ramp, given the largest weight.
-pub(crate) fn step(weight: u16, largest: u16) -> usize {
-    let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
-    ((2 * weight * (STEPS - 1) + largest) / (2 * largest)).min(STEPS - 1)
-}
-
 /// Returns the relative luminance as defined by the Web Content Accessibility Guidelines 2.2.
 pub(crate) fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
     let linear = |channel: u8| {
@@ -54,19 +40,8 @@ pub(crate) fn luminance(Rgb(red, green, blue): Rgb) -> f64 {
     0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
 }
 
-/// The lightness, chroma and hue (in degrees) of a colour. The colour ramps are polylines through
-/// the colours in `LIGHT` and `DARK`.
+/// The lightness, chroma and hue (in degrees) of a colour.
 pub(crate) type Lch = (f64, f64, f64);
-const LIGHT: [Lch; 5] = [
-    (0.955, 0.025, 230.0),
-    (0.935, 0.04, 130.0),
-    (0.895, 0.085, 85.0),
-    (0.825, 0.12, 62.0),
-    (0.735, 0.145, 42.0),
-];
-const DARK: [Lch; 4] =
-    [(0.27, 0.05, 255.0), (0.345, 0.085, 305.0), (0.42, 0.115, 0.0), (0.51, 0.12, 50.0)];
-
 type Lab = [f64; 3];
 
 fn lab((lightness, chroma, hue): Lch) -> Lab {
@@ -127,45 +102,10 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn lightness_is_monotonic() {
-        for theme in [Theme::Light, Theme::Dark] {
-            let ramp: Vec<f64> = ramp(theme).into_iter().map(luminance).collect();
-            assert_eq!(ramp.len(), STEPS);
-            let rises = ramp.windows(2).filter(|pair| pair[1] > pair[0]).count();
-            assert_eq!(rises, if theme == Theme::Dark { STEPS - 1 } else { 0 });
-        }
-    }
-
-    #[test]
-    fn neighbouring_colours_differ_but_only_slightly() {
-        for theme in [Theme::Light, Theme::Dark] {
-            for pair in ramp(theme).windows(2) {
-                assert_ne!(pair[0], pair[1]);
-                assert!(contrast(pair[0], pair[1]) < 1.1);
-            }
-        }
-    }
-
-    #[test]
     fn reference_colours_convert_correctly() {
         assert_eq!(srgb([1.0, 0.0, 0.0]), Rgb(255, 255, 255));
         assert_eq!(srgb([0.0, 0.0, 0.0]), Rgb(0, 0, 0));
         // Pure red, from the article that defines OKLab.
         assert_eq!(srgb([0.627_955, 0.224_863, 0.125_846]), Rgb(255, 0, 0));
-    }
-
-    #[test]
-    fn the_largest_weight_is_the_warmest() {
-        assert_eq!([0, 1, 2].map(|weight| step(weight, 2)), [0, 32, 63]);
-        assert_eq!(step(0, 0), 0);
-        for largest in 1..=255_u16 {
-            for weight in 0..=largest {
-                let exact = f64::from(weight) * 63.0 / f64::from(largest);
-                #[expect(clippy::cast_precision_loss, reason = "at most 63")]
-                let found = step(weight, largest) as f64;
-                // Browsers round half up.
-                assert!((found - (exact + 0.5).floor()).abs() < 0.1, "{weight} of {largest}");
-            }
-        }
     }
 }

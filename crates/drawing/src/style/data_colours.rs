@@ -1,26 +1,31 @@
-//! The colours of driven paths: a ramp for speeds, and distinct colours for several paths.
+//! Colours with a meaning: ramps for weights (heat colours) and speeds, distinct colours for several
+//! paths, and the colours that a mouse gives to cells.
+//!
+//! A colour ramp is a sequence of colours, taken from a polyline in the `OKLab` colour space.
+//! Neighbouring colours of the ramp are equally far apart, so equal differences look equal. The
+//! lightness changes steadily, so colour-blind users can read the ramp. The range of lightness of
+//! heat colours is limited, so that numbers drawn on top of them are legible.
 
-use crate::style::Theme;
-use crate::style::colour::{Lch, Rgb, blend};
+use crate::style::colour::{Lch, Rgb, Theme, blend, luminance};
 
 /// The number of colours in the ramp of speeds.
-pub(crate) const LEVELS: usize = 24;
+pub(crate) const SPEED_LEVELS: usize = 24;
 
 /// The maximum number of paths in a scene.
 pub const MAX_PATHS: usize = 6;
 
 /// The slowest to the fastest colour. Lightness and the difference between blue and yellow grow
 /// with the speed, so colour-blind users can read the ramp.
-const LIGHT: [Lch; 4] =
+const SPEED_LIGHT: [Lch; 4] =
     [(0.35, 0.19, 268.0), (0.45, 0.22, 305.0), (0.56, 0.22, 5.0), (0.68, 0.165, 55.0)];
-const DARK: [Lch; 4] =
+const SPEED_DARK: [Lch; 4] =
     [(0.55, 0.17, 270.0), (0.63, 0.19, 320.0), (0.74, 0.15, 25.0), (0.9, 0.15, 95.0)];
 
 /// Returns the colours of speeds, slowest first.
-pub(crate) fn ramp(theme: Theme) -> Vec<Rgb> {
+pub(crate) fn speed_ramp(theme: Theme) -> Vec<Rgb> {
     match theme {
-        Theme::Light => blend(&LIGHT, LEVELS),
-        Theme::Dark => blend(&DARK, LEVELS),
+        Theme::Light => blend(&SPEED_LIGHT, SPEED_LEVELS),
+        Theme::Dark => blend(&SPEED_DARK, SPEED_LEVELS),
     }
 }
 
@@ -83,12 +88,12 @@ impl Scale {
         self.step * f64::from(self.steps)
     }
 
-    /// Returns the index in the [`ramp`] of the colour of a speed in mm/s.
+    /// Returns the index in the [`speed_ramp`] of the colour of a speed in mm/s.
     pub(crate) fn level(self, speed: f64) -> usize {
         #[expect(clippy::cast_precision_loss, reason = "small")]
-        let level = speed / self.end() * LEVELS as f64;
+        let level = speed / self.end() * SPEED_LEVELS as f64;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        (level.max(0.0) as usize).min(LEVELS - 1)
+        (level.max(0.0) as usize).min(SPEED_LEVELS - 1)
     }
 
     /// Returns the ticks: the share of the scale, from 0 to 1, and the speed in m/s as text.
@@ -100,8 +105,76 @@ impl Scale {
     }
 }
 
+/// The number of colours in a ramp.
+pub(crate) const HEAT_LEVELS: usize = 64;
+
+/// Returns the colour ramp of a theme, from the smallest weight to the largest weight.
+pub(crate) fn heat_ramp(theme: Theme) -> Vec<Rgb> {
+    match theme {
+        Theme::Light => blend(&HEAT_LIGHT, HEAT_LEVELS),
+        Theme::Dark => blend(&HEAT_DARK, HEAT_LEVELS),
+    }
+}
+
+/// Returns the index of a weight's colour in the ramp, given the largest weight.
+pub(crate) fn heat_step(weight: u16, largest: u16) -> usize {
+    let (weight, largest) = (usize::from(weight), usize::from(largest).max(1));
+    ((2 * weight * (HEAT_LEVELS - 1) + largest) / (2 * largest)).min(HEAT_LEVELS - 1)
+}
+
+const HEAT_LIGHT: [Lch; 5] = [
+    (0.955, 0.025, 230.0),
+    (0.935, 0.04, 130.0),
+    (0.895, 0.085, 85.0),
+    (0.825, 0.12, 62.0),
+    (0.735, 0.145, 42.0),
+];
+const HEAT_DARK: [Lch; 4] =
+    [(0.27, 0.05, 255.0), (0.345, 0.085, 305.0), (0.42, 0.115, 0.0), (0.51, 0.12, 50.0)];
+
+/// The distance from a coloured area to the edges of its cell, in units. The floor between the area
+/// and the walls keeps the walls visible beside any colour.
+pub(crate) const INSET: u32 = 2;
+
+/// The colours, each with its letter.
+pub(crate) const COLOURS: [(char, Rgb); 15] = [
+    ('k', Rgb(0, 0, 0)),
+    ('b', Rgb(0, 0, 179)),
+    ('a', Rgb(179, 179, 179)),
+    ('c', Rgb(0, 102, 102)),
+    ('g', Rgb(0, 179, 0)),
+    ('o', Rgb(179, 102, 0)),
+    ('r', Rgb(204, 0, 0)),
+    ('w', Rgb(255, 255, 255)),
+    ('y', Rgb(179, 179, 0)),
+    ('B', Rgb(0, 0, 51)),
+    ('C', Rgb(0, 51, 51)),
+    ('A', Rgb(26, 26, 26)),
+    ('G', Rgb(0, 77, 0)),
+    ('R', Rgb(77, 0, 0)),
+    ('Y', Rgb(51, 51, 0)),
+];
+
+/// Returns the colour with this letter.
+pub(crate) fn colour(letter: char) -> Option<Rgb> {
+    COLOURS.into_iter().find(|&(known, _)| known == letter).map(|(_, colour)| colour)
+}
+
+/// Returns the class of labels on a colour: white on dark colours, black on light colours.
+pub(crate) fn label_class(colour: Rgb) -> &'static str {
+    if is_light(colour) { "on-light" } else { "on-dark" }
+}
+
+/// Returns true if black has more contrast than white on a colour.
+pub(crate) fn is_light(colour: Rgb) -> bool {
+    // The contrast ratio of two colours is the ratio of their luminances plus 0.05.
+    (luminance(colour) + 0.05).powi(2) > 0.05 * 1.05
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::style::colour::luminance;
     use crate::style::colour::tests::contrast;
@@ -109,8 +182,8 @@ mod tests {
     #[test]
     fn speeds_are_visible_and_get_lighter() {
         for theme in [Theme::Light, Theme::Dark] {
-            let (ramp, floor) = (ramp(theme), theme.colours().floor);
-            assert_eq!(ramp.len(), LEVELS);
+            let (ramp, floor) = (speed_ramp(theme), theme.colours().floor);
+            assert_eq!(ramp.len(), SPEED_LEVELS);
             for pair in ramp.windows(2) {
                 assert!(luminance(pair[1]) > luminance(pair[0]), "{theme:?}: {pair:?}");
             }
@@ -218,5 +291,57 @@ mod tests {
         let levels = [-1.0, 0.0, 1250.0, 2499.9, 2500.0, 1e12].map(|speed| scale.level(speed));
         assert_eq!(levels, [0, 0, 12, 23, 23, 23]);
         assert!(Scale::up_to(1e300).ticks().count() <= 9);
+    }
+
+    #[test]
+    fn lightness_is_monotonic() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let ramp: Vec<f64> = heat_ramp(theme).into_iter().map(luminance).collect();
+            assert_eq!(ramp.len(), HEAT_LEVELS);
+            let rises = ramp.windows(2).filter(|pair| pair[1] > pair[0]).count();
+            assert_eq!(rises, if theme == Theme::Dark { HEAT_LEVELS - 1 } else { 0 });
+        }
+    }
+
+    #[test]
+    fn neighbouring_colours_differ_but_only_slightly() {
+        for theme in [Theme::Light, Theme::Dark] {
+            for pair in heat_ramp(theme).windows(2) {
+                assert_ne!(pair[0], pair[1]);
+                assert!(contrast(pair[0], pair[1]) < 1.1);
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_weight_is_the_warmest() {
+        assert_eq!([0, 1, 2].map(|weight| heat_step(weight, 2)), [0, 32, 63]);
+        assert_eq!(heat_step(0, 0), 0);
+        for largest in 1..=255_u16 {
+            for weight in 0..=largest {
+                let exact = f64::from(weight) * 63.0 / f64::from(largest);
+                #[expect(clippy::cast_precision_loss, reason = "at most 63")]
+                let found = heat_step(weight, largest) as f64;
+                // Browsers round half up.
+                assert!((found - (exact + 0.5).floor()).abs() < 0.1, "{weight} of {largest}");
+            }
+        }
+    }
+
+    #[test]
+    fn labels_are_legible_on_every_colour() {
+        for (letter, colour) in COLOURS {
+            let label = if is_light(colour) { Rgb(0, 0, 0) } else { Rgb(255, 255, 255) };
+            let contrast = contrast(label, colour);
+            assert!(contrast >= 4.5, "{letter}: {contrast:.2}");
+        }
+    }
+
+    #[test]
+    fn colours_and_letters_are_distinct() {
+        let letters: String = COLOURS.iter().map(|(letter, _)| letter).collect();
+        assert_eq!(letters, "kbacgorwyBCAGRY");
+        assert_eq!(COLOURS.iter().map(|(_, colour)| colour).collect::<BTreeSet<_>>().len(), 15);
+        assert_eq!((colour('w'), colour('x')), (Some(Rgb(255, 255, 255)), None));
     }
 }

@@ -3,10 +3,9 @@
 use mmsim_maze::{Cell, MazeSize};
 
 use super::Svg;
-use crate::colours;
-use crate::font::decimals;
-use crate::geometry::{cell_area, centre, corner};
-use crate::label::{self, Label};
+use crate::shapes::{cell_area, centre, corner};
+use crate::style::data_colours::label_class;
+use crate::text::{Label, cell_text, decimals};
 
 impl Svg<'_> {
     pub(super) fn numbers(&mut self) {
@@ -33,7 +32,7 @@ impl Svg<'_> {
         self.put("<g class=\"texts\">\n");
         for cell in size.cells() {
             let Some(text) = self.scene.text(cell) else { continue };
-            let ((path, scale), class) = (label::text(text), self.label_class(cell));
+            let ((path, scale), class) = (cell_text(text), self.label_class(cell));
             let position = position(size, cell, scale);
             self.put_part(cell_area(corner(size, cell)), true, format_args!(
                 "<path class=\"text{class}\" data-cell=\"{},{}\" data-text=\"{}\" transform=\"{position}\" d=\"{path}\"/>\n",
@@ -46,7 +45,7 @@ impl Svg<'_> {
     /// Returns the class of the label of a cell, preceded by a space.
     fn label_class(&self, cell: Cell) -> String {
         let colour = self.scene.colour(cell);
-        colour.map(|colour| format!(" {}", colours::label_class(colour))).unwrap_or_default()
+        colour.map(|colour| format!(" {}", label_class(colour))).unwrap_or_default()
     }
 }
 
@@ -68,12 +67,11 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::font::digits;
-    use crate::label::INFINITY;
     use crate::scene::{Layers, Scene};
-    use crate::style::Theme;
-    use crate::style::colour::ramp;
+    use crate::style::colour::Theme;
+    use crate::style::data_colours::heat_ramp;
     use crate::svg::tests::maze;
+    use crate::text::{INFINITY, digits};
 
     #[test]
     fn all_zero_weights_are_hidden() {
@@ -101,7 +99,7 @@ mod tests {
         assert_eq!(numbers(&svg), [&digits(0), &digits(1), &digits(1), INFINITY]);
         assert!(svg.contains(r#"data-cell="1,1" x="22" y="2" width="16" height="16" fill="none""#));
         assert_eq!(svg.matches(r#"fill="none""#).count(), 1);
-        let warmest = ramp(Theme::Light)[63].to_string();
+        let warmest = heat_ramp(Theme::Light)[63].to_string();
         assert_eq!(svg.matches(&warmest).count(), 2, "1 is the largest weight");
         let numbered = Scene::from_maze(&maze).with_numbers(|_| Some(255)).page_svg();
         assert_eq!(numbers(&numbered), [&digits(255)[..]; 4]);
@@ -118,7 +116,7 @@ mod tests {
         let lines = |start: &str| -> Vec<&str> {
             svg.lines().filter(|line| line.starts_with(start)).collect()
         };
-        let (first, first_scale) = label::text("1200");
+        let (first, first_scale) = cell_text("1200");
         assert_eq!(
             lines("<path class=\"text"),
             [
@@ -127,7 +125,7 @@ mod tests {
                 ),
                 format!(
                     r#"<path class="text" data-cell="0,1" data-text="&lt;&quot;é&amp;&quot;> 12" transform="translate(10 10) scale(0.6)" d="{}"/>"#,
-                    label::text("<\"é&\"> 12").0
+                    cell_text("<\"é&\"> 12").0
                 ),
             ]
         );

@@ -11,10 +11,13 @@
 //! The legend is below the maze. Its units are those of the maze at 16×16 cells, and it is scaled
 //! with the longer side of the maze, so that texts have the same size in each picture.
 
-use crate::font::ADVANCE;
-use crate::geometry::{MARGIN, PITCH, units};
+use super::Svg;
 use crate::scene::Scene;
-use crate::scene::driven_path::DrivenPath;
+use crate::scene::driven_path::{DrivenPath, seconds};
+use crate::shapes::{Area, MARGIN, PITCH, around, units};
+use crate::style::data_colours::speed_ramp;
+use crate::svg::paths::{Style, area};
+use crate::text::{ADVANCE, STROKE, decimals, line};
 
 /// The distance between two rows, in units of the legend.
 pub(crate) const ROW: f64 = 11.0;
@@ -95,16 +98,108 @@ impl Scene<'_> {
     }
 }
 
+impl Svg<'_> {
+    /// Draws the legend below the maze.
+    pub(super) fn legend(&mut self) {
+        let (scene, Some(legend)) = (self.scene, Legend::new(self.scene)) else { return };
+        let top = f64::from(units(scene.size).1 - MARGIN);
+        let number = scene.theme.colours().number;
+        self.put(format_args!(
+            "<g class=\"legend\" transform=\"translate(-{MARGIN} {}) scale({:.4})\" stroke=\"{number}\" \
+             stroke-width=\"{STROKE}\">\n",
+            decimals(top),
+            legend.factor
+        ));
+        let place = Place { legend, top };
+        for (index, path) in scene.paths.iter().enumerate() {
+            let y = Legend::row(index);
+            let Style { colours, width } = self.style(index);
+            if scene.paths.len() > 1 {
+                let sample = format!(
+                    "<path stroke=\"{}\" stroke-width=\"{}\" d=\"M{} {y}h{}\"/>\n",
+                    colours[0],
+                    decimals(width),
+                    decimals(GAP + width / 2.0),
+                    decimals(SAMPLE - width)
+                );
+                self.put_part(place.row(y), true, sample);
+            }
+            let time = path.label();
+            self.text(&place, path.name(), legend.names, y);
+            self.text(&place, &time, legend.times - length(time.len()), y);
+        }
+        if let Some(time) = scene.time {
+            let clock = seconds(time);
+            self.text(&place, &clock, legend.width - GAP - length(clock.len()), Legend::row(0));
+        }
+        if let (Some(top), [path]) = (legend.speeds, scene.paths) {
+            self.speeds(&place, path, top);
+        }
+        self.put("</g>\n");
+    }
+
+    /// Draws the scale of speeds.
+    fn speeds(&mut self, place: &Place, path: &DrivenPath, top: f64) {
+        let colours = speed_ramp(self.scene.theme);
+        let (unit, left) = ("m/s", GAP + 2.0);
+        // Half of the last number and a space.
+        let to_unit = 7.5 + 5.0;
+        let width = place.legend.width - left - to_unit - length(unit.len()) - GAP;
+        #[expect(clippy::cast_precision_loss, reason = "few colours")]
+        let share = width / colours.len() as f64;
+        let (mut x, right) = (left, decimals(left + width));
+        for colour in colours {
+            // Each colour continues below the next ones, so that there are no seams.
+            let left = decimals(x);
+            let bar = format!(
+                "<path stroke=\"none\" style=\"fill:{colour}\" d=\"M{left} {top}H{right}v5H{left}z\"/>\n"
+            );
+            self.put_part(place.row(top), true, bar);
+            x += share;
+        }
+        for (share, text) in path.scale().ticks() {
+            let x = left + share * width;
+            let tick = format!("<path d=\"M{} {}v1.5\"/>\n", decimals(x), top + 6.0);
+            self.put_part(place.row(top + 6.0), true, tick);
+            self.text(place, &text, x - length(text.len()) / 2.0, top + 13.5);
+        }
+        self.text(place, unit, left + width + to_unit, top + 13.5);
+    }
+
+    /// Writes a text that begins at (x, y), in units of the legend.
+    fn text(&mut self, place: &Place, text: &str, x: f64, y: f64) {
+        // A line of text is centred.
+        let middle = x + length(text.chars().count()) / 2.0;
+        let line = line(text, 0.0);
+        let element = format!(
+            "<path transform=\"translate({} {})\" d=\"{line}\"/>\n",
+            decimals(middle),
+            decimals(y)
+        );
+        self.put_part(place.row(y), true, element);
+    }
+}
+
+/// The place of the legend in the picture.
+struct Place {
+    legend: Legend,
+    top: f64,
+}
+
+impl Place {
+    /// Returns the area of a row, given its middle in units of the legend.
+    fn row(&self, y: f64) -> Area {
+        let Legend { factor, width, .. } = self.legend;
+        let (north, south) = (self.top + factor * (y - 8.0), self.top + factor * (y + 8.0));
+        around(area((0.0, north), 2.0), area((factor * width, south), 2.0))
+    }
+}
+
 /// Returns the length of a line of this many characters, in units of the legend.
 pub(crate) fn length(characters: usize) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "short lines")]
     let characters = characters as f64;
     characters * ADVANCE
-}
-
-/// Formats a time.
-pub(crate) fn seconds(time: f64) -> String {
-    format!("{time:.3} s")
 }
 
 #[cfg(test)]

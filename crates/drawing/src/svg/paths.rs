@@ -3,13 +3,11 @@
 use std::fmt::Write as _;
 
 use super::Svg;
-use crate::font::{STROKE, decimals, line};
-use crate::geometry::{Area, MARGIN, PITCH, around, units};
-use crate::marks::MOUSE;
 use crate::scene::driven_path::{DrivenPath, PathPoint, Stretch};
+use crate::shapes::{Area, MOUSE, PITCH, around};
 use crate::style::colour::Rgb;
-use crate::style::data_colours::{faint, path_colours, ramp};
-use crate::svg::legend::{GAP, Legend, SAMPLE, length, seconds};
+use crate::style::data_colours::{faint, path_colours, speed_ramp};
+use crate::text::decimals;
 
 /// The width of a single path, in units.
 const WIDTH: f64 = 3.0;
@@ -23,10 +21,10 @@ const LEAST_WIDTH: f64 = 1.8;
 const MOUSE_SCALE: f64 = 0.62;
 
 /// How a path is drawn.
-struct Style {
+pub(super) struct Style {
     /// The colours of speeds, or a single colour.
-    colours: Vec<Rgb>,
-    width: f64,
+    pub(super) colours: Vec<Rgb>,
+    pub(super) width: f64,
 }
 
 impl Svg<'_> {
@@ -60,10 +58,10 @@ impl Svg<'_> {
         self.put("</g>\n");
     }
 
-    fn style(&self, index: usize) -> Style {
+    pub(super) fn style(&self, index: usize) -> Style {
         let (theme, count) = (self.scene.theme, self.scene.paths.len());
         if matches!(self.scene.paths, [path] if path.is_coloured_by_speed()) {
-            return Style { colours: ramp(theme), width: WIDTH };
+            return Style { colours: speed_ramp(theme), width: WIDTH };
         }
         #[expect(clippy::cast_precision_loss, reason = "few paths")]
         let (depth, all) = (index as f64, (count - 1) as f64);
@@ -145,86 +143,6 @@ impl Svg<'_> {
         }
     }
 
-    /// Draws the legend below the maze.
-    pub(super) fn legend(&mut self) {
-        let (scene, Some(legend)) = (self.scene, Legend::new(self.scene)) else { return };
-        let top = f64::from(units(scene.size).1 - MARGIN);
-        let number = scene.theme.colours().number;
-        self.put(format_args!(
-            "<g class=\"legend\" transform=\"translate(-{MARGIN} {}) scale({:.4})\" stroke=\"{number}\" \
-             stroke-width=\"{STROKE}\">\n",
-            decimals(top),
-            legend.factor
-        ));
-        let place = Place { legend, top };
-        for (index, path) in scene.paths.iter().enumerate() {
-            let y = Legend::row(index);
-            let Style { colours, width } = self.style(index);
-            if scene.paths.len() > 1 {
-                let sample = format!(
-                    "<path stroke=\"{}\" stroke-width=\"{}\" d=\"M{} {y}h{}\"/>\n",
-                    colours[0],
-                    decimals(width),
-                    decimals(GAP + width / 2.0),
-                    decimals(SAMPLE - width)
-                );
-                self.put_part(place.row(y), true, sample);
-            }
-            let time = path.label();
-            self.text(&place, path.name(), legend.names, y);
-            self.text(&place, &time, legend.times - length(time.len()), y);
-        }
-        if let Some(time) = scene.time {
-            let clock = seconds(time);
-            self.text(&place, &clock, legend.width - GAP - length(clock.len()), Legend::row(0));
-        }
-        if let (Some(top), [path]) = (legend.speeds, scene.paths) {
-            self.speeds(&place, path, top);
-        }
-        self.put("</g>\n");
-    }
-
-    /// Draws the scale of speeds.
-    fn speeds(&mut self, place: &Place, path: &DrivenPath, top: f64) {
-        let colours = ramp(self.scene.theme);
-        let (unit, left) = ("m/s", GAP + 2.0);
-        // Half of the last number and a space.
-        let to_unit = 7.5 + 5.0;
-        let width = place.legend.width - left - to_unit - length(unit.len()) - GAP;
-        #[expect(clippy::cast_precision_loss, reason = "few colours")]
-        let share = width / colours.len() as f64;
-        let (mut x, right) = (left, decimals(left + width));
-        for colour in colours {
-            // Each colour continues below the next ones, so that there are no seams.
-            let left = decimals(x);
-            let bar = format!(
-                "<path stroke=\"none\" style=\"fill:{colour}\" d=\"M{left} {top}H{right}v5H{left}z\"/>\n"
-            );
-            self.put_part(place.row(top), true, bar);
-            x += share;
-        }
-        for (share, text) in path.scale().ticks() {
-            let x = left + share * width;
-            let tick = format!("<path d=\"M{} {}v1.5\"/>\n", decimals(x), top + 6.0);
-            self.put_part(place.row(top + 6.0), true, tick);
-            self.text(place, &text, x - length(text.len()) / 2.0, top + 13.5);
-        }
-        self.text(place, unit, left + width + to_unit, top + 13.5);
-    }
-
-    /// Writes a text that begins at (x, y), in units of the legend.
-    fn text(&mut self, place: &Place, text: &str, x: f64, y: f64) {
-        // A line of text is centred.
-        let middle = x + length(text.chars().count()) / 2.0;
-        let line = line(text, 0.0);
-        let element = format!(
-            "<path transform=\"translate({} {})\" d=\"{line}\"/>\n",
-            decimals(middle),
-            decimals(y)
-        );
-        self.put_part(place.row(y), true, element);
-    }
-
     /// Returns the position of a point in the drawing, in units.
     fn place(&self, point: &PathPoint) -> (f64, f64) {
         let (pitch, height) = (f64::from(PITCH), f64::from(self.scene.size.height()));
@@ -232,23 +150,8 @@ impl Svg<'_> {
     }
 }
 
-/// The place of the legend in the picture.
-struct Place {
-    legend: Legend,
-    top: f64,
-}
-
-impl Place {
-    /// Returns the area of a row, given its middle in units of the legend.
-    fn row(&self, y: f64) -> Area {
-        let Legend { factor, width, .. } = self.legend;
-        let (north, south) = (self.top + factor * (y - 8.0), self.top + factor * (y + 8.0));
-        around(area((0.0, north), 2.0), area((factor * width, south), 2.0))
-    }
-}
-
 /// Returns the area around a point.
-fn area((x, y): (f64, f64), reach: f64) -> Area {
+pub(super) fn area((x, y): (f64, f64), reach: f64) -> Area {
     #[expect(clippy::cast_possible_truncation, reason = "whole numbers, saturated")]
     let [west, north, east, south] = [
         (x - reach).floor() as i32,
@@ -269,7 +172,8 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::scene::driven_path::tests::path;
-    use crate::style::Theme;
+    use crate::shapes::units;
+    use crate::style::colour::Theme;
     use crate::svg::tests::maze;
 
     /// Returns the lines of a drawing between two texts.
@@ -284,7 +188,7 @@ mod tests {
         let scene = Scene::from_maze(&maze).with_paths(&paths);
         let svg = scene.svg();
         let lines = between(&svg, "<g class=\"driven-paths\">", "<g class=\"walls\">");
-        let colours: Vec<_> = ramp(Theme::Light).iter().map(ToString::to_string).collect();
+        let colours: Vec<_> = speed_ramp(Theme::Light).iter().map(ToString::to_string).collect();
         let levels: Vec<_> = lines
             .iter()
             .filter_map(|line| line.strip_prefix("<path stroke=\"")?.split_once('"'))
