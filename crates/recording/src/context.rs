@@ -11,7 +11,7 @@ use mmsim_protocol::{Annotation, State, StateMessage};
 use crate::context::changes::{ChangeWriter, Changes};
 use crate::context::notes::Notes;
 use crate::context::update::{
-    Events, Readings, StoredReadings, StoredUpdate, Update, put_not_own, put_reading, put_untracked,
+    Events, NOT_OWN, Readings, StoredReadings, StoredUpdate, UNTRACKED, Update, put_reading,
 };
 
 /// The client's state beyond the bytes of its last message: the walls that it has read, and the
@@ -173,7 +173,7 @@ impl Context {
     fn encode_readings(&self, pose: Option<Pose>, readings: Readings<'_>, to: &mut Vec<u8>) {
         match (readings, &self.walls_read) {
             (Readings::AtPose, _) | (Readings::Untracked, None) => {}
-            (Readings::Untracked, Some(_)) => put_untracked(to),
+            (Readings::Untracked, Some(_)) => to.push(UNTRACKED),
             (Readings::Poses(poses), Some(walls_read)) => {
                 let is_at_pose = match (poses, pose) {
                     (&[read], Some(pose)) => read == pose,
@@ -191,7 +191,7 @@ impl Context {
                     // An empty update would mean that there are still no readings.
                     match pose {
                         Some(pose) => put_reading(to, pose),
-                        None => put_not_own(to),
+                        None => to.push(NOT_OWN),
                     }
                 }
             }
@@ -306,7 +306,7 @@ fn encode_poses(before: Walls, pose: Option<Pose>, poses: &[Pose], to: &mut Vec<
     }
     match pose {
         Some(pose) if is_read(&after, pose) => drop(read_around(&mut encoded, pose)),
-        _ => put_not_own(to),
+        _ => to.push(NOT_OWN),
     }
     for &pose in poses {
         if read_around(&mut encoded, pose) {

@@ -45,16 +45,20 @@ pub(crate) enum NewText<'a> {
     Difference(u32),
 }
 
-/// The letters of lists.
-const TEXTS: u8 = b'T';
-const COLOURS: u8 = b'C';
-const WALLS: u8 = b'D';
+/// The letters of lists. The same letter in lower case clears all values of the list.
+pub(crate) const TEXTS: u8 = b'T';
+pub(crate) const COLOURS: u8 = b'C';
+pub(crate) const WALLS: u8 = b'D';
+
+/// The letters of the names of the mouse and its strategy.
+pub(crate) const MOUSE: u8 = b'M';
+pub(crate) const STRATEGY: u8 = b'S';
 
 /// The letter of a log line.
 const LINE: u8 = b'L';
 
 /// The letters of all entries in their order. Only log lines can be repeated.
-const ORDER: &[u8] = &[b'M', b'S', b't', TEXTS, b'c', COLOURS, b'd', WALLS, b'r', LINE];
+const ORDER: &[u8] = &[MOUSE, STRATEGY, b't', TEXTS, b'c', COLOURS, b'd', WALLS, b'r', LINE];
 
 /// Changes that have been checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,8 +132,8 @@ impl<'a> Reader<'a> {
                 b'c' => Some(Annotation::ClearColours),
                 b'd' => Some(Annotation::ClearWalls),
                 LINE => self.take_line().map(Annotation::Log),
-                b'M' => self.take_text(MAX_NAME_BYTES).map(Annotation::Mouse),
-                b'S' => self.take_text(MAX_NAME_BYTES).map(Annotation::Strategy),
+                MOUSE => self.take_text(MAX_NAME_BYTES).map(Annotation::Mouse),
+                STRATEGY => self.take_text(MAX_NAME_BYTES).map(Annotation::Strategy),
                 _ => None,
             };
             return annotation.map(|it| Some(Change::Other(it))).ok_or_else(|| invalid(start));
@@ -214,7 +218,8 @@ fn take_number(bytes: &mut &[u8]) -> Option<u64> {
     None
 }
 
-fn put_number(to: &mut Vec<u8>, mut number: u64) {
+/// Appends a LEB128 number.
+pub(crate) fn put_number(to: &mut Vec<u8>, mut number: u64) {
     while number > 0x7f {
         let [low, ..] = number.to_le_bytes();
         to.push(low | 0x80);
@@ -243,23 +248,16 @@ impl<'t> ChangeWriter<'t> {
         Self { to, next: 0 }
     }
 
-    /// Begins a list of `count` changed texts.
-    pub(crate) fn begin_texts(&mut self, count: usize) {
-        self.begin(TEXTS, count);
-    }
-
-    pub(crate) fn begin_colours(&mut self, count: usize) {
-        self.begin(COLOURS, count);
-    }
-
-    pub(crate) fn begin_walls(&mut self, count: usize) {
-        self.begin(WALLS, count);
-    }
-
-    fn begin(&mut self, letter: u8, count: usize) {
-        self.to.push(letter);
+    /// Begins a list of `count` changes of texts, colours or walls.
+    pub(crate) fn begin(&mut self, list: u8, count: usize) {
+        self.to.push(list);
         put_number(self.to, count as u64);
         self.next = 0;
+    }
+
+    /// Clears all values of a list.
+    pub(crate) fn clear(&mut self, list: u8) {
+        self.to.push(list.to_ascii_lowercase());
     }
 
     fn skip_to(&mut self, index: usize) {
@@ -290,25 +288,9 @@ impl<'t> ChangeWriter<'t> {
         self.to.push(wall_letter(state));
     }
 
-    pub(crate) fn clear_texts(&mut self) {
-        self.to.push(b't');
-    }
-
-    pub(crate) fn clear_colours(&mut self) {
-        self.to.push(b'c');
-    }
-
-    pub(crate) fn clear_walls(&mut self) {
-        self.to.push(b'd');
-    }
-
-    pub(crate) fn mouse(&mut self, name: &str) {
-        self.to.push(b'M');
-        self.short_text(name);
-    }
-
-    pub(crate) fn strategy(&mut self, name: &str) {
-        self.to.push(b'S');
+    /// Appends a new name of the mouse or of its strategy.
+    pub(crate) fn name(&mut self, letter: u8, name: &str) {
+        self.to.push(letter);
         self.short_text(name);
     }
 
@@ -344,18 +326,18 @@ mod tests {
     fn changes_have_the_documented_bytes() {
         let mut bytes = Vec::new();
         let mut writer = ChangeWriter::new(&mut bytes);
-        writer.mouse("Theseus");
-        writer.strategy("swing");
-        writer.clear_texts();
-        writer.begin_texts(3);
+        writer.name(MOUSE, "Theseus");
+        writer.name(STRATEGY, "swing");
+        writer.clear(TEXTS);
+        writer.begin(TEXTS, 3);
         writer.text(1, NewText::Difference(16));
         writer.text(2, NewText::Difference(200_u32.wrapping_neg()));
         writer.text(5, NewText::Text("\u{221e}"));
-        writer.clear_colours();
-        writer.begin_colours(1);
+        writer.clear(COLOURS);
+        writer.begin(COLOURS, 1);
         writer.colour(5, Some(Colour::DarkGreen));
-        writer.clear_walls();
-        writer.begin_walls(2);
+        writer.clear(WALLS);
+        writer.begin(WALLS, 2);
         writer.wall(0, None);
         writer.wall(11, Some(WallState::Unknown));
         writer.restart();

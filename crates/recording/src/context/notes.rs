@@ -5,7 +5,9 @@ use std::fmt;
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Wall, WallState};
 use mmsim_protocol::{Annotation, Colour, MAX_TEXT_BYTES};
 
-use crate::context::changes::{Change, ChangeWriter, Changes, NewText};
+use crate::context::changes::{
+    COLOURS, Change, ChangeWriter, Changes, MOUSE, NewText, STRATEGY, TEXTS, WALLS,
+};
 use crate::context::update::{AnnotationList, Events};
 
 /// The maximum lengths of encoded changes in bytes: of lists and names without their contents, of a
@@ -133,31 +135,25 @@ impl Notes {
     /// Applies annotations. Skips texts, colours and walls that are cleared afterwards, because
     /// each clear and the next value fill the whole layer. Returns the other annotations.
     pub(crate) fn apply_all(&mut self, annotations: AnnotationList<'_>) -> Events {
-        let (mut events, mut texts, mut colours, mut walls) = (Events::default(), 0, 0, 0);
-        for annotation in annotations.iter() {
+        let (mut events, mut cleared) = (Events::default(), [0; 3]);
+        for (index, annotation) in annotations.iter().enumerate() {
             match annotation {
                 Annotation::Restart => events.has_restart = true,
                 Annotation::Log(_) => events.lines += 1,
-                Annotation::ClearTexts => texts += 1,
-                Annotation::ClearColours => colours += 1,
-                Annotation::ClearWalls => walls += 1,
+                Annotation::ClearTexts => cleared[0] = index,
+                Annotation::ClearColours => cleared[1] = index,
+                Annotation::ClearWalls => cleared[2] = index,
                 _ => {}
             }
         }
-        for annotation in annotations.iter() {
-            match annotation {
-                Annotation::ClearTexts => texts -= 1,
-                Annotation::ClearColours => colours -= 1,
-                Annotation::ClearWalls => walls -= 1,
-                _ => {}
-            }
-            let clears = match annotation {
-                Annotation::Text { .. } | Annotation::ClearTexts => texts,
-                Annotation::Colour { .. } | Annotation::ClearColours => colours,
-                Annotation::Wall { .. } | Annotation::ClearWalls => walls,
+        for (index, annotation) in annotations.iter().enumerate() {
+            let last_clear = match annotation {
+                Annotation::Text { .. } | Annotation::ClearTexts => cleared[0],
+                Annotation::Colour { .. } | Annotation::ClearColours => cleared[1],
+                Annotation::Wall { .. } | Annotation::ClearWalls => cleared[2],
                 _ => 0,
             };
-            if clears == 0 {
+            if index >= last_clear {
                 self.apply(annotation);
             }
         }
@@ -194,51 +190,28 @@ impl Notes {
     pub(crate) fn encode_changes(&self, next: &Self, to: &mut Vec<u8>) {
         let mut writer = ChangeWriter::new(to);
         if self.mouse != next.mouse {
-            writer.mouse(&next.mouse);
+            writer.name(MOUSE, &next.mouse);
         }
         if self.strategy != next.strategy {
-            writer.strategy(&next.strategy);
+            writer.name(STRATEGY, &next.strategy);
         }
-        let (texts, colours, walls) = (Layer::default(), Layer::default(), Layer::default());
-        let (mut old, mut previous) = (&self.texts, 0);
-        if old.is_cheaper_to_clear(&next.texts) {
-            writer.clear_texts();
-            old = &texts;
-        }
-        let count = old.changes(&next.texts).count();
-        if count > 0 {
-            writer.begin_texts(count);
-        }
-        for (cell, text) in old.changes(&next.texts) {
+        let mut previous = 0;
+        self.texts.encode_changes(&next.texts, TEXTS, &mut writer, |writer, cell, old, text| {
             let new = if let Some(number) = text.number() {
-                let base = old.0.get(cell).and_then(Text::number).unwrap_or(previous);
+                let base = old.number().unwrap_or(previous);
                 previous = number;
                 NewText::Difference(number.wrapping_sub(base))
             } else {
                 NewText::Text(text.as_str())
             };
             writer.text(cell, new);
-        }
-        let mut old = &self.colours;
-        if old.is_cheaper_to_clear(&next.colours) {
-            writer.clear_colours();
-            old = &colours;
-        }
-        let count = old.changes(&next.colours).count();
-        if count > 0 {
-            writer.begin_colours(count);
-        }
-        old.changes(&next.colours).for_each(|(cell, &colour)| writer.colour(cell, colour));
-        let mut old = &self.walls;
-        if old.is_cheaper_to_clear(&next.walls) {
-            writer.clear_walls();
-            old = &walls;
-        }
-        let count = old.changes(&next.walls).count();
-        if count > 0 {
-            writer.begin_walls(count);
-        }
-        old.changes(&next.walls).for_each(|(wall, &state)| writer.wall(wall, state));
+        });
+        self.colours.encode_changes(&next.colours, COLOURS, &mut writer, |writer, cell, _, new| {
+            writer.colour(cell, *new);
+        });
+        self.walls.encode_changes(&next.walls, WALLS, &mut writer, |writer, wall, _, new| {
+            writer.wall(wall, *new);
+        });
     }
 
     /// Returns the maximum length of the changes from which these notes can be restored.
@@ -251,16 +224,16 @@ impl Notes {
 }
 
 /// A value for each cell or wall. The list is empty if all values are the default.
-#[derive(Clone, Debug)]
-pub(crate) struct Layer<T>(pub(crate) Vec<T>);
+#[derive(Clone, Debug, Default)]
+struct Layer<T>(Vec<T>);
 
 impl<T: Copy + Default + PartialEq> Layer<T> {
-    pub(crate) fn get(&self, index: usize) -> T {
+    fn get(&self, index: usize) -> T {
         self.0.get(index).copied().unwrap_or_default()
     }
 
     /// Changes one of `length` values.
-    pub(crate) fn set(&mut self, index: usize, value: T, length: usize) {
+    fn set(&mut self, index: usize, value: T, length: usize) {
         if self.0.is_empty() && value != T::default() {
             self.0.resize(length, T::default());
         }
@@ -269,27 +242,44 @@ impl<T: Copy + Default + PartialEq> Layer<T> {
         }
     }
 
+    /// Appends the changes to `next`, which form the list with the letter `list`. `put` appends a
+    /// value, given its index, the old value and the new value.
+    fn encode_changes(
+        &self,
+        next: &Self,
+        list: u8,
+        writer: &mut ChangeWriter<'_>,
+        mut put: impl FnMut(&mut ChangeWriter<'_>, usize, T, &T),
+    ) {
+        let (empty, is_cleared) = (Self::default(), self.is_cheaper_to_clear(next));
+        let old = if is_cleared { &empty } else { self };
+        if is_cleared {
+            writer.clear(list);
+        }
+        let count = old.changes(next).count();
+        if count > 0 {
+            writer.begin(list, count);
+        }
+        for (index, value) in old.changes(next) {
+            put(writer, index, old.get(index), value);
+        }
+    }
+
     /// Returns each value of `next` that differs from the old value, with its index. If `next` has no
     /// values, the old values must have been cleared.
-    pub(crate) fn changes<'l>(&'l self, next: &'l Self) -> impl Iterator<Item = (usize, &'l T)> {
+    fn changes<'l>(&'l self, next: &'l Self) -> impl Iterator<Item = (usize, &'l T)> {
         let has_changed = |&(index, &value): &(usize, &T)| value != self.get(index);
         next.0.iter().enumerate().filter(has_changed)
     }
 
     /// Returns true if there are fewer changes to `next` if all values are cleared first.
-    pub(crate) fn is_cheaper_to_clear(&self, next: &Self) -> bool {
+    fn is_cheaper_to_clear(&self, next: &Self) -> bool {
         let is_set = |value: &&T| **value != T::default();
         if next.0.is_empty() {
             self.0.iter().any(|value| is_set(&value))
         } else {
             self.changes(next).count() > 1 + next.0.iter().filter(is_set).count()
         }
-    }
-}
-
-impl<T> Default for Layer<T> {
-    fn default() -> Self {
-        Self(Vec::new())
     }
 }
 

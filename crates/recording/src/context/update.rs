@@ -10,7 +10,7 @@
 //! R         the letter R, x, y, heading (N, E, S or W)
 //! ```
 
-use mmsim_maze::{Heading, MazeSize, Pose};
+use mmsim_maze::{CellSet, MazeSize, Pose};
 use mmsim_protocol::{Annotation, Annotations, Request};
 
 use crate::context::changes::Changes;
@@ -85,9 +85,13 @@ impl Update<'_> {
     }
 }
 
-/// The letters at the beginning of the entries of an update.
-const UNTRACKED: u8 = b'U';
-const NOT_OWN: u8 = b'N';
+/// The entry that means that the run has no readings.
+pub(crate) const UNTRACKED: u8 = b'U';
+
+/// The entry that means that the walls around the pose of the state were not read.
+pub(crate) const NOT_OWN: u8 = b'N';
+
+/// The letter of a reading of the walls around a pose.
 const READING: u8 = b'R';
 
 /// The length of an entry `R` in bytes.
@@ -180,23 +184,10 @@ impl OtherPoses<'_> {
     }
 }
 
-/// Appends the entry that means that the run has no readings.
-pub(crate) fn put_untracked(bytes: &mut Vec<u8>) {
-    bytes.push(UNTRACKED);
-}
-
-/// Appends the entry that means that the walls around the pose of the state were not read.
-pub(crate) fn put_not_own(bytes: &mut Vec<u8>) {
-    bytes.push(NOT_OWN);
-}
-
 /// Appends a reading of the walls around a pose.
 pub(crate) fn put_reading(bytes: &mut Vec<u8>, Pose { cell, heading }: Pose) {
     bytes.extend([READING, cell.x, cell.y, heading.letter() as u8]);
 }
-
-/// The number of poses in the largest maze.
-const POSES: usize = MazeSize::MAX_AREA * Heading::ALL.len();
 
 /// The maximum total length of the annotations that precede a state, in bytes, without the letters
 /// of their requests. In the largest maze, the longest texts, colours and walls of all cells fit.
@@ -217,10 +208,10 @@ pub(crate) const MAX_PENDING_BYTES: usize = 64 << 10;
 /// updates.read(pose(1));
 /// assert_eq!(updates.update().readings, Readings::Poses(&[]));
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct UpdateTracker {
-    /// One bit for each pose at which the client has read walls.
-    read: [u64; POSES / u64::BITS as usize],
+    /// The cells in which the client has read walls, for each heading.
+    read: [CellSet; 4],
     /// The poses that the client has read since the previous state, for the first time.
     poses: Vec<Pose>,
     /// The entries of the annotations since the previous state.
@@ -239,29 +230,11 @@ pub struct UpdateTracker {
 )]
 pub struct TooManyAnnotations;
 
-impl Default for UpdateTracker {
-    fn default() -> Self {
-        Self {
-            read: [0; POSES / u64::BITS as usize],
-            poses: Vec::new(),
-            annotations: Vec::new(),
-            is_reported: false,
-            has_read: false,
-        }
-    }
-}
-
 impl UpdateTracker {
     /// Adds a reading. Later readings at the same pose have no effect.
     #[inline]
     pub fn read(&mut self, pose: Pose) {
-        let Pose { cell, heading } = pose;
-        let side = usize::from(MazeSize::MAX_SIDE);
-        let cell = usize::from(cell.y) % side * side + usize::from(cell.x) % side;
-        let index = cell * Heading::ALL.len() + heading as usize;
-        let (word, bit) = (&mut self.read[index / 64], 1 << (index % 64));
-        if *word & bit == 0 {
-            *word |= bit;
+        if self.read[pose.heading as usize].insert(pose.cell) {
             self.add(pose);
         }
     }

@@ -4,6 +4,7 @@ use std::mem;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use crate::context::changes::put_number;
 use crate::memory::{OutOfMemory, reserve};
 
 /// The capacity of a chunk in bytes. To read a time, the gaps of its chunk up to the time are decoded.
@@ -78,17 +79,10 @@ impl Times {
         self.previous = (self.newest, self.gaps.len());
         let ticks = time / self.tick_ns;
         // The times in recordings of other tools may decrease, so the gap may wrap around.
-        let mut gap = ticks.wrapping_sub(self.newest);
+        put_number(&mut self.gaps, ticks.wrapping_sub(self.newest));
         self.newest = ticks;
         self.count += 1;
-        loop {
-            let [low, ..] = gap.to_le_bytes();
-            gap >>= 7;
-            self.gaps.push(if gap > 0 { low | 0x80 } else { low });
-            if gap == 0 {
-                return Ok(());
-            }
-        }
+        Ok(())
     }
 
     /// Removes the newest time. `undo_push` works only once after each [`push`](Self::push).

@@ -88,12 +88,11 @@ pub(crate) fn read_states(
     let mut intact = 0;
     let integrity = loop {
         match reader.next_record() {
-            Ok((kind, body)) => {
-                if let Err(reason) = records.add(kind, body)? {
-                    break Integrity::Damaged { intact, reason };
-                }
-                intact = records.read;
-            }
+            Ok((kind, body)) => match records.add(kind, body) {
+                Ok(()) => intact = records.read,
+                Err(Stop::Damaged(reason)) => break Integrity::Damaged { intact, reason },
+                Err(Stop::Failed(error)) => return Err(error),
+            },
             Err(End::Closed) => break Integrity::Closed,
             Err(End::Truncated) => {
                 break Integrity::Truncated { intact, length: reader.position };
@@ -132,90 +131,97 @@ struct Records<F> {
     on_state: F,
 }
 
+/// The reason why no further record is read.
+enum Stop {
+    /// The record is invalid.
+    Damaged(String),
+    Failed(ReadError),
+}
+
+impl<T: Into<String>> From<T> for Stop {
+    fn from(reason: T) -> Self {
+        Self::Damaged(reason.into())
+    }
+}
+
+impl From<ReadError> for Stop {
+    fn from(error: ReadError) -> Self {
+        Self::Failed(error)
+    }
+}
+
 impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records<F> {
-    /// Processes a record of any kind. The inner error is the reason why the record is invalid.
-    fn add(&mut self, kind: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
+    /// Processes a record of any kind.
+    fn add(&mut self, kind: u8, body: &[u8]) -> Result<(), Stop> {
         self.read += (HEAD_BYTES + body.len()) as u64;
         if kind != kind::CHUNK {
             return self.add_plain(kind, body);
         }
         if !memory::is_available(MAX_CHUNK_BYTES) {
-            return Err(ReadError::OutOfMemory);
+            return Err(ReadError::OutOfMemory.into());
         }
-        let records = match unpack_chunk(body, MAX_CHUNK_BYTES) {
-            Ok(records) => records,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let records = unpack_chunk(body, MAX_CHUNK_BYTES)?;
         self.unpacked += records.len() as u64;
         let max = MAX_UNPACKED_BYTES + MAX_COMPRESSION_RATIO * self.read;
         if self.unpacked > max {
-            return Ok(Err(format!("chunks that decompress to more than {max} bytes")));
+            return Err(format!("chunks that decompress to more than {max} bytes").into());
         }
         let mut rest = &*records;
         while !rest.is_empty() {
-            let Some((kind, body)) = take_record(&mut rest) else {
-                return Ok(Err("a record that extends past the end of its chunk".into()));
-            };
-            if let Err(reason) = self.add_plain(kind, body)? {
-                return Ok(Err(reason));
-            }
+            let record = take_record(&mut rest);
+            let (kind, body) = record.ok_or("a record that extends past the end of its chunk")?;
+            self.add_plain(kind, body)?;
         }
-        Ok(Ok(()))
+        Ok(())
     }
 
     /// Processes a record that is not a chunk.
-    fn add_plain(&mut self, kind: u8, body: &[u8]) -> Result<Result<(), String>, ReadError> {
+    fn add_plain(&mut self, kind: u8, body: &[u8]) -> Result<(), Stop> {
         let is_short = body.len() <= MAX_DESCRIPTION_BYTES;
-        let done = match kind {
-            kind::MESSAGE => match Message::decode(body) {
-                Ok(message) => return self.add_message(&message),
-                Err(reason) => Err(reason),
-            },
-            kind::METADATA if is_short => match (Metadata::decode(body), &self.description) {
-                (Ok(record), None) if record.name == METADATA => {
+        match kind {
+            kind::MESSAGE => return self.add_message(&Message::decode(body)?),
+            kind::METADATA if is_short => {
+                let record = Metadata::decode(body)?;
+                if self.description.is_none() && record.name == METADATA {
                     self.description = Some(describe(record.get(INFO))?);
-                    Ok(())
                 }
-                (decoded, _) => decoded.map(drop),
-            },
-            kind::CHANNEL if is_short => Channel::decode(body).map(|channel| {
+            }
+            kind::CHANNEL if is_short => {
+                let channel = Channel::decode(body)?;
                 match [channel.topic, channel.encoding] {
                     STATES => self.states.insert(channel.number),
                     MAZES => self.mazes.insert(channel.number),
                     UPDATES => self.updates.insert(channel.number),
                     _ => false,
                 };
-            }),
-            _ => Ok(()),
-        };
-        Ok(done.map_err(String::from))
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
-    fn add_message(&mut self, message: &Message<'_>) -> Result<Result<(), String>, ReadError> {
+    fn add_message(&mut self, message: &Message<'_>) -> Result<(), Stop> {
         let &Message { channel, time, data } = message;
-        let Some(description) = &mut self.description else { return Ok(Ok(())) };
+        let Some(description) = &mut self.description else { return Ok(()) };
         if self.mazes.contains(&channel) {
             if description.maze.is_none() && data.len() <= MAX_DESCRIPTION_BYTES {
                 description.maze = Some(read_maze(data, description.size)?);
             }
         } else if self.updates.contains(&channel) {
-            if let Err(reason) = StoredUpdate::decode(data, description.size) {
-                return Ok(Err(reason));
-            }
+            StoredUpdate::decode(data, description.size)?;
             self.update.clear();
             self.update.extend_from_slice(data);
         } else if self.states.contains(&channel) {
-            match Request::decode(data, description.size) {
-                Ok(Request::State(_)) => {
+            match Request::decode(data, description.size).map_err(|error| error.to_string())? {
+                Request::State(_) => {
                     let update = &self.update;
                     (self.on_state)(description, RecordedState { time, update, state: data })?;
                     self.update.clear();
                 }
-                Ok(_) => return Ok(Err("expected a state, found another request".into())),
-                Err(error) => return Ok(Err(error.to_string())),
+                _ => return Err("expected a state, found another request".into()),
             }
         }
-        Ok(Ok(()))
+        Ok(())
     }
 }
 
