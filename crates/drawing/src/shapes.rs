@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose};
 
-use crate::text::decimals;
+use crate::text::pair;
 
 /// The width of a cell, in units.
 pub(crate) const PITCH: u32 = 20;
@@ -74,10 +74,7 @@ pub(crate) fn frame(size: MazeSize, cell: Cell, cells: &CellSet) -> String {
             Heading::West => (-out, -way),
         };
         let (from, to) = (point(-left), point(right));
-        let place = |(east, south): (f64, f64)| {
-            let (x, y) = (f64::from(x) + east, f64::from(y) + south);
-            format!("{} {}", decimals(x), decimals(y))
-        };
+        let place = |(east, south)| pair(f64::from(x) + east, f64::from(y) + south);
         let _ = write!(path, "M{}L{}", place(from), place(to));
     }
     path

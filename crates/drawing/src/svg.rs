@@ -208,8 +208,7 @@ impl<'a> Svg<'a> {
         if !self.has(|layers| layers.heat) {
             return;
         }
-        let Scene { size, theme, .. } = *self.scene;
-        let ramp = heat_ramp(theme);
+        let ramp = heat_ramp(self.scene.theme);
         let number = |(_, label): (Cell, Option<&Label>)| label?.number();
         let largest = self.scene.labels().filter_map(number).max().unwrap_or(0);
         self.put("<g class=\"heats\">\n");
@@ -217,16 +216,7 @@ impl<'a> Svg<'a> {
             let number = label.and_then(Label::number);
             let colour = number.map(|number| ramp[heat_step(number, largest)].to_string());
             let colour = colour.unwrap_or_else(|| "none".into());
-            let (x, y) = corner(size, cell);
-            let tile = tile((x, y));
-            self.put_part(
-                cell_area((x, y)),
-                number.is_some(),
-                format_args!(
-                    "<rect class=\"heat\" data-cell=\"{},{}\" {tile} fill=\"{colour}\"/>\n",
-                    cell.x, cell.y
-                ),
-            );
+            self.tile("heat", cell, number.is_some(), &colour);
         }
         self.put("</g>\n");
     }
@@ -236,18 +226,19 @@ impl<'a> Svg<'a> {
         self.put("<g class=\"colours\">\n");
         for cell in size.cells() {
             let Some(colour) = self.scene.colour(cell) else { continue };
-            let (x, y) = corner(size, cell);
-            let tile = tile((x, y));
-            self.put_part(
-                cell_area((x, y)),
-                true,
-                format_args!(
-                    "<rect class=\"colour\" data-cell=\"{},{}\" {tile} fill=\"{colour}\"/>\n",
-                    cell.x, cell.y
-                ),
-            );
+            self.tile("colour", cell, true, &colour.to_string());
         }
         self.put("</g>\n");
+    }
+
+    /// Draws a coloured area in a cell.
+    fn tile(&mut self, class: &str, cell: Cell, is_visible: bool, fill: &str) {
+        let (corner, Cell { x: column, y: row }, width) =
+            (corner(self.scene.size, cell), cell, PITCH - 2 * INSET);
+        let (x, y) = (corner.0 + INSET, corner.1 + INSET);
+        self.put_part(cell_area(corner), is_visible, format_args!(
+            "<rect class=\"{class}\" data-cell=\"{column},{row}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{width}\" fill=\"{fill}\"/>\n"
+        ));
     }
 
     /// Draws a frame with the badge S around the start cell, and a frame with the badge G around
@@ -320,16 +311,11 @@ impl<'a> Svg<'a> {
             };
             let [area, next] = [cell, cell.neighbour(heading).unwrap_or(cell)]
                 .map(|cell| cell_area(corner(size, cell)));
-            self.put_part(
-                around(area, next),
-                !path.is_empty(),
-                format_args!(
-                    "<path class=\"{class}\" data-passage=\"{},{},{}\"{ink} d=\"{path}\"/>\n",
-                    cell.x,
-                    cell.y,
-                    heading.letter()
-                ),
+            let key = key(cell, heading);
+            let element = format_args!(
+                "<path class=\"{class}\" data-passage=\"{key}\"{ink} d=\"{path}\"/>\n"
             );
+            self.put_part(around(area, next), !path.is_empty(), element);
         }
         self.put("</g>\n");
     }
@@ -344,11 +330,8 @@ impl<'a> Svg<'a> {
             let Some(area) = areas.reduce(around) else { continue };
             let line: Vec<_> = points.iter().map(|(x, y)| format!("{x} {y}")).collect();
             let line = line.join("L");
-            self.put_part(
-                area,
-                true,
-                format_args!("<path class=\"{name}-route\" d=\"M{line}\"/>\n"),
-            );
+            let element = format_args!("<path class=\"{name}-route\" d=\"M{line}\"/>\n");
+            self.put_part(area, true, element);
         }
     }
 
@@ -365,10 +348,9 @@ impl<'a> Svg<'a> {
     }
 }
 
-/// Returns the attributes of a coloured area in the cell with this corner.
-fn tile((x, y): (u32, u32)) -> String {
-    let (x, y, width) = (x + INSET, y + INSET, PITCH - 2 * INSET);
-    format!(r#"x="{x}" y="{y}" width="{width}" height="{width}""#)
+/// Returns the text that identifies a wall or a passage of a cell in a page.
+fn key(cell: Cell, heading: Heading) -> String {
+    format!("{},{},{}", cell.x, cell.y, heading.letter())
 }
 
 #[cfg(test)]

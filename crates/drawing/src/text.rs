@@ -134,7 +134,7 @@ pub(crate) fn line(text: &str, y: f64) -> String {
         // Half an advance is a whole number of hundredths, so this is exact.
         #[expect(clippy::cast_precision_loss, reason = "at most ten characters")]
         let x = (index as f64 - count as f64 / 2.0) * ADVANCE;
-        let _ = write!(path, "M{} {}{}", decimals(x), decimals(y), glyph(letter));
+        let _ = write!(path, "M{}{}", pair(x, y), glyph(letter));
     }
     path
 }
@@ -142,6 +142,11 @@ pub(crate) fn line(text: &str, y: f64) -> String {
 fn glyph(letter: char) -> &'static str {
     let index = (letter as usize).checked_sub(' ' as usize);
     index.and_then(|index| GLYPHS.get(index)).copied().unwrap_or(MISSING)
+}
+
+/// Formats the coordinates of a point.
+pub(crate) fn pair(x: f64, y: f64) -> String {
+    format!("{} {}", decimals(x), decimals(y))
 }
 
 /// Formats a number with at most two decimals and no trailing zeros.
@@ -210,9 +215,7 @@ impl Label {
     /// Returns the factor by which the path is scaled to fit into a cell.
     pub(crate) fn scale(&self) -> f64 {
         match self {
-            Self::Number(number) => {
-                line_scale(number.checked_ilog10().map_or(1, |log| log as usize + 1))
-            }
+            Self::Number(number) => line_scale(number.to_string().len()),
             Self::NoPath => 1.0,
         }
     }

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
 
+use resvg::tiny_skia::Pixmap;
+
 use crate::raster::{PictureError, rgb};
 use crate::scene::Scene;
 use crate::shapes::units;
@@ -41,37 +43,42 @@ impl Palette {
         // Draw the sample at the scale of the scene, but limit its size.
         let side_px = (width_px * units(size).0 / units(scene.size).0).clamp(64, 768);
         let sheet = Sheet::new(size);
-        let mut areas = BTreeMap::new();
-        for heading in [Heading::North, Heading::East] {
-            let pixmap = sheet.scene(scene, heading).pixmap(side_px)?;
-            for &pixel in pixmap.pixels() {
-                *areas.entry(rgb(pixel)).or_insert(0_u32) += 1;
-            }
-        }
+        let samples = [Heading::North, Heading::East]
+            .map(|heading| sheet.scene(scene, heading).pixmap(side_px));
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
         chosen.extend(COLOURS.map(|(_, colour)| colour));
         if scene.layers.heat {
             chosen.extend(heat_ramp(theme));
         }
-        Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
+        Self::new(chosen, samples)
     }
 
     /// Builds a palette for an animation of mice on paths. Its frames differ only in the places of
     /// the mice and in the parts of the paths that are faint.
     fn for_paths(scene: &Scene<'_>, width_px: u32) -> Result<Self, PictureError> {
-        let mut areas = BTreeMap::new();
-        for time in [0.0, scene.duration()] {
-            for &pixel in scene.clone().at_time(time).pixmap(width_px)?.pixels() {
-                *areas.entry(rgb(pixel)).or_insert(0_u32) += 1;
-            }
-        }
+        let samples =
+            [0.0, scene.duration()].map(|time| scene.clone().at_time(time).pixmap(width_px));
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
         let paths = path_colours(theme).into_iter().take(scene.paths.len());
         let strong = if scene.paths.len() == 1 { speed_ramp(theme) } else { paths.collect() };
         chosen.extend(strong.iter().map(|&colour| faint(colour, theme.colours().floor)));
         chosen.extend(strong);
+        Self::new(chosen, samples)
+    }
+
+    /// Builds a palette with all `chosen` colours and the colours of pictures.
+    fn new(
+        chosen: Vec<Rgb>,
+        pictures: [Result<Pixmap, PictureError>; 2],
+    ) -> Result<Self, PictureError> {
+        let mut areas = BTreeMap::new();
+        for picture in pictures {
+            for &pixel in picture?.pixels() {
+                *areas.entry(rgb(pixel)).or_insert(0_u32) += 1;
+            }
+        }
         Ok(Self { colours: choose(chosen, areas.into_iter().collect()), nearest: HashMap::new() })
     }
 

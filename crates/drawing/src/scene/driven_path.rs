@@ -23,11 +23,11 @@ const TOLERANCE: f64 = 0.001;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrivenPath {
-    name: String,
+    pub(crate) name: String,
     /// The text in the legend that replaces the time.
     label: Option<String>,
-    points: Vec<PathPoint>,
-    stretches: Vec<Stretch>,
+    pub(crate) points: Vec<PathPoint>,
+    pub(crate) stretches: Vec<Stretch>,
 }
 
 /// The state of a mouse at one point of a [`DrivenPath`].
@@ -89,10 +89,6 @@ impl DrivenPath {
         Self { label: Some(label), points, stretches, ..path }
     }
 
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Returns true if the colour shows the speed.
     pub(crate) const fn is_coloured_by_speed(&self) -> bool {
         self.label.is_none()
@@ -119,18 +115,6 @@ impl DrivenPath {
     /// Returns the scale of its speeds.
     pub(crate) fn scale(&self) -> data_colours::Scale {
         data_colours::Scale::up_to(top_speed(&self.points))
-    }
-
-    pub(crate) fn first(&self) -> Option<&PathPoint> {
-        self.points.first()
-    }
-
-    pub(crate) fn last(&self) -> Option<&PathPoint> {
-        self.points.last()
-    }
-
-    pub(crate) fn stretches(&self) -> &[Stretch] {
-        &self.stretches
     }
 
     /// Returns the state at a time in s. Times outside of the path count as its beginning or end.
@@ -235,7 +219,7 @@ pub(crate) mod tests {
     #[test]
     fn few_points_stay_near_the_curve() {
         let path = path("a");
-        let drawn: Vec<_> = path.stretches().iter().flat_map(|part| &part.points).collect();
+        let drawn: Vec<_> = path.stretches.iter().flat_map(|part| &part.points).collect();
         assert!(drawn.len() < 80, "{}", drawn.len());
         let outline = path.outline();
         assert_eq!(outline[..2], [(0.5, 0.5), (1.5, 0.5)], "a straight is one line");
@@ -249,7 +233,7 @@ pub(crate) mod tests {
     #[test]
     fn each_stretch_has_the_colour_of_its_speed() {
         let path = path("a");
-        let (stretches, scale) = (path.stretches(), path.scale());
+        let (stretches, scale) = (&path.stretches, path.scale());
         for pair in stretches.windows(2) {
             assert_eq!(pair[0].points.last(), pair[1].points.first());
             assert_ne!(pair[0].level, pair[1].level);
@@ -282,11 +266,11 @@ pub(crate) mod tests {
         let wrong = PathPoint { x: f64::NAN, ..point };
         let resting =
             DrivenPath::new("a very long name of a mouse and its route", vec![wrong, point]);
-        assert_eq!((resting.at(1.0), resting.stretches().len()), (Some(point), 0));
-        assert_eq!(resting.name(), "a very long name of a mouse and ");
+        assert_eq!((resting.at(1.0), resting.stretches.len()), (Some(point), 0));
+        assert_eq!(resting.name, "a very long name of a mouse and ");
         let back = PathPoint { time: 2.0, ..point };
         let away = PathPoint { time: 1.0, x: 0.7, ..point };
         let there_and_back = DrivenPath::new("", vec![point, away, back]);
-        assert_eq!(there_and_back.stretches()[0].points.len(), 3);
+        assert_eq!(there_and_back.stretches[0].points.len(), 3);
     }
 }

@@ -17,7 +17,7 @@ use crate::scene::driven_path::{DrivenPath, seconds};
 use crate::shapes::{Area, MARGIN, PITCH, around, units};
 use crate::style::data_colours::speed_ramp;
 use crate::svg::paths::{Style, area};
-use crate::text::{ADVANCE, STROKE, decimals, line};
+use crate::text::{ADVANCE, STROKE, decimals, line, pair};
 
 /// The distance between two rows, in units of the legend.
 pub(crate) const ROW: f64 = 11.0;
@@ -62,7 +62,7 @@ impl Legend {
         let factor = f64::from(width.max(height)) / f64::from(classic);
         let rows = u32::try_from(scene.paths.len()).ok().filter(|&rows| rows > 0)?;
         let longest = |texts: &mut dyn Iterator<Item = usize>| length(texts.max().unwrap_or(0));
-        let name = longest(&mut scene.paths.iter().map(|path| path.name().chars().count()));
+        let name = longest(&mut scene.paths.iter().map(|path| path.name.chars().count()));
         let time = longest(&mut scene.paths.iter().map(|path| path.label().len()));
         let names = if rows > 1 { 2.0 * GAP + SAMPLE } else { GAP };
         let times = names + name + GAP + time;
@@ -115,17 +115,15 @@ impl Svg<'_> {
             let y = Legend::row(index);
             let Style { colours, width } = self.style(index);
             if scene.paths.len() > 1 {
+                let [x, length, width] = [GAP + width / 2.0, SAMPLE - width, width].map(decimals);
                 let sample = format!(
-                    "<path stroke=\"{}\" stroke-width=\"{}\" d=\"M{} {y}h{}\"/>\n",
-                    colours[0],
-                    decimals(width),
-                    decimals(GAP + width / 2.0),
-                    decimals(SAMPLE - width)
+                    "<path stroke=\"{}\" stroke-width=\"{width}\" d=\"M{x} {y}h{length}\"/>\n",
+                    colours[0]
                 );
                 self.put_part(place.row(y), true, sample);
             }
             let time = path.label();
-            self.text(&place, path.name(), legend.names, y);
+            self.text(&place, &path.name, legend.names, y);
             self.text(&place, &time, legend.times - length(time.len()), y);
         }
         if let Some(time) = scene.time {
@@ -170,12 +168,8 @@ impl Svg<'_> {
     fn text(&mut self, place: &Place, text: &str, x: f64, y: f64) {
         // A line of text is centred.
         let middle = x + length(text.chars().count()) / 2.0;
-        let line = line(text, 0.0);
-        let element = format!(
-            "<path transform=\"translate({} {})\" d=\"{line}\"/>\n",
-            decimals(middle),
-            decimals(y)
-        );
+        let (at, line) = (pair(middle, y), line(text, 0.0));
+        let element = format!("<path transform=\"translate({at})\" d=\"{line}\"/>\n");
         self.put_part(place.row(y), true, element);
     }
 }

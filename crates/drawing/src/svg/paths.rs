@@ -1,13 +1,11 @@
 //! The drawing of driven paths, their mice and their legend.
 
-use std::fmt::Write as _;
-
 use super::Svg;
 use crate::scene::driven_path::{DrivenPath, PathPoint, Stretch};
 use crate::shapes::{Area, MOUSE, PITCH, around};
 use crate::style::colour::Rgb;
 use crate::style::data_colours::{faint, path_colours, speed_ramp};
-use crate::text::decimals;
+use crate::text::{decimals, pair};
 
 /// The width of a single path, in units.
 const WIDTH: f64 = 3.0;
@@ -46,7 +44,7 @@ impl Svg<'_> {
                 }
                 let until = scene.time.filter(|_| !is_faint);
                 self.put(format_args!("<g stroke-width=\"{}\">\n", decimals(width)));
-                for stretch in path.stretches() {
+                for stretch in &path.stretches {
                     self.stretch(path, stretch, until, &colours, width);
                 }
                 if !is_faint {
@@ -88,21 +86,18 @@ impl Svg<'_> {
             points.extend(path.at(until));
         }
         let points: Vec<_> = points.iter().map(|point| self.place(point)).collect();
-        let mut line = String::new();
-        for (index, (x, y)) in points.iter().enumerate() {
-            let command = if index == 0 { 'M' } else { 'L' };
-            let _ = write!(line, "{command}{} {}", decimals(*x), decimals(*y));
-        }
+        let line: Vec<_> = points.iter().map(|&(x, y)| pair(x, y)).collect();
+        let line = line.join("L");
         let areas = points.iter().map(|&place| area(place, width / 2.0));
         let Some(area) = areas.reduce(around) else { return };
         let colour = colours[stretch.level.min(colours.len() - 1)];
-        let element = format_args!("<path stroke=\"{colour}\" d=\"{line}\"/>\n");
+        let element = format_args!("<path stroke=\"{colour}\" d=\"M{line}\"/>\n");
         self.put_part(area, true, element);
     }
 
     /// Draws a disc at the end of a path, and a ring at the beginning of a single path.
     fn ends(&mut self, path: &DrivenPath, colours: &[Rgb], width: f64) {
-        let (Some(first), Some(last)) = (path.first(), path.last()) else { return };
+        let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else { return };
         let (colour, ring, disc) = (colours[0], width / 2.0 + 1.8, width / 2.0 + 1.2);
         let mut marks = vec![(last, disc, format!("fill=\"{colour}\""))];
         if colours.len() > 1 {
@@ -111,13 +106,10 @@ impl Svg<'_> {
         }
         for (point, radius, style) in marks {
             let (x, y) = self.place(point);
-            let element = format_args!(
-                "<circle {style} cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n",
-                decimals(x),
-                decimals(y),
-                decimals(radius)
-            );
-            self.put_part(area((x, y), radius + 1.0), true, element);
+            let area = area((x, y), radius + 1.0);
+            let [x, y, radius] = [x, y, radius].map(decimals);
+            let element = format_args!("<circle {style} cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>\n");
+            self.put_part(area, true, element);
         }
     }
 
@@ -132,12 +124,10 @@ impl Svg<'_> {
                 1 => String::new(),
                 _ => format!(" style=\"fill:{}\"", self.style(index).colours[0]),
             };
+            let (place, turn) = (pair(x, y), decimals(90.0 - point.heading.to_degrees()));
             let element = format_args!(
-                "<path class=\"mouse\"{fill} transform=\"translate({} {}) rotate({}) \
-                 scale({MOUSE_SCALE})\" d=\"{MOUSE}\"/>\n",
-                decimals(x),
-                decimals(y),
-                decimals(90.0 - point.heading.to_degrees())
+                "<path class=\"mouse\"{fill} transform=\"translate({place}) rotate({turn}) \
+                 scale({MOUSE_SCALE})\" d=\"{MOUSE}\"/>\n"
             );
             self.put_part(area((x, y), 11.0 * MOUSE_SCALE), true, element);
         }

@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Wall, WallState};
 
-use super::Svg;
+use super::{Svg, key};
 use crate::scene::Scene;
 use crate::shapes::{PITCH, cell_area, corner};
 
@@ -24,16 +24,10 @@ impl Svg<'_> {
             };
             let [west, north, east, south] = cell_area((x, y));
             let area = [west - half, north - half, east + half, south + half];
-            self.put_part(
-                area,
-                class != INVISIBLE,
-                format_args!(
-                    "<path class=\"{class}\" data-wall=\"{},{},{}\" d=\"{line}\"/>\n",
-                    cell.x,
-                    cell.y,
-                    heading.letter()
-                ),
-            );
+            let key = key(cell, heading);
+            let element =
+                format_args!("<path class=\"{class}\" data-wall=\"{key}\" d=\"{line}\"/>\n");
+            self.put_part(area, class != INVISIBLE, element);
         }
         self.put("</g>\n<path class=\"posts\" d=\"");
         for row in 0..=u32::from(size.height()) {

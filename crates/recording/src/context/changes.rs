@@ -23,7 +23,7 @@
 use mmsim_maze::{Excerpt, MazeSize, WallState, needs_escape};
 use mmsim_protocol::{
     Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES, MAX_TEXT_CHARS,
-    colour_from_letter, colour_letter, wall_from_letter, wall_letter,
+    colour_from_letter, wall_from_letter,
 };
 
 use crate::context::update::Events;
@@ -278,14 +278,10 @@ impl<'t> ChangeWriter<'t> {
         }
     }
 
-    pub(crate) fn colour(&mut self, cell: usize, colour: Option<Colour>) {
-        self.skip_to(cell);
-        self.to.push(colour_letter(colour));
-    }
-
-    pub(crate) fn wall(&mut self, wall: usize, state: Option<WallState>) {
-        self.skip_to(wall);
-        self.to.push(wall_letter(state));
+    /// Appends the letter of a new colour or of the new state of a wall.
+    pub(crate) fn value(&mut self, index: usize, letter: u8) {
+        self.skip_to(index);
+        self.to.push(letter);
     }
 
     /// Appends a new name of the mouse or of its strategy.
@@ -314,6 +310,7 @@ impl<'t> ChangeWriter<'t> {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_protocol::{colour_letter, wall_letter};
     use proptest::prelude::*;
 
     use super::*;
@@ -335,11 +332,11 @@ mod tests {
         writer.text(5, NewText::Text("\u{221e}"));
         writer.clear(COLOURS);
         writer.begin(COLOURS, 1);
-        writer.colour(5, Some(Colour::DarkGreen));
+        writer.value(5, colour_letter(Some(Colour::DarkGreen)));
         writer.clear(WALLS);
         writer.begin(WALLS, 2);
-        writer.wall(0, None);
-        writer.wall(11, Some(WallState::Unknown));
+        writer.value(0, wall_letter(None));
+        writer.value(11, wall_letter(Some(WallState::Unknown)));
         writer.restart();
         writer.line("a\tb");
         let expected =

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Wall, WallState};
-use mmsim_protocol::{Annotation, Colour, MAX_TEXT_BYTES};
+use mmsim_protocol::{Annotation, Colour, MAX_TEXT_BYTES, colour_letter, wall_letter};
 
 use crate::context::changes::{
     COLOURS, Change, ChangeWriter, Changes, MOUSE, NewText, STRATEGY, TEXTS, WALLS,
@@ -207,10 +207,10 @@ impl Notes {
             writer.text(cell, new);
         });
         self.colours.encode_changes(&next.colours, COLOURS, &mut writer, |writer, cell, _, new| {
-            writer.colour(cell, *new);
+            writer.value(cell, colour_letter(*new));
         });
         self.walls.encode_changes(&next.walls, WALLS, &mut writer, |writer, wall, _, new| {
-            writer.wall(wall, *new);
+            writer.value(wall, wall_letter(*new));
         });
     }
 

@@ -38,7 +38,8 @@ pub enum Readings<'a> {
     Poses(&'a [Pose]),
 }
 
-/// The annotations of any number of requests (`A`).
+/// The annotations of any number of requests (`A`): the [`entries`](Annotations::entries) of valid
+/// requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AnnotationList<'a>(&'a [u8]);
 
@@ -57,19 +58,9 @@ impl<'a> AnnotationList<'a> {
         self.0.is_empty()
     }
 
-    /// Returns the length of the annotations in bytes.
-    pub(crate) const fn len(self) -> usize {
-        self.0.len()
-    }
-
     /// Iterates over the annotations.
     pub fn iter(self) -> impl Iterator<Item = Annotation<'a>> {
         Annotations::iter_entries(self.0)
-    }
-
-    /// Creates a list from the [`entries`](Annotations::entries) of valid requests.
-    pub(crate) const fn from_entries(entries: &'a [u8]) -> Self {
-        Self(entries)
     }
 }
 
@@ -81,7 +72,7 @@ impl Update<'_> {
             Readings::AtPose | Readings::Untracked => 1,
             Readings::Poses(poses) => 1 + (1 + poses.len()) * READING_BYTES,
         };
-        readings + if self.annotations.is_empty() { 0 } else { 64 + 2 * self.annotations.len() }
+        readings + if self.annotations.is_empty() { 0 } else { 64 + 2 * self.annotations.0.len() }
     }
 }
 
@@ -265,7 +256,7 @@ impl UpdateTracker {
         self.forget_reported();
         let Self { poses, annotations, has_read, .. } = self;
         let readings = if *has_read { Readings::Poses(poses) } else { Readings::Untracked };
-        Update { readings, annotations: AnnotationList::from_entries(annotations) }
+        Update { readings, annotations: AnnotationList(annotations) }
     }
 
     /// Marks the readings and annotations as part of a state. Later ones belong to the next state.

@@ -87,7 +87,8 @@ impl States {
     /// Returns the context of the state with this index.
     pub fn context(&self, index: usize) -> Option<Context> {
         let last = index - self.get(index).map(|_| self.first)?;
-        let (mut context, mut updates) = (self.contexts.first(self.size)?, self.contexts.updates());
+        let (mut context, mut updates) =
+            (self.contexts.first(self.size)?, self.contexts.updates.iter());
         for at in 0..=last {
             let pose = self.message(self.first + at).and_then(|state| state.pose().ok());
             let update = StoredUpdate::decode(updates.seek(at), self.size).ok()?;
@@ -100,13 +101,13 @@ impl States {
     /// bytes are empty for most states.
     pub fn update(&self, index: usize) -> Option<&[u8]> {
         let at = index - self.get(index).map(|_| self.first)?;
-        Some(self.contexts.updates().seek(at))
+        Some(self.contexts.updates.iter().seek(at))
     }
 
     /// Iterates over the states of this block from the index `from` in the whole history: the pose, or
     /// `None` if it is invalid, and true if the mouse was put back at the start before the state.
     pub fn poses(&self, from: usize) -> impl Iterator<Item = (Option<Pose>, bool)> {
-        let mut updates = self.contexts.updates();
+        let mut updates = self.contexts.updates.iter();
         (from.max(self.first)..self.first + self.len()).map(move |index| {
             let events = Events::from_update(updates.seek(index - self.first), self.size);
             let pose = self.message(index).and_then(|message| message.pose().ok());
@@ -204,7 +205,7 @@ impl States {
     pub fn scan(&self) -> Option<StateScan<'_>> {
         let context = self.contexts.first(self.size)?;
         let cursor = StateCursor { size: self.size, next: self.first, context };
-        Some(StateScan { states: self, updates: self.contexts.updates(), cursor })
+        Some(StateScan { states: self, updates: self.contexts.updates.iter(), cursor })
     }
 }
 
@@ -267,11 +268,6 @@ impl ContextBlock {
             [] => Some(Context::new(size)),
             bytes => Context::decode(bytes, size),
         }
-    }
-
-    /// Returns the updates of the states. The block must be decompressed.
-    pub(crate) fn updates(&self) -> Updates<'_> {
-        self.updates.iter()
     }
 }
 
