@@ -6,6 +6,7 @@ pub(crate) mod log;
 pub(crate) mod storage;
 pub(crate) mod times;
 
+use std::convert::Infallible;
 use std::ops::RangeInclusive;
 use std::{fmt, mem};
 
@@ -17,7 +18,7 @@ use crate::context::Context;
 use crate::context::update::{Events, Update};
 use crate::history::block::{Block, States};
 use crate::history::context_log::ContextLog;
-use crate::history::log::{LogBlock, LogEnd};
+use crate::history::log::{LogBlock, LogEnd, LogLine, read_log};
 use crate::history::storage::{BlockCompressor, Slabs};
 use crate::memory::{OutOfMemory, reserve};
 
@@ -223,6 +224,14 @@ impl History {
     /// See [`read_log`](crate::read_log).
     pub fn log_block(&self, blocks: RangeInclusive<usize>, end: LogEnd) -> Option<LogBlock> {
         self.contexts.log_block(blocks, end, self.packed.len())
+    }
+
+    /// Returns the last `max` log lines that match a filter, up to the state with the index `last`,
+    /// in order.
+    pub fn log(&self, last: usize, max: usize, filter: impl Fn(&str) -> bool) -> Vec<LogLine> {
+        let read = |blocks, end| Ok::<_, Infallible>(self.log_block(blocks, end));
+        read_log(&(0..=last), LogEnd::Last, max, filter, read)
+            .unwrap_or_else(|never| match never {})
     }
 
     /// Returns the update of the newest state as bytes, for

@@ -1,7 +1,6 @@
 //! Reads log lines from the newest to the oldest or vice versa.
 
 use std::collections::VecDeque;
-use std::convert::Infallible;
 use std::ops::RangeInclusive;
 
 use mmsim_maze::MazeSize;
@@ -9,7 +8,6 @@ use mmsim_protocol::Annotation;
 
 use crate::context::changes::Change;
 use crate::context::update::StoredUpdate;
-use crate::history::History;
 use crate::history::block::{Block, UpdateData};
 
 /// A log line of a mouse.
@@ -84,7 +82,7 @@ impl LogBlock {
 /// memory runs out.
 ///
 /// `read` returns the first or last block with log lines in a range of blocks, as
-/// [`History::log_block`] does.
+/// [`History::log_block`](crate::History::log_block) does.
 ///
 /// # Errors
 /// Returns the first error from `read`.
@@ -119,25 +117,16 @@ pub fn read_log<E>(
     Ok(found.into())
 }
 
-impl History {
-    /// Returns the last `max` log lines that match a filter, up to the state with the index `last`,
-    /// in order.
-    pub fn log(&self, last: usize, max: usize, filter: impl Fn(&str) -> bool) -> Vec<LogLine> {
-        let read = |blocks, end| Ok::<_, Infallible>(self.log_block(blocks, end));
-        read_log(&(0..=last), LogEnd::Last, max, filter, read)
-            .unwrap_or_else(|never| match never {})
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::cell::RefCell;
+    use std::convert::Infallible;
 
     use mmsim_protocol::Annotations;
 
     use super::*;
     use crate::context::update::UpdateTracker;
-    use crate::history::PushError;
+    use crate::history::{History, PushError};
 
     const STATE: &[u8] = b"S\0\0NC\0C\0";
 
