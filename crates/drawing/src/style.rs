@@ -28,7 +28,6 @@ pub(crate) struct Colours {
     pub(crate) mouse: Rgb,
     /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
-    pub(crate) post_opacity: &'static str,
 }
 
 /// The colours of the start cell or of the goal cells.
@@ -94,7 +93,6 @@ impl Theme {
                 number: rgb(0x002a_3442),
                 mouse: rgb(0x001d_4fd7),
                 rim: rgb(0x00ff_ffff),
-                post_opacity: ".2",
             },
             Self::Dark => Colours {
                 floor: rgb(0x0013_1820),
@@ -110,7 +108,6 @@ impl Theme {
                 number: rgb(0x00e2_e8f0),
                 mouse: rgb(0x007d_b8ff),
                 rim: rgb(0x000b_0f15),
-                post_opacity: ".2",
             },
         }
     }
@@ -170,7 +167,7 @@ fn colours(theme: Theme) -> String {
     let Colours {
         floor, visited, wall, unknown, mistaken, start, goal, number, mouse, rim, ..
     } = theme.colours();
-    let Colours { post_opacity, shortest_route, planned_route, .. } = theme.colours();
+    let Colours { shortest_route, planned_route, .. } = theme.colours();
     let mut rules = String::new();
     for (what, style) in [
         ("floor", format!("fill:{floor}")),
@@ -194,7 +191,7 @@ fn colours(theme: Theme) -> String {
         ("wall.known", format!("stroke:{wall}")),
         ("wall.missed", format!("stroke:{mistaken}")),
         ("wall.mistaken", format!("stroke:{mistaken}")),
-        ("posts", format!("fill:{wall};fill-opacity:{post_opacity}")),
+        ("posts", format!("fill:{wall};fill-opacity:.2")),
         ("mouse", format!("fill:{mouse};stroke:{rim}")),
     ] {
         let _ = writeln!(rules, ".maze .{what}{{{style}}}");

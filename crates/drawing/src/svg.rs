@@ -233,9 +233,8 @@ impl<'a> Svg<'a> {
 
     /// Draws a coloured area in a cell.
     fn tile(&mut self, class: &str, cell: Cell, is_visible: bool, fill: &str) {
-        let (corner, Cell { x: column, y: row }, width) =
-            (corner(self.scene.size, cell), cell, PITCH - 2 * INSET);
-        let (x, y) = (corner.0 + INSET, corner.1 + INSET);
+        let (corner, width) = (corner(self.scene.size, cell), PITCH - 2 * INSET);
+        let (x, y, Cell { x: column, y: row }) = (corner.0 + INSET, corner.1 + INSET, cell);
         self.put_part(cell_area(corner), is_visible, format_args!(
             "<rect class=\"{class}\" data-cell=\"{column},{row}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{width}\" fill=\"{fill}\"/>\n"
         ));

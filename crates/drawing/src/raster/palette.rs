@@ -154,20 +154,14 @@ impl Sheet {
         }
         let maze = Maze::new(walls, start, size.central_cells());
         // The mouse drives to the east in even rows and back to the west in odd ones.
-        let passage = |cell: Cell| {
-            let is_last = |x| cell.x == x;
-            let heading = match cell.y % 2 {
-                0 if is_last(size.width() - 1) => Heading::North,
-                0 => Heading::East,
-                _ if is_last(0) => Heading::North,
-                _ => Heading::West,
-            };
-            Pose::new(cell, heading)
+        let (width, last) = (size.width(), size.width() - 1);
+        let row = |y| (0..width).map(move |x| Cell::new(if y % 2 == 0 { x } else { last - x }, y));
+        let cells: Vec<Cell> = (0..size.height()).flat_map(row).collect();
+        let passage = |pair: &[Cell]| {
+            let is_next = |heading: &Heading| pair[0].neighbour(*heading) == Some(pair[1]);
+            Heading::ALL.into_iter().find(is_next).map(|heading| Pose::new(pair[0], heading))
         };
-        let row =
-            |y| (0..size.width()).map(move |x| if y % 2 == 0 { x } else { size.width() - 1 - x });
-        let trail = (0..size.height()).flat_map(|y| row(y).map(move |x| passage(Cell::new(x, y))));
-        let trail = trail.take(size.area() - 1).collect();
+        let trail = cells.windows(2).filter_map(passage).collect();
         #[expect(clippy::unwrap_used, reason = "the start and the goals lie inside the maze")]
         Self { maze: maze.unwrap(), map, trail }
     }
