@@ -38,17 +38,17 @@ impl Svg<'_> {
                 continue;
             }
             for (index, path) in scene.paths.iter().enumerate().rev() {
-                let Style { mut colours, width } = self.style(index);
-                for colour in colours.iter_mut().filter(|_| is_faint) {
+                let mut style = self.style(index);
+                for colour in style.colours.iter_mut().filter(|_| is_faint) {
                     *colour = faint(*colour, floor);
                 }
-                let until = scene.time.filter(|_| !is_faint);
-                self.put(format_args!("<g stroke-width=\"{}\">\n", decimals(width)));
+                let until = scene.time.filter(|_| !is_faint).unwrap_or(f64::INFINITY);
+                self.put(format_args!("<g stroke-width=\"{}\">\n", decimals(style.width)));
                 for stretch in &path.stretches {
-                    self.stretch(path, stretch, until, &colours, width);
+                    self.stretch(path, stretch, until, &style);
                 }
                 if !is_faint {
-                    self.ends(path, &colours, width);
+                    self.ends(path, &style);
                 }
                 self.put("</g>\n");
             }
@@ -68,15 +68,8 @@ impl Svg<'_> {
     }
 
     /// Draws a part of a path, up to a time in s.
-    fn stretch(
-        &mut self,
-        path: &DrivenPath,
-        stretch: &Stretch,
-        until: Option<f64>,
-        colours: &[Rgb],
-        width: f64,
-    ) {
-        let until = until.unwrap_or(f64::INFINITY);
+    fn stretch(&mut self, path: &DrivenPath, stretch: &Stretch, until: f64, style: &Style) {
+        let Style { colours, width } = style;
         let driven = stretch.points.iter().take_while(|point| point.time <= until).copied();
         let mut points: Vec<PathPoint> = driven.collect();
         if points.is_empty() {
@@ -96,7 +89,7 @@ impl Svg<'_> {
     }
 
     /// Draws a disc at the end of a path, and a ring at the beginning of a single path.
-    fn ends(&mut self, path: &DrivenPath, colours: &[Rgb], width: f64) {
+    fn ends(&mut self, path: &DrivenPath, Style { colours, width }: &Style) {
         let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else { return };
         let (colour, ring, disc) = (colours[0], width / 2.0 + 1.8, width / 2.0 + 1.2);
         let mut marks = vec![(last, disc, format!("fill=\"{colour}\""))];

@@ -1,6 +1,6 @@
 //! Reads a recording up to its last intact record.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io::Read;
 
 use mmsim_protocol::Request;
@@ -76,9 +76,7 @@ pub(crate) fn read_states(
     let mut reader = RecordReader::new(source, MAX_CHUNK_BYTES);
     let mut records = Records {
         description: None,
-        states: BTreeSet::new(),
-        mazes: BTreeSet::new(),
-        updates: BTreeSet::new(),
+        channels: BTreeMap::new(),
         update: Vec::new(),
         unpacked: 0,
         read: MAGIC.len() as u64,
@@ -116,12 +114,8 @@ pub(crate) fn read_states(
 /// The data from the records that have been read so far.
 struct Records<F> {
     description: Option<Description>,
-    /// The identifiers of the channels for states.
-    states: BTreeSet<u16>,
-    /// The identifiers of the channels for the maze.
-    mazes: BTreeSet<u16>,
-    /// The identifiers of the channels for updates.
-    updates: BTreeSet<u16>,
+    /// The channels for states, updates and the maze by their numbers: the topic and the encoding.
+    channels: BTreeMap<u16, [&'static str; 2]>,
     /// The update of the next state.
     update: Vec<u8>,
     /// The number of bytes decompressed from chunks.
@@ -188,12 +182,10 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
             }
             kind::CHANNEL if is_short => {
                 let channel = Channel::decode(body)?;
-                match [channel.topic, channel.encoding] {
-                    STATES => self.states.insert(channel.number),
-                    MAZES => self.mazes.insert(channel.number),
-                    UPDATES => self.updates.insert(channel.number),
-                    _ => false,
-                };
+                let is_this = |names: &[&str; 2]| *names == [channel.topic, channel.encoding];
+                if let Some(names) = [STATES, UPDATES, MAZES].into_iter().find(is_this) {
+                    self.channels.insert(channel.number, names);
+                }
             }
             _ => {}
         }
@@ -203,23 +195,25 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
     fn add_message(&mut self, message: &Message<'_>) -> Result<(), Stop> {
         let &Message { channel, time, data } = message;
         let Some(description) = &mut self.description else { return Ok(()) };
-        if self.mazes.contains(&channel) {
-            if description.maze.is_none() && data.len() <= MAX_DESCRIPTION_BYTES {
+        match self.channels.get(&channel) {
+            Some(&MAZES) if description.maze.is_none() && data.len() <= MAX_DESCRIPTION_BYTES => {
                 description.maze = Some(read_maze(data, description.size)?);
             }
-        } else if self.updates.contains(&channel) {
-            StoredUpdate::decode(data, description.size)?;
-            self.update.clear();
-            self.update.extend_from_slice(data);
-        } else if self.states.contains(&channel) {
-            match Request::decode(data, description.size).map_err(|error| error.to_string())? {
-                Request::State(_) => {
-                    let update = &self.update;
-                    (self.on_state)(description, RecordedState { time, update, state: data })?;
-                    self.update.clear();
-                }
-                _ => return Err("expected a state, found another request".into()),
+            Some(&UPDATES) => {
+                StoredUpdate::decode(data, description.size)?;
+                self.update.clear();
+                self.update.extend_from_slice(data);
             }
+            Some(&STATES) => {
+                let request = Request::decode(data, description.size);
+                let Request::State(_) = request.map_err(|error| error.to_string())? else {
+                    return Err("expected a state, found another request".into());
+                };
+                let update = &self.update;
+                (self.on_state)(description, RecordedState { time, update, state: data })?;
+                self.update.clear();
+            }
+            _ => {}
         }
         Ok(())
     }
