@@ -95,7 +95,7 @@ impl History {
 
     /// Creates an empty history that uses at most `limit` bytes, not counting a few MiB of working
     /// memory for compression and for the newest update. Each log line counts as its compressed
-    /// bytes plus the size of a [`LogLine`](crate::LogLine), because empty lines compress to nothing.
+    /// bytes plus the size of a [`LogLine`], because empty lines compress to nothing.
     pub fn with_limit(size: MazeSize, limit: usize) -> Self {
         Self {
             size,
@@ -221,7 +221,7 @@ impl History {
     }
 
     /// Copies the log lines of the first or last block with log lines whose index is in `blocks`.
-    /// See [`read_log`](crate::read_log).
+    /// See [`read_log`].
     pub fn log_block(&self, blocks: RangeInclusive<usize>, end: LogEnd) -> Option<LogBlock> {
         self.contexts.log_block(blocks, end, self.packed.len())
     }
