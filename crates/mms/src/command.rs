@@ -118,47 +118,46 @@ impl<'a> Command<'a> {
     /// assert_eq!(parse("hello").unwrap_err().to_string(), "unknown command \"hello\"");
     /// ```
     pub fn parse(line: &'a [u8], size: MazeSize) -> Result<Self, CommandError> {
-        let mut words = Words(line.strip_suffix(b"\n").unwrap_or(line));
-        let name = words.next().unwrap_or_default();
-        let parser = Parser { line, size };
-        match name {
-            b"mazeWidth" => parser.no_arguments(words, "mazeWidth", Self::MazeWidth),
-            b"mazeHeight" => parser.no_arguments(words, "mazeHeight", Self::MazeHeight),
-            b"wallFront" => parser.wall(words, 0),
-            b"wallFrontRight" => parser.wall(words, 1),
-            b"wallRight" => parser.wall(words, 2),
-            b"wallBackRight" => parser.wall(words, 3),
-            b"wallBack" => parser.wall(words, 4),
-            b"wallBackLeft" => parser.wall(words, -3),
-            b"wallLeft" => parser.wall(words, -2),
-            b"wallFrontLeft" => parser.wall(words, -1),
-            b"moveForward" => parser.forward(words, 2),
-            b"moveForwardHalf" => parser.forward(words, 1),
-            b"turnRight" | b"turnRight90" => parser.turn(words, 2),
-            b"turnLeft" | b"turnLeft90" => parser.turn(words, -2),
-            b"turnRight45" => parser.turn(words, 1),
-            b"turnLeft45" => parser.turn(words, -1),
-            b"setWall" => parser.mark_wall(words, "setWall X Y n|e|s|w", true),
-            b"clearWall" => parser.mark_wall(words, "clearWall X Y n|e|s|w", false),
-            b"setColor" => parser.colour(words),
+        let words = Words(line.strip_suffix(b"\n").unwrap_or(line));
+        let mut parser = Parser { line, size, words };
+        match parser.words.next().unwrap_or_default() {
+            b"mazeWidth" => parser.no_arguments("mazeWidth", Self::MazeWidth),
+            b"mazeHeight" => parser.no_arguments("mazeHeight", Self::MazeHeight),
+            b"wallFront" => parser.wall(0),
+            b"wallFrontRight" => parser.wall(1),
+            b"wallRight" => parser.wall(2),
+            b"wallBackRight" => parser.wall(3),
+            b"wallBack" => parser.wall(4),
+            b"wallBackLeft" => parser.wall(-3),
+            b"wallLeft" => parser.wall(-2),
+            b"wallFrontLeft" => parser.wall(-1),
+            b"moveForward" => parser.forward(2),
+            b"moveForwardHalf" => parser.forward(1),
+            b"turnRight" | b"turnRight90" => parser.turn(2),
+            b"turnLeft" | b"turnLeft90" => parser.turn(-2),
+            b"turnRight45" => parser.turn(1),
+            b"turnLeft45" => parser.turn(-1),
+            b"setWall" => parser.mark_wall("setWall X Y n|e|s|w", true),
+            b"clearWall" => parser.mark_wall("clearWall X Y n|e|s|w", false),
+            b"setColor" => parser.colour(),
             b"clearColor" => {
-                let cell = parser.only_cell(words, "clearColor X Y")?;
+                let cell = parser.only_cell("clearColor X Y")?;
                 Ok(Self::Colour { cell, letter: None })
             }
-            b"clearAllColor" => parser.no_arguments(words, "clearAllColor", Self::ClearAllColours),
-            b"setText" => parser.text(words),
+            b"clearAllColor" => parser.no_arguments("clearAllColor", Self::ClearAllColours),
+            b"setText" => parser.text(),
             b"clearText" => {
-                let cell = parser.only_cell(words, "clearText X Y")?;
+                let cell = parser.only_cell("clearText X Y")?;
                 Ok(Self::Text { cell, text: b"" })
             }
-            b"clearAllText" => parser.no_arguments(words, "clearAllText", Self::ClearAllText),
-            b"wasReset" => parser.no_arguments(words, "wasReset", Self::WasReset),
-            b"ackReset" => parser.no_arguments(words, "ackReset", Self::AckReset),
-            b"getStat" => parser.stat(words),
+            b"clearAllText" => parser.no_arguments("clearAllText", Self::ClearAllText),
+            b"wasReset" => parser.no_arguments("wasReset", Self::WasReset),
+            b"ackReset" => parser.no_arguments("ackReset", Self::AckReset),
+            b"getStat" => parser.stat(),
             name => match Stat::from_name(name) {
                 Some(stat) => {
                     let expected = "only the name of a statistic";
-                    parser.no_arguments(words, expected, Self::GetStat(stat))
+                    parser.no_arguments(expected, Self::GetStat(stat))
                 }
                 None => Err(CommandError::Unknown(excerpt(parser.line))),
             },
@@ -167,47 +166,46 @@ impl<'a> Command<'a> {
 }
 
 /// A parser for the arguments of a command. It keeps the whole line, which error messages quote.
-#[derive(Clone, Copy)]
 struct Parser<'a> {
     line: &'a [u8],
     size: MazeSize,
+    /// The words that have not been parsed.
+    words: Words<'a>,
 }
 
 impl<'a> Parser<'a> {
     fn no_arguments(
-        self,
-        mut words: Words<'_>,
+        mut self,
         expected: &'static str,
         command: Command<'a>,
     ) -> Result<Command<'a>, CommandError> {
-        match words.next() {
+        match self.words.next() {
             None => Ok(command),
             Some(_) => Err(self.invalid_arguments(expected)),
         }
     }
 
-    fn wall(self, words: Words<'_>, turn: i8) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "a wall command with at most one number")?;
+    fn wall(self, turn: i8) -> Result<Command<'a>, CommandError> {
+        let number = self.number("a wall command with at most one number")?;
         Ok(Command::Wall { turn, half_steps: number.max(1) })
     }
 
-    fn forward(self, words: Words<'_>, half_steps: u64) -> Result<Command<'a>, CommandError> {
-        let number = self.number(words, "a moveForward command with at most one number")?;
+    fn forward(self, half_steps: u64) -> Result<Command<'a>, CommandError> {
+        let number = self.number("a moveForward command with at most one number")?;
         Ok(Command::Forward { half_steps: number.saturating_mul(half_steps) })
     }
 
-    fn turn(self, words: Words<'_>, eighths: i8) -> Result<Command<'a>, CommandError> {
-        self.no_arguments(words, "a turn command without arguments", Command::Turn { eighths })
+    fn turn(self, eighths: i8) -> Result<Command<'a>, CommandError> {
+        self.no_arguments("a turn command without arguments", Command::Turn { eighths })
     }
 
     fn mark_wall(
-        self,
-        mut words: Words<'_>,
+        mut self,
         expected: &'static str,
         is_present: bool,
     ) -> Result<Command<'a>, CommandError> {
-        let cell = self.cell(&mut words, expected)?;
-        let heading = match (words.next(), words.next()) {
+        let cell = self.cell(expected)?;
+        let heading = match (self.words.next(), self.words.next()) {
             (Some(b"n"), None) => Heading::North,
             (Some(b"e"), None) => Heading::East,
             (Some(b"s"), None) => Heading::South,
@@ -217,10 +215,10 @@ impl<'a> Parser<'a> {
         Ok(Command::MarkWall { cell: cell?, heading, is_present })
     }
 
-    fn colour(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
+    fn colour(mut self) -> Result<Command<'a>, CommandError> {
         let expected = "setColor X Y C, where C is one of kbacgorwyBCAGRY";
-        let cell = self.cell(&mut words, expected)?;
-        match (words.next(), words.next()) {
+        let cell = self.cell(expected)?;
+        match (self.words.next(), self.words.next()) {
             (Some(&[letter]), None) if COLOURS.contains(&letter) => {
                 Ok(Command::Colour { cell: cell?, letter: Some(letter.into()) })
             }
@@ -228,38 +226,33 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn text(self, mut words: Words<'a>) -> Result<Command<'a>, CommandError> {
-        let cell = self.cell(&mut words, "setText X Y TEXT")??;
+    fn text(mut self) -> Result<Command<'a>, CommandError> {
+        let cell = self.cell("setText X Y TEXT")??;
         // The first blank is a separator; further ones are part of the text.
-        let Words(text) = words;
+        let Words(text) = self.words;
         let text = text.strip_suffix(b"\r").unwrap_or(text);
         Ok(Command::Text { cell, text: text.get(1..).unwrap_or_default() })
     }
 
-    fn stat(self, mut words: Words<'_>) -> Result<Command<'a>, CommandError> {
-        match (words.next().and_then(Stat::from_name), words.next()) {
+    fn stat(mut self) -> Result<Command<'a>, CommandError> {
+        match (self.words.next().and_then(Stat::from_name), self.words.next()) {
             (Some(stat), None) => Ok(Command::GetStat(stat)),
             _ => Err(self.invalid_arguments("getStat and the name of a statistic, such as score")),
         }
     }
 
     /// Parses a cell as the only argument of a command.
-    fn only_cell(self, mut words: Words<'_>, expected: &'static str) -> Result<Cell, CommandError> {
-        let cell = self.cell(&mut words, expected)?;
-        if words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
+    fn only_cell(mut self, expected: &'static str) -> Result<Cell, CommandError> {
+        let cell = self.cell(expected)?;
+        if self.words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
     }
 
     /// Parses a cell. Returns the outer error if the coordinates are missing or are not integers,
     /// and the inner error if the cell is outside the maze. Callers report the inner error only if
     /// all other arguments are valid.
-    fn cell(
-        self,
-        words: &mut Words<'_>,
-        expected: &'static str,
-    ) -> Result<Result<Cell, CommandError>, CommandError> {
-        let invalid = || self.invalid_arguments(expected);
-        let mut number = || words.next().and_then(parse_number).ok_or_else(invalid);
-        let (x, y) = (number()?, number()?);
+    fn cell(&mut self, expected: &'static str) -> Result<Result<Cell, CommandError>, CommandError> {
+        let [x, y] = [(); 2].map(|()| self.words.next().and_then(parse_number));
+        let (x, y) = x.zip(y).ok_or_else(|| self.invalid_arguments(expected))?;
         let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
         let cell = cell.map(|(x, y)| Cell::new(x, y)).filter(|&cell| self.size.contains(cell));
         let outside = || CommandError::Outside { size: self.size, found: excerpt(self.line) };
@@ -268,8 +261,8 @@ impl<'a> Parser<'a> {
 
     /// Parses an optional number that defaults to 1. Returns 0 if the number is negative or
     /// invalid.
-    fn number(self, mut words: Words<'_>, expected: &'static str) -> Result<u64, CommandError> {
-        match (words.next(), words.next()) {
+    fn number(mut self, expected: &'static str) -> Result<u64, CommandError> {
+        match (self.words.next(), self.words.next()) {
             (None, _) => Ok(1),
             (Some(number), None) => {
                 Ok(parse_number(number).and_then(|number| u64::try_from(number).ok()).unwrap_or(0))
@@ -278,7 +271,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn invalid_arguments(self, expected: &'static str) -> CommandError {
+    fn invalid_arguments(&self, expected: &'static str) -> CommandError {
         CommandError::Arguments { expected, found: excerpt(self.line) }
     }
 }

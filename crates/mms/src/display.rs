@@ -2,65 +2,50 @@
 
 use std::fmt;
 
-use mmsim_maze::{Cell, MazeSize};
+use mmsim_maze::{Cell, CellMap, MazeSize};
 
 /// The text and colour of each cell. Equal displays look the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Display {
     size: MazeSize,
-    /// The texts and colours, row by row.
-    cells: Box<[CellDisplay]>,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct CellDisplay {
-    text: CellText,
-    colour: Option<char>,
+    texts: CellMap<CellText>,
+    colours: CellMap<Option<char>>,
 }
 
 impl Display {
     /// Creates a display without texts and colours.
-    pub(crate) fn new(size: MazeSize) -> Self {
-        Self { size, cells: vec![CellDisplay::default(); size.area()].into() }
+    pub(crate) const fn new(size: MazeSize) -> Self {
+        Self { size, texts: CellMap::new(CellText::EMPTY), colours: CellMap::new(None) }
     }
 
     /// Returns the text of a cell, which is empty if the cell is outside the maze.
     pub fn text(&self, cell: Cell) -> &CellText {
-        const NONE: &CellText = &CellText { ascii: [0; CellText::MAX_CHARS], length: 0 };
-        self.at(cell).map_or(NONE, |at| &at.text)
+        if self.size.contains(cell) { &self.texts[cell] } else { &CellText::EMPTY }
     }
 
     /// Returns the letter of the colour of a cell, one of `kbacgorwyBCAGRY`.
     pub fn colour(&self, cell: Cell) -> Option<char> {
-        self.at(cell)?.colour
+        self.size.contains(cell).then(|| self.colours[cell]).flatten()
     }
 
     pub(crate) fn set_text(&mut self, cell: Cell, text: &[u8]) {
-        if let Some(at) = self.at_mut(cell) {
-            at.text = CellText::new(text);
+        if self.size.contains(cell) {
+            self.texts[cell] = CellText::new(text);
         }
     }
 
     pub(crate) fn set_colour(&mut self, cell: Cell, letter: Option<char>) {
-        if let Some(at) = self.at_mut(cell) {
-            at.colour = letter;
+        if self.size.contains(cell) {
+            self.colours[cell] = letter;
         }
     }
 
-    pub(crate) fn clear_texts(&mut self) {
-        self.cells.iter_mut().for_each(|cell| cell.text = CellText::default());
+    pub(crate) const fn clear_texts(&mut self) {
+        self.texts = CellMap::new(CellText::EMPTY);
     }
 
-    pub(crate) fn clear_colours(&mut self) {
-        self.cells.iter_mut().for_each(|cell| cell.colour = None);
-    }
-
-    fn at(&self, cell: Cell) -> Option<&CellDisplay> {
-        self.cells.get(self.size.index(cell)?)
-    }
-
-    fn at_mut(&mut self, cell: Cell) -> Option<&mut CellDisplay> {
-        self.cells.get_mut(self.size.index(cell)?)
+    pub(crate) const fn clear_colours(&mut self) {
+        self.colours = CellMap::new(None);
     }
 }
 
@@ -78,8 +63,10 @@ impl CellText {
     /// The maximum number of characters.
     pub const MAX_CHARS: usize = 10;
 
+    const EMPTY: Self = Self { ascii: [0; Self::MAX_CHARS], length: 0 };
+
     fn new(text: &[u8]) -> Self {
-        let mut shown = Self::default();
+        let mut shown = Self::EMPTY;
         // A character takes at most four bytes.
         let start = &text[..text.len().min(4 * Self::MAX_CHARS)];
         for (place, c) in shown.ascii.iter_mut().zip(String::from_utf8_lossy(start).chars()) {

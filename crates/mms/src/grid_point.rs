@@ -94,16 +94,9 @@ impl CompassDirection {
 
     /// Returns the east and north components of half a step, in half cells.
     const fn half_step(self) -> (i8, i8) {
-        match self.eighths {
-            0 => (0, 1),
-            1 => (1, 1),
-            2 => (1, 0),
-            3 => (1, -1),
-            4 => (0, -1),
-            5 => (-1, -1),
-            6 => (-1, 0),
-            _ => (-1, 1),
-        }
+        const HALF_STEPS: [(i8, i8); 8] =
+            [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
+        HALF_STEPS[self.eighths as usize % 8]
     }
 }
 

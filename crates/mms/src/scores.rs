@@ -82,7 +82,7 @@ impl TravelStats {
 
 /// Counts the movements and turns of a mouse, in total and for its current and best runs, and
 /// computes its score.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scores {
     rules: ScoreRules,
     total: TravelStats,
@@ -101,16 +101,8 @@ impl Scores {
     pub const UNSOLVED: f64 = 2000.;
 
     /// Creates the scores of a mouse that has not moved.
-    pub(crate) const fn new(rules: ScoreRules) -> Self {
-        let zero = TravelStats { distance_halves: 0, effective_quarters: 0, turns: 0 };
-        Self {
-            rules,
-            total: zero,
-            current_run: zero,
-            best_run: None,
-            is_running: false,
-            has_penalty: false,
-        }
+    pub(crate) fn new(rules: ScoreRules) -> Self {
+        Self { rules, ..Self::default() }
     }
 
     /// Returns the rules by which the movements count.
