@@ -101,31 +101,31 @@ impl Comparison {
             h1 { (clean(self.title())) }
             @for note in self.notes() { p { (clean(note)) } }
             @if let Some(first) = statistics.first() { (sentences(first)) }
-            @if let Some((head, rows)) = self.overview().split_first() {
-                div class="scroll" {
-                    table class="overview" {
-                        thead { tr { @for cell in head { th { (clean(cell)) } } } }
-                        tbody {
-                            @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
-                                tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
-                            }
-                        }
-                    }
-                }
-            }
+            (self.overview_table())
             @if !described.is_empty() {
-                div class="scroll" {
-                    table {
-                        thead { tr { th {} th class="text" { "description" } } }
-                        tbody {
-                            @for Candidate { name, description } in described {
-                                tr { th { (clean(name)) } td class="text" { (clean(description)) } }
-                            }
+                (tables::table(
+                    None,
+                    None,
+                    &html! { th {} th class="text" { "description" } },
+                    &html! {
+                        @for Candidate { name, description } in described {
+                            tr { th { (clean(name)) } td class="text" { (clean(description)) } }
                         }
-                    }
-                }
+                    },
+                ))
             }
         }
+    }
+
+    fn overview_table(&self) -> Markup {
+        let Some((head, rows)) = self.overview().split_first() else { return html! {} };
+        let head = html! { @for cell in head { th { (clean(cell)) } } };
+        let rows = html! {
+            @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
+                tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
+            }
+        };
+        tables::table(Some("overview"), None, &head, &rows)
     }
 
     fn measure_section(&self, index: usize, statistics: &MeasureStatistics) -> Markup {

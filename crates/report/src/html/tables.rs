@@ -19,36 +19,44 @@ pub(super) fn statistics(statistics: &MeasureStatistics) -> Markup {
     }
 }
 
-fn distributions(statistics: &MeasureStatistics) -> Markup {
-    let format = statistics.format();
+/// Returns a table that scrolls sideways on a narrow screen.
+pub(super) fn table(
+    class: Option<&str>,
+    caption: Option<&str>,
+    head: &Markup,
+    rows: &Markup,
+) -> Markup {
     html! {
         div class="scroll" {
-            table {
-                caption { (statistics.caption()) }
-                thead {
-                    tr {
-                        th {}
-                        th { (clean(&statistics.measure.verb)) }
-                        th { "mean" } th { "median" } th { "middle half" }
-                        th { "standard deviation" } th { "minimum" } th { "maximum" }
-                    }
-                }
-                tbody {
-                    @for one in &statistics.candidates {
-                        tr {
-                            th { (clean(&one.candidate)) }
-                            td { (count("mazes", one.statistics.mazes)) }
-                            @if let Some(distribution) = &one.statistics.distribution {
-                                (distribution_cells(distribution, format))
-                            } @else {
-                                td colspan="6" {}
-                            }
-                        }
-                    }
-                }
+            table class=[class] {
+                @if let Some(caption) = caption { caption { (caption) } }
+                thead { tr { (head) } }
+                tbody { (rows) }
             }
         }
     }
+}
+
+fn distributions(statistics: &MeasureStatistics) -> Markup {
+    let format = statistics.format();
+    let head = html! {
+        th {} th { (clean(&statistics.measure.verb)) } th { "mean" } th { "median" }
+        th { "middle half" } th { "standard deviation" } th { "minimum" } th { "maximum" }
+    };
+    let rows = html! {
+        @for one in &statistics.candidates {
+            tr {
+                th { (clean(&one.candidate)) }
+                td { (count("mazes", one.statistics.mazes)) }
+                @if let Some(distribution) = &one.statistics.distribution {
+                    (distribution_cells(distribution, format))
+                } @else {
+                    td colspan="6" {}
+                }
+            }
+        }
+    };
+    table(None, Some(&statistics.caption()), &head, &rows)
 }
 
 fn distribution_cells(distribution: &Distribution, format: NumberFormat) -> Markup {
@@ -70,25 +78,18 @@ fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
     let format = statistics.format();
     let rows = statistics.candidates.iter();
     let rows = rows.filter_map(|one| Some((one, one.statistics.difference.as_ref()?)));
-    let reference = clean(reference);
-    html! {
-        div class="scroll" {
-            table {
-                caption { "Difference from " (reference) " in the mazes that both " (clean(&statistics.measure.verb)) "." }
-                thead {
-                    tr {
-                        th {} th { "mazes" } th { "mean difference" } th { "95 % interval" }
-                        th { "better than " (reference) } th { "equal" } th { "worse" }
-                    }
-                }
-                tbody {
-                    @for (one, difference) in rows {
-                        tr { th { (clean(&one.candidate)) } (difference_cells(difference, format)) }
-                    }
-                }
-            }
+    let (reference, verb) = (clean(reference), clean(&statistics.measure.verb));
+    let caption = format!("Difference from {reference} in the mazes that both {verb}.");
+    let head = html! {
+        th {} th { "mazes" } th { "mean difference" } th { "95 % interval" }
+        th { "better than " (reference) } th { "equal" } th { "worse" }
+    };
+    let rows = html! {
+        @for (one, difference) in rows {
+            tr { th { (clean(&one.candidate)) } (difference_cells(difference, format)) }
         }
-    }
+    };
+    table(None, Some(&caption), &head, &rows)
 }
 
 fn difference_cells(difference: &Difference, format: NumberFormat) -> Markup {
@@ -111,33 +112,25 @@ fn difference_cells(difference: &Difference, format: NumberFormat) -> Markup {
 pub(super) fn values(comparison: &Comparison, measure: &Measure, values: &Values) -> Markup {
     let all = values.rows().iter().flatten().flatten();
     let format = NumberFormat::for_values(all.copied());
-    html! {
-        div class="scroll" {
-            table {
-                caption { (clean(&measure.heading())) }
-                thead {
-                    tr {
-                        th { "maze" }
-                        @for one in comparison.candidates() { th { (clean(&one.name)) } }
-                    }
-                }
-                tbody {
-                    @for (index, maze) in comparison.mazes().iter().enumerate() {
-                        tr {
-                            th { (clean(maze)) }
-                            @for row in values.rows() {
-                                td {
-                                    @if let Some(number) = row[index] {
-                                        (data("value", number, &format.plain(number)))
-                                    } @else { "–" }
-                                }
-                            }
-                        }
+    let head = html! {
+        th { "maze" }
+        @for one in comparison.candidates() { th { (clean(&one.name)) } }
+    };
+    let rows = html! {
+        @for (index, maze) in comparison.mazes().iter().enumerate() {
+            tr {
+                th { (clean(maze)) }
+                @for row in values.rows() {
+                    td {
+                        @if let Some(number) = row[index] {
+                            (data("value", number, &format.plain(number)))
+                        } @else { "–" }
                     }
                 }
             }
         }
-    }
+    };
+    table(None, Some(&clean(&measure.heading())), &head, &rows)
 }
 
 fn count(class: &str, count: usize) -> Markup {
