@@ -50,23 +50,7 @@ impl Colour {
 
     /// Returns the letter of the colour.
     pub const fn letter(self) -> char {
-        match self {
-            Self::Black => 'k',
-            Self::Blue => 'b',
-            Self::Gray => 'a',
-            Self::Cyan => 'c',
-            Self::Green => 'g',
-            Self::Orange => 'o',
-            Self::Red => 'r',
-            Self::White => 'w',
-            Self::Yellow => 'y',
-            Self::DarkBlue => 'B',
-            Self::DarkCyan => 'C',
-            Self::DarkGray => 'A',
-            Self::DarkGreen => 'G',
-            Self::DarkRed => 'R',
-            Self::DarkYellow => 'Y',
-        }
+        b"kbacgorwyBCAGRY"[self as usize] as char
     }
 
     /// Returns the colour with this letter.

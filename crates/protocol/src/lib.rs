@@ -73,7 +73,6 @@ mod message;
 mod reply;
 mod request;
 mod state;
-mod version;
 
 pub use mmsim_maze::{
     Cell, CellSet, Contradiction, Excerpt, Heading, KnownMaze, MazeSize, Pose, SizeError, Step,
@@ -96,7 +95,12 @@ pub use message::StateMessage;
 pub use reply::{ERROR_PREFIX, Reply, UnknownReply};
 pub use request::Request;
 pub use state::{MapState, State};
-pub use version::{DEFAULT_PORT, PROTOCOL_VERSION};
+
+/// The version of the protocol, which is part of the reply to `info`.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// The default TCP port of a simulator.
+pub const DEFAULT_PORT: u16 = 6574;
 
 /// Compiles and runs the code in the README of this crate.
 #[cfg(doctest)]
