@@ -2,9 +2,8 @@
 
 use mmsim_maze::{Cell, Maze, Sides};
 
-use crate::cell_record::{self, CellRecord};
 use crate::error::ParseError;
-use crate::parsed_maze::unmarked_maze;
+use crate::parsed_maze::{CellRecord, unmarked_maze, walls_of_cells};
 use crate::rows::{Item, items, table};
 
 /// The walls that the codes 1 to 16 stand for, as bits of [`Sides`].
@@ -16,7 +15,7 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
         rows.iter().map(|row| row.iter().map(parse_cell).collect()).collect::<Result<_, _>>()?;
     let from_north = |y: u8| usize::from(size.height() - 1 - y);
     let record = |Cell { x, y }| &rows[from_north(y)][usize::from(x)];
-    unmarked_maze(cell_record::walls(size, record)?)
+    unmarked_maze(walls_of_cells(size, record)?)
 }
 
 fn parse_cell(item: &Item) -> Result<CellRecord, ParseError> {

@@ -3,9 +3,8 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 
-use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
-use crate::parsed_maze::{ParsedMaze, unmarked_maze};
+use crate::parsed_maze::{CellRecord, ParsedMaze, unmarked_maze, walls_of_cells};
 use crate::rows::{Item, MAX_ITEMS, MAX_SIDE, items, table};
 
 /// The two usual assignments of headings to the bits 1, 2, 4 and 8: clockwise from north, and
@@ -245,7 +244,7 @@ fn faults(rows: &[Vec<Item>], values: &[Vec<u8>], encoding: Encoding) -> Vec<Par
         let (line, digit) = layout.position(size, cell);
         &records[line][digit]
     };
-    let mut errors = cell_record::walls(size, record).err().unwrap_or_default();
+    let mut errors = walls_of_cells(size, record).err().unwrap_or_default();
     let start = Cell::new(0, 0);
     let CellRecord { sides, location, found } = record(start);
     if *sides != Sides::from_bits(!1) {

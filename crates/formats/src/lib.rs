@@ -24,7 +24,6 @@
 #![forbid(unsafe_code)]
 
 mod catalogue;
-mod cell_record;
 mod csv;
 mod detect;
 mod error;

@@ -2,9 +2,8 @@
 
 use mmsim_maze::{Cell, Maze, MazeSize, Sides};
 
-use crate::cell_record::{self, CellRecord};
 use crate::error::{Location, ParseError};
-use crate::parsed_maze::unmarked_maze;
+use crate::parsed_maze::{CellRecord, by_columns, unmarked_maze, walls_of_cells};
 
 const SIZE: MazeSize = MazeSize::CLASSIC;
 
@@ -32,16 +31,16 @@ pub(crate) fn parse(content: &[u8]) -> Result<Maze, Vec<ParseError>> {
         .collect::<Result<_, _>>()?;
     let height = usize::from(SIZE.height());
     let record = |Cell { x, y }| &cells[usize::from(x) * height + usize::from(y)];
-    unmarked_maze(cell_record::walls(SIZE, record)?)
+    unmarked_maze(walls_of_cells(SIZE, record)?)
 }
 
 pub(crate) fn write(maze: &Maze) -> Vec<u8> {
-    cell_record::by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
+    by_columns(SIZE).map(|cell| maze.walls().sides(cell).bits()).collect()
 }
 
 /// Returns the cell for the byte at `index`, or `None` beyond the last cell.
 fn cell_at(index: usize) -> Option<Cell> {
-    cell_record::by_columns(SIZE).nth(index)
+    by_columns(SIZE).nth(index)
 }
 
 fn parse_cell(index: usize, byte: u8) -> Result<CellRecord, ParseError> {

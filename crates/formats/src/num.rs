@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, Sides};
 
-use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, ParseErrorKind, quoted};
-use crate::parsed_maze::{cell, size, unmarked_maze};
+use crate::parsed_maze::{CellRecord, by_columns, cell, size, unmarked_maze, walls_of_cells};
 use crate::rows::{Item, end, items, lines};
 
 /// Returns true if a line has the `num` format.
@@ -40,7 +39,7 @@ pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
         let found = format!("none for {}", abbreviated(&missing));
         return Err(ParseError::new(last + 1, 1, expected, found).with_cell(*first).into());
     }
-    unmarked_maze(cell_record::walls(size, |cell| &cells[&cell])?)
+    unmarked_maze(walls_of_cells(size, |cell| &cells[&cell])?)
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
@@ -49,7 +48,7 @@ pub(crate) fn write(maze: &Maze) -> String {
         let [north, east, south, west] = Heading::ALL.map(|heading| u8::from(sides.has(heading)));
         format!("{} {} {north} {east} {south} {west}\n", cell.x, cell.y)
     };
-    cell_record::by_columns(maze.size()).map(line).collect()
+    by_columns(maze.size()).map(line).collect()
 }
 
 fn parse_line(line: usize, content: &str) -> Result<(Cell, CellRecord), ParseError> {

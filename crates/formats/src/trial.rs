@@ -2,16 +2,15 @@
 
 use mmsim_maze::{Cell, Maze, Sides};
 
-use crate::cell_record::{self, CellRecord};
 use crate::error::{ParseError, quoted};
-use crate::parsed_maze::{size, unmarked_maze};
+use crate::parsed_maze::{CellRecord, size, unmarked_maze, walls_of_cells};
 use crate::rows::{Item, MAX_SIDE, end, items, lines};
 
 pub(crate) fn parse(text: &str) -> Result<Maze, Vec<ParseError>> {
     let columns = parse_columns(text)?;
     let size = size(columns.len(), columns.len())?;
     let record = |Cell { x, y }| &columns[usize::from(x)][usize::from(y)];
-    unmarked_maze(cell_record::walls(size, record)?)
+    unmarked_maze(walls_of_cells(size, record)?)
 }
 
 pub(crate) fn write(maze: &Maze) -> String {
