@@ -142,16 +142,9 @@ impl Direction {
 
     /// Returns the lattice step in this direction as (east, north), each -1, 0 or 1.
     pub const fn vector(self) -> (i8, i8) {
-        match self {
-            Self::North => (0, 1),
-            Self::NorthEast => (1, 1),
-            Self::East => (1, 0),
-            Self::SouthEast => (1, -1),
-            Self::South => (0, -1),
-            Self::SouthWest => (-1, -1),
-            Self::West => (-1, 0),
-            Self::NorthWest => (-1, 1),
-        }
+        const VECTORS: [(i8, i8); 8] =
+            [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
+        VECTORS[self as usize]
     }
 
     /// Returns the angle in radians, counterclockwise from east.

@@ -126,14 +126,14 @@ impl Search<'_> {
                     if !passed.all(|wall| wall.is_some_and(|wall| wall.is_free(walls))) {
                         continue;
                     }
-                    for speed_index in 0..self.vehicle.speeds(kind).len() {
+                    let vehicle = self.vehicle;
+                    for &speed in vehicle.speeds(kind) {
                         self.turn(
                             index,
                             (point, direction),
                             (steps, distance),
-                            kind,
-                            side,
-                            speed_index,
+                            (kind, side),
+                            speed,
                         );
                     }
                 }
@@ -150,13 +150,11 @@ impl Search<'_> {
         parent: usize,
         (from, heading): (Point, Direction),
         (straight, distance): (u8, f64),
-        kind: TurnKind,
-        side: Side,
-        speed_index: usize,
+        (kind, side): (TurnKind, Side),
+        speed: f64,
     ) {
         let State { turn: before, time, .. } = self.states[parent];
         let Some(fitted) = self.vehicle.arc(kind) else { return };
-        let speed = self.vehicle.speeds(kind)[speed_index];
         let entry_speed = before.map_or(0.0, |turn| turn.speed);
         let limits = self.vehicle.limits(heading.is_diagonal());
         let Some(before) = limits.time(distance + fitted.before, entry_speed, speed) else {

@@ -107,13 +107,7 @@ impl Route {
 type Cost = [u16; 2];
 
 fn quarter_turns(from: Heading, to: Heading) -> u16 {
-    if from == to {
-        0
-    } else if from == to.back() {
-        2
-    } else {
-        1
-    }
+    [0, 1, 2, 1][(from as usize).abs_diff(to as usize)]
 }
 
 impl Planner {

@@ -92,7 +92,6 @@ impl FastRun {
     /// leaves the lattice or turns where no such turn can begin.
     pub fn points(&self) -> Vec<Point> {
         let mut points = Vec::with_capacity(2 * self.turns.len() + 16);
-        points.push(Point::centre(self.start));
         // `None` means that the run is not possible on the lattice.
         let _ = self.walk(&mut points);
         points
@@ -100,6 +99,7 @@ impl FastRun {
 
     fn walk(&self, points: &mut Vec<Point>) -> Option<()> {
         let mut at = Point::centre(self.start);
+        points.push(at);
         let mut direction = self.direction;
         for turn in &self.turns {
             at = go_straight(at, direction, turn.straight, points)?;
@@ -137,7 +137,6 @@ impl FastRun {
     /// Returns the cell in which the run ends, or `None` if the run is not possible on the lattice.
     pub fn goal(&self) -> Option<Cell> {
         let mut points = Vec::new();
-        points.push(Point::centre(self.start));
         self.walk(&mut points)?;
         points.last().and_then(|point| point.cell())
     }

@@ -36,7 +36,7 @@ pub enum Shape {
 }
 
 /// The pose and motion of a mouse at one moment of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionState {
     /// The time since the beginning of the run, in s.
     pub time: f64,

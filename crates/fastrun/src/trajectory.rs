@@ -100,14 +100,10 @@ impl FastRun {
         let start = (f64::from(centre.i) * half_cell, f64::from(centre.j) * half_cell);
         let offset = if self.is_empty() { 0.0 } else { vehicle.parameters().start_offset };
         let mut end = MotionState {
-            time: 0.0,
-            distance: 0.0,
             x: start.0 - offset * cos(heading),
             y: start.1 - offset * sin(heading),
             heading,
-            speed: 0.0,
-            acceleration: 0.0,
-            angular_velocity: 0.0,
+            ..MotionState::default()
         };
         let mut segments = Vec::with_capacity(2 * self.turns().len() + 1);
         self.for_each_leg(vehicle, |straight, limits, length, from, to, turn| {
@@ -143,18 +139,12 @@ impl FastRun {
         let mut leg = Leg { after: parameters.start_offset, speed: 0.0 };
         let mut is_diagonal = false;
         let mut straight =
-            |index: Option<usize>, steps, is_diagonal, leg: &Leg, before, speed, turn| {
+            |index: Option<usize>, steps, is_diagonal, leg: &Leg, before, to, turn| {
                 let distance = leg.after + vehicle.straight(steps, is_diagonal) + before;
-                let limits = vehicle.limits(is_diagonal);
-                visit(steps, limits, distance, leg.speed, speed, turn).ok_or_else(|| {
+                let (limits, from) = (vehicle.limits(is_diagonal), leg.speed);
+                visit(steps, limits, distance, from, to, turn).ok_or_else(|| {
                     let vehicle = vehicle.name().into();
-                    TrajectoryError::Straight {
-                        vehicle,
-                        turn: index,
-                        distance,
-                        from: leg.speed,
-                        to: speed,
-                    }
+                    TrajectoryError::Straight { vehicle, turn: index, distance, from, to }
                 })
             };
         for (index, turn) in self.turns().iter().enumerate() {
