@@ -4,6 +4,8 @@ use std::fmt;
 
 use mmsim_maze::{Cell, CellMap, MazeSize};
 
+use crate::command::Command;
+
 /// The text and colour of each cell. Equal displays look the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Display {
@@ -28,24 +30,20 @@ impl Display {
         self.size.contains(cell).then(|| self.colours[cell]).flatten()
     }
 
-    pub(crate) fn set_text(&mut self, cell: Cell, text: &[u8]) {
-        if self.size.contains(cell) {
-            self.texts[cell] = CellText::new(text);
+    /// Executes a command that changes texts or colours. Other commands, and cells outside the maze,
+    /// have no effect.
+    pub(crate) fn execute(&mut self, command: Command<'_>) {
+        match command {
+            Command::Text { cell, text } if self.size.contains(cell) => {
+                self.texts[cell] = CellText::new(text);
+            }
+            Command::Colour { cell, letter } if self.size.contains(cell) => {
+                self.colours[cell] = letter;
+            }
+            Command::ClearAllText => self.texts = CellMap::new(CellText::EMPTY),
+            Command::ClearAllColours => self.colours = CellMap::new(None),
+            _ => {}
         }
-    }
-
-    pub(crate) fn set_colour(&mut self, cell: Cell, letter: Option<char>) {
-        if self.size.contains(cell) {
-            self.colours[cell] = letter;
-        }
-    }
-
-    pub(crate) const fn clear_texts(&mut self) {
-        self.texts = CellMap::new(CellText::EMPTY);
-    }
-
-    pub(crate) const fn clear_colours(&mut self) {
-        self.colours = CellMap::new(None);
     }
 }
 
@@ -147,8 +145,8 @@ mod tests {
     fn cells_outside_the_maze_display_nothing() {
         let mut display = Display::new(MazeSize::new(3, 2).unwrap());
         for outside in [Cell::new(3, 0), Cell::new(0, 2)] {
-            display.set_text(outside, b"1");
-            display.set_colour(outside, Some('g'));
+            display.execute(Command::Text { cell: outside, text: b"1" });
+            display.execute(Command::Colour { cell: outside, letter: Some('g') });
             assert_eq!((display.text(outside).as_str(), display.colour(outside)), ("", None));
         }
         assert_eq!(display, Display::new(MazeSize::new(3, 2).unwrap()));

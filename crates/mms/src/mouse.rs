@@ -169,20 +169,11 @@ impl SimulatedMouse {
                 self.map.set_wall(cell, heading, wall_state(is_present));
                 Ok(None)
             }
-            Command::Text { cell, text } => {
-                self.display.set_text(cell, text);
-                Ok(None)
-            }
-            Command::ClearAllText => {
-                self.display.clear_texts();
-                Ok(None)
-            }
-            Command::Colour { cell, letter } => {
-                self.display.set_colour(cell, letter);
-                Ok(None)
-            }
-            Command::ClearAllColours => {
-                self.display.clear_colours();
+            Command::Text { .. }
+            | Command::ClearAllText
+            | Command::Colour { .. }
+            | Command::ClearAllColours => {
+                self.display.execute(command);
                 Ok(None)
             }
         }
