@@ -75,7 +75,6 @@
 //! The README of this crate compares the server with other ZeroMQ servers under attack.
 #![forbid(unsafe_code)]
 
-mod bind;
 mod buffered;
 mod client;
 pub mod codec;
@@ -91,10 +90,9 @@ mod service;
 mod testing;
 mod timers;
 
-pub use bind::{BindError, listen};
 pub use client::ReqClient;
 pub use config::{ClientConfig, ConfigError, ServerConfig};
-pub use endpoint::{Endpoint, EndpointError};
+pub use endpoint::{BindError, Endpoint, EndpointError, listen};
 pub use server::{RepServer, Waker};
 pub use service::{ClientId, Service};
 

@@ -266,8 +266,8 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::bind::listen;
     use crate::codec::handshake::{GREETING, READY, REQ_READY};
+    use crate::endpoint::listen;
     use crate::testing::Echo;
 
     /// Reads all bytes until the server closes the connection. Panics if no bytes arrive for 20 s.
