@@ -2,9 +2,8 @@
 
 mod axis;
 mod bars;
-mod differences;
 mod distribution;
-mod scatter;
+mod pairs;
 
 use std::fmt::Display;
 
@@ -13,9 +12,9 @@ use mmsim_maze::{Counted, counted};
 use unicode_width::UnicodeWidthStr as _;
 
 pub use self::bars::{Bar, BarChart, BarGroup};
-use crate::comparison::{Comparison, Measure};
+use self::pairs::Pair;
+use crate::comparison::Comparison;
 use crate::text::{clean, shortened};
-use crate::values::Values;
 
 /// The width of a chart in viewBox units. A unit is a pixel on a phone's screen.
 const WIDTH: f64 = 480.0;
@@ -132,74 +131,8 @@ impl Comparison {
             let pair = Pair { comparison: self, measure: info, values, reference, candidate };
             (!pair.points().is_empty()).then_some(pair)
         });
-        let pairs = pairs.flat_map(|pair| [scatter::chart(&pair), differences::chart(&pair)]);
+        let pairs = pairs.flat_map(|pair| [pair.scatter(), pair.differences()]);
         std::iter::once(distribution::chart(self, info, values)).chain(pairs).collect()
-    }
-}
-
-/// Two candidates to be compared maze by maze.
-struct Pair<'a> {
-    comparison: &'a Comparison,
-    measure: &'a Measure,
-    values: &'a Values,
-    reference: usize,
-    candidate: usize,
-}
-
-impl Pair<'_> {
-    /// Returns the shortened name of the reference and of the candidate.
-    fn names(&self) -> [String; 2] {
-        [self.reference, self.candidate].map(|index| self.candidate_name(index, 22))
-    }
-
-    fn candidate_name(&self, index: usize, max: usize) -> String {
-        self.comparison
-            .candidates()
-            .get(index)
-            .map_or(String::new(), |one| shortened(&one.name, max))
-    }
-
-    /// Returns the mazes in which both have a value, the value of the reference, and the value of
-    /// the candidate.
-    fn points(&self) -> Vec<(&str, f64, f64)> {
-        let [reference, candidate] =
-            [self.reference, self.candidate].map(|index| self.values.row(index));
-        let mazes = self.comparison.mazes().iter().zip(reference).zip(candidate);
-        mazes.filter_map(|((maze, one), other)| Some((maze.as_str(), (*one)?, (*other)?))).collect()
-    }
-
-    /// Returns a legend of three lines, each with the number of mazes and the mark for them.
-    fn legend(&self, top: f64, mark: impl Fn(f64, f64, f64) -> Markup) -> Markup {
-        let [reference, candidate] = self.names();
-        let differences = self.values.differences(self.candidate, self.reference);
-        let count = |is: fn(f64) -> bool| differences.iter().filter(|(_, one)| is(*one)).count();
-        let lines = [
-            (1.0, format!("{reference} better: {}", mazes(count(|one| one > 0.0)))),
-            (-1.0, format!("{candidate} better: {}", mazes(count(|one| one < 0.0)))),
-            (0.0, format!("equal: {}", mazes(count(|one| one == 0.0)))),
-        ];
-        html! {
-            @for ((difference, line), row) in lines.into_iter().zip([0.0, LINE, 2.0 * LINE]) {
-                (mark(difference, MARGIN + 5.0, top + row + 8.0))
-                text x=(MARGIN + 16.0) y=(top + row + 12.0) { (line) }
-            }
-        }
-    }
-
-    fn chart(&self, kind: &str, subtitle: String, height: f64, content: Markup) -> Chart {
-        let number = self.candidate + 1;
-        let name = self.candidate_name(self.candidate, 22);
-        let name = file_name(&format!("{}-{kind}-{number}-{name}", self.measure.key));
-        Chart { name, title: self.measure.heading(), subtitle, height, content }
-    }
-}
-
-/// Returns the class of a difference, given as the candidate's value minus that of the reference.
-fn class(difference: f64) -> &'static str {
-    match difference {
-        difference if difference > 0.0 => "one",
-        difference if difference < 0.0 => "two",
-        _ => "same",
     }
 }
 
@@ -217,11 +150,6 @@ fn mazes(count: usize) -> Counted<'static> {
 /// Formats a coordinate with at most one decimal.
 fn decimals(number: f64) -> impl Display {
     (number * 10.0).round() / 10.0 + 0.0
-}
-
-/// Formats a value of a measure without the digits that come from rounding errors.
-fn value(number: f64) -> impl Display {
-    (number * 1e6).round() / 1e6 + 0.0
 }
 
 /// Estimates the width of a text in viewBox units.
@@ -242,6 +170,7 @@ mod tests {
     use resvg::usvg::{Options, Tree};
 
     use super::*;
+    use crate::comparison::Measure;
 
     /// Returns a comparison of candidates with different and partly missing values.
     fn comparison(candidates: &[&str], mazes: usize) -> Comparison {
