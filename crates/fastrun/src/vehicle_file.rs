@@ -185,13 +185,11 @@ impl VehicleFile {
         if let Some(found) = length.filter(|length| !(1..=MAX_NAME).contains(length)) {
             return Err(VehicleFileFault::Name { found });
         }
-        let base = match self.base {
-            Some(found) => match Vehicle::preset(&found) {
-                Some(vehicle) => Some(vehicle.parameters().clone()),
-                None => return Err(VehicleFileFault::UnknownBase { found }),
-            },
-            None => None,
-        };
+        let base = self.base.map(|found| match Vehicle::preset(&found) {
+            Some(vehicle) => Ok(vehicle.parameters().clone()),
+            None => Err(VehicleFileFault::UnknownBase { found }),
+        });
+        let base = base.transpose()?;
         let has_diagonal = !matches!(self.diagonal, Some(Setting::None));
         let base = base.as_ref();
         let cell = self.cell.or(base.map(|base| 2.0 * base.half_cell)).unwrap_or(CLASSIC_CELL);
