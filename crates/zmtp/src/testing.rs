@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::rc::Rc;
 
-use crate::codec::event::ProtocolError;
+use crate::codec::decoder::Decoder;
+use crate::codec::event::{Event, ProtocolError};
 use crate::codec::handshake::{GREETING, REQ_READY};
 use crate::service::{ClientId, Service};
 
@@ -127,5 +128,25 @@ impl Service for Echo {
 
     fn after_round(&mut self) {
         self.rounds += 1;
+    }
+}
+
+/// Decodes `input`. Returns the events as text. If decoding fails, the last element is the
+/// error.
+pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
+    let mut events = Vec::new();
+    loop {
+        match decoder.decode(input) {
+            Ok((_, Event::Incomplete)) => return events,
+            Ok((consumed, event)) => {
+                assert!(consumed > 0, "{event:?}");
+                events.push(format!("{event:?}"));
+                input = &input[consumed..];
+            }
+            Err(error) => {
+                events.push(error.to_string());
+                return events;
+            }
+        }
     }
 }

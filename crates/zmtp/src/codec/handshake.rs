@@ -147,8 +147,8 @@ impl Handshake {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::decoder::tests::events;
     use crate::codec::decoder::{Decoder, Phase};
+    use crate::testing::events;
 
     #[test]
     fn handshake_sends_greeting_and_ready() {
