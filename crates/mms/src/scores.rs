@@ -316,8 +316,9 @@ impl fmt::Display for Stat {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp)] // halves and quarters are exact
 mod tests {
+    #![allow(clippy::float_cmp)] // halves and quarters are exact
+
     use super::*;
 
     fn cells() -> Scores {
