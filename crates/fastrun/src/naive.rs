@@ -39,7 +39,7 @@ pub fn dijkstra(
     if goals.contains(start) {
         return Some((FastRun::new(start, Direction::North, Vec::new(), 0), 0.0));
     }
-    let mut search = Search {
+    let mut search = NaiveSearch {
         vehicle,
         states: Vec::new(),
         queue: BinaryHeap::new(),
@@ -73,7 +73,7 @@ pub fn dijkstra(
 /// The maximum number of turns and speeds: nine turns at up to nine speeds.
 const CLASSES: usize = 81;
 
-struct Search<'a> {
+struct NaiveSearch<'a> {
     vehicle: &'a Vehicle,
     states: Vec<State>,
     /// Times as bits, which have the same order as positive numbers, and indices of states.
@@ -84,7 +84,7 @@ struct Search<'a> {
     best: Option<(f64, usize, u8)>,
 }
 
-impl Search<'_> {
+impl NaiveSearch<'_> {
     fn key(&self, index: usize) -> usize {
         let State { point, direction, turn, .. } = &self.states[index];
         let class = turn.map_or(0, |turn| {

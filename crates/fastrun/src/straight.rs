@@ -71,9 +71,9 @@ impl StraightLimits {
     fn drive(&self, distance: f64, from: f64, to: f64) -> Option<Drive> {
         let peak = self.peak(distance, from, to)?;
         if distance <= 0.0 {
-            return Some(Drive { up: Change::NONE, down: Change::NONE, peak, cruise: 0.0 });
+            return Some(Drive { up: Ramp::NONE, down: Ramp::NONE, peak, cruise: 0.0 });
         }
-        let [up, down] = self.changes(from, to, peak);
+        let [up, down] = self.ramps(from, to, peak);
         let rest = distance - up.distance(from, peak) - down.distance(peak, to);
         Some(Drive { up, down, peak, cruise: fmax(rest, 0.0) / peak })
     }
@@ -94,7 +94,7 @@ impl StraightLimits {
             return Some(fmin(sqrt(square), top_speed));
         }
         let needed = |peak| {
-            let [up, down] = self.changes(from, to, peak);
+            let [up, down] = self.ramps(from, to, peak);
             up.distance(from, peak) + down.distance(peak, to)
         };
         let (mut low, mut high) = (fmax(from, to), top_speed);
@@ -116,23 +116,23 @@ impl StraightLimits {
     }
 
     /// Returns the changes of speed up to the peak and down from it.
-    fn changes(&self, from: f64, to: f64, peak: f64) -> [Change; 2] {
+    fn ramps(&self, from: f64, to: f64, peak: f64) -> [Ramp; 2] {
         let (up, down) = (fmax(peak - from, 0.0), fmax(peak - to, 0.0));
-        [Change::new(up, self.acceleration, self.jerk), Change::new(down, self.braking, self.jerk)]
+        [Ramp::new(up, self.acceleration, self.jerk), Ramp::new(down, self.braking, self.jerk)]
     }
 }
 
 /// The fastest drive over a straight: up to a peak speed, on at this speed, and down from it.
 struct Drive {
-    up: Change,
-    down: Change,
+    up: Ramp,
+    down: Ramp,
     peak: f64,
     /// The duration at the peak speed, in s.
     cruise: f64,
 }
 
 /// A change of speed. The acceleration rises linearly, stays, and falls as it rose.
-struct Change {
+struct Ramp {
     acceleration: f64,
     /// The time in which the acceleration rises, in s.
     rise: f64,
@@ -140,7 +140,7 @@ struct Change {
     hold: f64,
 }
 
-impl Change {
+impl Ramp {
     const NONE: Self = Self { acceleration: 0.0, rise: 0.0, hold: 0.0 };
 
     fn new(difference: f64, limit: f64, jerk: f64) -> Self {

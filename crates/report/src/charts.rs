@@ -67,14 +67,14 @@ impl Chart {
         self.frame().draw(None, &html! {}, &self.content)
     }
 
-    fn frame(&self) -> Frame<'_> {
+    fn frame(&self) -> ChartFrame<'_> {
         let (title, subtitle, height) = (&*self.title, &*self.subtitle, self.height);
-        Frame { title, subtitle, max_title: 56, width: WIDTH, height, scale: 1.5 }
+        ChartFrame { title, subtitle, max_title: 56, width: WIDTH, height, scale: 1.5 }
     }
 }
 
 /// The background, the title and the subtitle of a chart.
-struct Frame<'a> {
+struct ChartFrame<'a> {
     title: &'a str,
     /// A line below the title, or an empty string.
     subtitle: &'a str,
@@ -86,7 +86,7 @@ struct Frame<'a> {
     scale: f64,
 }
 
-impl Frame<'_> {
+impl ChartFrame<'_> {
     /// Returns an SVG file with its own style rules.
     fn file(&self, content: &Markup) -> String {
         let style = html! { style { (PreEscaped(STYLE)) } };

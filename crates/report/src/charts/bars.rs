@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::{Frame, MARGIN, clean, count, decimals, text_width};
+use super::{ChartFrame, MARGIN, clean, count, decimals, text_width};
 
 /// The width of a chart in viewBox units. A unit is a pixel unless the chart is scaled.
 const WIDTH: f64 = 760.0;
@@ -83,7 +83,7 @@ impl BarChart {
             @for (group, top) in self.groups.iter().zip(tops) { (scale.group(top, group)) }
         };
         let (title, height) = (&*self.title, bottom + MARGIN);
-        Frame { title, subtitle: "", max_title: 90, width: WIDTH, height, scale: 1.0 }
+        ChartFrame { title, subtitle: "", max_title: 90, width: WIDTH, height, scale: 1.0 }
             .file(&content)
     }
 
