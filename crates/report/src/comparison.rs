@@ -23,7 +23,7 @@ use crate::values::Values;
 /// assert_eq!(comparison.failures()[0].candidate, 1);
 /// assert_eq!(comparison.statistics()[0].candidates[1].statistics.mazes, 0);
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
     title: String,
     notes: Vec<String>,
@@ -126,16 +126,7 @@ pub struct FailureReason<'a> {
 impl Comparison {
     /// Creates a comparison of these candidates in the mazes with these names, without measures.
     pub fn new(title: impl Into<String>, candidates: Vec<Candidate>, mazes: Vec<String>) -> Self {
-        Self {
-            title: title.into(),
-            notes: Vec::new(),
-            overview: Vec::new(),
-            pictures_caption: String::new(),
-            candidates,
-            mazes,
-            measures: Vec::new(),
-            failures: Vec::new(),
-        }
+        Self { title: title.into(), candidates, mazes, ..Self::default() }
     }
 
     /// Adds a measure. `value` returns the value of a candidate in a maze, or `None` if there is no

@@ -38,9 +38,7 @@ impl Comparison {
             }
         }
     }
-}
 
-impl Comparison {
     fn reason_rows(&self, candidate: &str, reasons: &[FailureReason<'_>]) -> Markup {
         let total: usize = reasons.iter().map(|reason| reason.mazes.len()).sum();
         let (listed, others) = reasons.split_at(MAX_REASONS.min(reasons.len()));
