@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 
-use crate::PROTOCOL_VERSION;
+use crate::request::PROTOCOL_VERSION;
 
 /// A description of the maze that a simulator serves, without its walls.
 ///

@@ -93,14 +93,8 @@ pub use layout::{MAX_STATE_BYTES, state_bytes};
 pub use matrix::{CellWalls, Matrix, Order};
 pub use message::StateMessage;
 pub use reply::{ERROR_PREFIX, Reply, UnknownReply};
-pub use request::Request;
+pub use request::{DEFAULT_PORT, PROTOCOL_VERSION, Request};
 pub use state::{MapState, State};
-
-/// The version of the protocol, which is part of the reply to `info`.
-pub const PROTOCOL_VERSION: u32 = 1;
-
-/// The default TCP port of a simulator.
-pub const DEFAULT_PORT: u16 = 6574;
 
 /// Compiles and runs the code in the README of this crate.
 #[cfg(doctest)]

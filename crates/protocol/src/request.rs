@@ -8,6 +8,12 @@ use crate::error::RequestError;
 use crate::message::{decode_pose, heading_byte};
 use crate::state::State;
 
+/// The version of the protocol, which is part of the reply to `info`.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// The default TCP port of a simulator.
+pub const DEFAULT_PORT: u16 = 6574;
+
 const PING: &[u8] = b"ping";
 const RESET: &[u8] = b"reset";
 const INFO: &[u8] = b"info";
