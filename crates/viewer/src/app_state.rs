@@ -7,14 +7,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jiff::Timestamp;
 use mmsim_recording::{MemoryBudget, Recording};
 
-use crate::api_error::ApiError;
 use crate::config::ViewerConfig;
-use crate::jobs::JobQueue;
-use crate::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
+use crate::http::api_error::ApiError;
+use crate::http::jobs::JobQueue;
+use crate::http::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
 use crate::mazes::MazeList;
 use crate::source::Source;
-use crate::vehicles::Vehicles;
+use crate::source::vehicles::Vehicles;
 
 /// The maximum number of open recordings.
 const MAX_OPEN_RECORDINGS: usize = 8;

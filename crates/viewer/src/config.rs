@@ -9,7 +9,7 @@ use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 
 use crate::live::LiveServer;
-use crate::vehicles::Vehicles;
+use crate::source::vehicles::Vehicles;
 
 /// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
 #[derive(Default)]

@@ -25,14 +25,14 @@ use mmsim_recording::{Block, LogEnd, MemoryBudget, Recording};
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
-use crate::api_error::ApiError;
-use crate::jobs::CancelToken;
-use crate::page_info::PageInfo;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
+use crate::http::page_info::PageInfo;
 use crate::source::Source;
-use crate::source_info::SourceInfo;
-use crate::state_view::StateView;
-use crate::vehicles::Vehicles;
-use crate::{fast_runs, pictures, recordings};
+use crate::source::source_info::SourceInfo;
+use crate::source::state_view::StateView;
+use crate::source::vehicles::Vehicles;
+use crate::source::{fast_runs, pictures, recordings};
 
 /// The ID of the recording on an exported page.
 const ID: &str = "1";

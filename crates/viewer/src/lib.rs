@@ -11,40 +11,20 @@
 //! token unless it listens on a loopback address.
 #![forbid(unsafe_code)]
 
-mod access;
-mod api;
-mod api_error;
 mod app_state;
-mod assets;
 mod config;
-mod events;
 mod export;
-mod fast_runs;
-mod find;
-mod jobs;
-mod limits;
+mod http;
 mod live;
-mod log_view;
 mod mazes;
 mod mouse;
-mod mouse_api;
-mod page_info;
-mod pictures;
-mod recording_api;
-mod recordings;
 mod source;
-mod source_info;
-mod state_view;
-mod stream;
-mod transfer;
-mod vehicles;
-mod viewer;
 
 pub use config::ViewerConfig;
 pub use export::export_html;
-pub use limits::{Limits, MAX_VIEWER_CONNECTIONS};
-pub use vehicles::{SameName, Vehicles};
-pub use viewer::{Viewer, ViewerHandle};
+pub use http::limits::{Limits, MAX_VIEWER_CONNECTIONS};
+pub use http::{Viewer, ViewerHandle};
+pub use source::vehicles::{SameName, Vehicles};
 
 /// The default port on which the page is served.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;

@@ -9,7 +9,7 @@ use mmsim_mouse::{MouseControl, MouseStatus, StartReason};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_solvers::BundledStrategy;
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 use crate::mouse;
 use crate::source::Source;
 

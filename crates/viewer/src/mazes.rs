@@ -7,7 +7,7 @@ use mmsim_maze::{Maze, MazeSize};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 
 /// A catalogue of mazes, with the size and shortest path length of each maze.
 pub(crate) struct MazeList {

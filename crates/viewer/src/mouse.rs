@@ -15,7 +15,7 @@ use mmsim_run::{Ending, Goal, MovementRules, Phases, Verdict};
 use mmsim_server::Monitor;
 use mmsim_solvers::{BundledStrategy, Mouse};
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 
 /// Starts a bundled mouse, or returns an error if another mouse is running. The mouse
 /// stops when a client begins to search the maze.

@@ -8,8 +8,8 @@ use mmsim_drawing::stylesheet;
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use ring::digest::{SHA256, digest};
 
-use crate::api_error::ApiError;
-use crate::assets;
+use crate::http::api_error::ApiError;
+use crate::http::assets;
 
 /// The script that runs the page.
 const MAIN: &str = "import \"page.js\";";

@@ -5,7 +5,7 @@ use mmsim_run::{shortest_path, trial_status};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 use crate::source::Source;
 
 /// The message that the page shows for a recording that was not closed.

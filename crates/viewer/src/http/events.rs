@@ -14,9 +14,9 @@ use serde::Serialize;
 use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::limits::MAX_EVENT_STREAMS;
+use crate::http::api_error::ApiError;
+use crate::http::limits::MAX_EVENT_STREAMS;
 use crate::live::LiveServer;
 
 /// The usual interval at which an event stream polls the state of the server. Users do not notice a

@@ -8,9 +8,9 @@ use jiff::Timestamp;
 use mmsim_recording::{Block, Recording, save as save_recording};
 use serde::Serialize;
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::CancelToken;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
 use crate::source::Source;
 
 /// The maximum number of listed recordings.

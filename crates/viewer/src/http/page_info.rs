@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::app_state::AppState;
 use crate::config::ViewerConfig;
-use crate::limits::Limits;
-use crate::vehicles::Vehicles;
+use crate::http::limits::Limits;
+use crate::source::vehicles::Vehicles;
 
 /// What the page shows and what it can do.
 #[derive(Serialize)]

@@ -8,9 +8,9 @@ use axum::extract::{Path, Query, State};
 use mmsim_run::{LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::run_blocking;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::run_blocking;
 
 #[derive(Deserialize)]
 pub(crate) struct FindQuery {

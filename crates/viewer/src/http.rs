@@ -1,5 +1,17 @@
 //! The web server of the page.
 
+pub(crate) mod access;
+pub(crate) mod api;
+pub(crate) mod api_error;
+pub(crate) mod assets;
+pub(crate) mod events;
+pub(crate) mod jobs;
+pub(crate) mod limits;
+pub(crate) mod mouse_api;
+pub(crate) mod page_info;
+pub(crate) mod stream;
+pub(crate) mod transfer;
+
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -19,12 +31,11 @@ use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 use tracing::{debug, warn};
 
-use crate::access::{Access, guard};
 use crate::app_state::AppState;
 use crate::config::ViewerConfig;
-use crate::limits::Limits;
-use crate::transfer::Connection;
-use crate::{api, jobs};
+use crate::http::access::{Access, guard};
+use crate::http::limits::Limits;
+use crate::http::transfer::Connection;
 
 /// The delay before accepting connections again after an error, such as running out of file
 /// descriptors.

@@ -8,7 +8,7 @@ use mmsim_drawing::{page_json, stylesheet};
 /// Expands to a list with the name, media type and content of each file.
 macro_rules! files {
     ($($name:literal: $media_type:expr),+ $(,)?) => {
-        &[$(($name, $media_type, include_str!(concat!("../page/", $name)))),+]
+        &[$(($name, $media_type, include_str!(concat!("../../page/", $name)))),+]
     };
 }
 

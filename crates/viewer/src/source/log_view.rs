@@ -7,9 +7,9 @@ use axum::extract::{Path, Query, State};
 use mmsim_recording::LogEnd;
 use serde::{Deserialize, Serialize};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::CancelToken;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
 use crate::source::Source;
 
 /// The maximum number of log lines up to a state, and of later log lines, in a response.

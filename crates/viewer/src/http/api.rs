@@ -13,18 +13,18 @@ use mmsim_recording::Block;
 use mmsim_run::{BoundsHistory, RunEvents};
 use serde::{Deserialize, Serialize};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::run_blocking;
-use crate::page_info::PageInfo;
-use crate::pictures::{self, PictureOptions};
+use crate::export;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::run_blocking;
+use crate::http::page_info::PageInfo;
+use crate::http::transfer::buffer_body;
+use crate::http::{assets, events, mouse_api, stream};
 use crate::source::Source;
-use crate::source_info::SourceInfo;
-use crate::state_view::StateView;
-use crate::transfer::buffer_body;
-use crate::{
-    assets, events, export, fast_runs, find, log_view, mouse_api, recording_api, recordings, stream,
-};
+use crate::source::pictures::{self, PictureOptions};
+use crate::source::source_info::SourceInfo;
+use crate::source::state_view::StateView;
+use crate::source::{fast_runs, find, log_view, recording_api, recordings};
 
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";

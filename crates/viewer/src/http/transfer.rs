@@ -17,9 +17,9 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep, sleep_until, timeout_at};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
+use crate::http::api_error::ApiError;
+use crate::http::limits::{Limits, MAX_BODY_BYTES, MIN_RATE};
 
 /// The deadline of a transfer that must not be slower than [`MIN_RATE`].
 struct RateDeadline {

@@ -10,9 +10,9 @@ use mmsim_mouse::Pace;
 use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::CancelToken;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
 
 /// An action that the page requests.
 #[derive(Deserialize)]

@@ -6,8 +6,8 @@ use mmsim_recording::Notes;
 use mmsim_run::{LegProgress, StateFigures, TrialReport, planned_path};
 use serde::Serialize;
 
-use crate::api_error::ApiError;
-use crate::jobs::CancelToken;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
 use crate::source::Source;
 
 /// A state of a run, with the values that the page shows.

@@ -12,12 +12,12 @@ use axum::{Json, Router};
 use mmsim_recording::Recording;
 use serde::{Deserialize, Serialize};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
-use crate::jobs::run_blocking;
-use crate::limits::MAX_RECORDING_BYTES;
-use crate::recordings;
-use crate::transfer::receive_body;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::run_blocking;
+use crate::http::limits::MAX_RECORDING_BYTES;
+use crate::http::transfer::receive_body;
+use crate::source::recordings;
 
 type ApiResult<T> = Result<T, ApiError>;
 type SharedState = State<Arc<AppState>>;

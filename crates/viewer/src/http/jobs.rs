@@ -10,7 +10,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 
 /// The maximum number of threads for [`run_blocking`].
 pub(crate) const MAX_BLOCKING_THREADS: usize = 4;

@@ -10,8 +10,8 @@ use mmsim_fastrun::{
 use mmsim_maze::{CellSet, Maze, Unknown};
 use serde::{Deserialize, Serialize};
 
-use crate::api_error::ApiError;
 use crate::app_state::AppState;
+use crate::http::api_error::ApiError;
 use crate::source::Source;
 
 /// The run along one route, or the reason why there is none. Lengths are in mm, times in s and

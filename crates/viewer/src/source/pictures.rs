@@ -7,8 +7,8 @@ use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
-use crate::api_error::ApiError;
-use crate::jobs::CancelToken;
+use crate::http::api_error::ApiError;
+use crate::http::jobs::CancelToken;
 use crate::source::{DecodedState, Source};
 
 /// The length of the longer side of a PNG, in pixels.

@@ -2,7 +2,7 @@
 
 use mmsim_fastrun::Vehicle;
 
-use crate::api_error::ApiError;
+use crate::http::api_error::ApiError;
 
 /// The presets, and vehicles of the user. The page selects the user's first one.
 ///
