@@ -75,9 +75,9 @@ export class Chart {
       return path;
     };
     // If a path is first found in the last state, its line has no length. A dot marks the end of the line.
-    const end = closed.at(-1) ?? null;
+    const end = pessimistic.at(-1) ?? null;
     const dot = end === null ? "" : `M${last} ${y(end)}h0`;
-    const paths = { optimistic: line(open), pessimistic: line(closed), dot };
+    const paths = { optimistic: line(optimistic), pessimistic: line(pessimistic), dot };
     for (const [name, d] of Object.entries(paths)) setAttributes(query(this.#svg, `.${name}`, SVGElement), { d });
     this.#rows = ticks.map(y);
     this.#label(".y", states > 0 ? ticks : [], (_, i) => ({ top: `${this.#rows[i]}%` }));
@@ -115,14 +115,14 @@ export class Chart {
 
   /** Shows the state and the values below the pointer. @param {{ clientX: number }} event */
   #point({ clientX }) {
-    const { states, stride, open, closed } = this.#history;
+    const { states, stride, optimistic, pessimistic } = this.#history;
     const index = this.#axis.indexAt(clientX);
-    const sample = Math.min(Math.floor(index / stride), open.length - 1);
+    const sample = Math.min(Math.floor(index / stride), optimistic.length - 1);
     this.#tip.hidden = states === 0;
     if (states === 0) return;
     const sampled = Math.min(sample * stride, states - 1);
     const since = sampled === index ? "" : ` (at state ${formatNumber(sampled + 1)})`;
-    setText(this.#tip, "span", `State ${formatNumber(index + 1)}: ${this.#describe(open[sample], closed[sample])}${since}`);
+    setText(this.#tip, "span", `State ${formatNumber(index + 1)}: ${this.#describe(optimistic[sample], pessimistic[sample])}${since}`);
     const share = this.#axis.share(index);
     this.#tip.style.left = `${100 * share}%`;
     query(this.#tip, "span").style.translate = `${-100 * share}%`;
