@@ -9,7 +9,6 @@
 //! - `states`, once per block of states: the view of each state, as the change from the view of the
 //!   previous state in the block (see [`patch`])
 
-mod document;
 mod patch;
 
 use std::fs::File;
@@ -25,14 +24,12 @@ use mmsim_recording::{Block, LogEnd, MemoryBudget, Recording};
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
-use crate::http::api_error::ApiError;
-use crate::http::jobs::CancelToken;
-use crate::http::page_info::PageInfo;
-use crate::source::Source;
-use crate::source::source_info::SourceInfo;
-use crate::source::state_view::StateView;
-use crate::source::vehicles::Vehicles;
-use crate::source::{fast_runs, pictures, recordings};
+use crate::http::assets;
+use crate::http::events::PageInfo;
+use crate::http::jobs::{ApiError, CancelToken};
+use crate::source::fast_runs::Vehicles;
+use crate::source::views::{SourceInfo, StateView};
+use crate::source::{Source, fast_runs, pictures, recordings};
 
 /// The ID of the recording on an exported page.
 const ID: &str = "1";
@@ -140,7 +137,7 @@ fn write(
     mut on_progress: impl FnMut(usize),
 ) -> Result<(), ExportError> {
     let (run, _, states) = source.current_run()?;
-    let (head, tail) = document::parts(&title(source)?)?;
+    let (head, tail) = assets::document(&title(source)?)?;
     out.write_all(head.as_bytes())?;
     element(&mut out, "responses", |out| {
         Ok(serde_json::to_writer(out, &responses(source, vehicles, cancel)?)?)
@@ -345,7 +342,7 @@ mod tests {
         for block in embedded(page, "states") {
             let mut view = Value::Null;
             for change in block.as_array().unwrap() {
-                view = patch::tests::patch(&view, change);
+                view = patch::patch(&view, change);
                 assert_eq!(view, json(&StateView::new(&source, 0, index).unwrap()).unwrap());
                 index += 1;
             }

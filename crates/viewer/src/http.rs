@@ -2,15 +2,10 @@
 
 pub(crate) mod access;
 pub(crate) mod api;
-pub(crate) mod api_error;
 pub(crate) mod assets;
 pub(crate) mod events;
 pub(crate) mod jobs;
 pub(crate) mod limits;
-pub(crate) mod mouse_api;
-pub(crate) mod page_info;
-pub(crate) mod stream;
-pub(crate) mod transfer;
 
 use std::io;
 use std::net::SocketAddr;
@@ -31,11 +26,9 @@ use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 use tracing::{debug, warn};
 
-use crate::app_state::AppState;
-use crate::config::ViewerConfig;
+use crate::app::{AppState, ViewerConfig};
 use crate::http::access::{Access, guard};
-use crate::http::limits::Limits;
-use crate::http::transfer::Connection;
+use crate::http::limits::{Connection, Limits};
 
 /// The delay before accepting connections again after an error, such as running out of file
 /// descriptors.

@@ -11,20 +11,17 @@
 //! token unless it listens on a loopback address.
 #![forbid(unsafe_code)]
 
-mod app_state;
-mod config;
+mod app;
 mod export;
 mod http;
 mod live;
-mod mazes;
-mod mouse;
 mod source;
 
-pub use config::ViewerConfig;
+pub use app::ViewerConfig;
 pub use export::export_html;
 pub use http::limits::{Limits, MAX_VIEWER_CONNECTIONS};
 pub use http::{Viewer, ViewerHandle};
-pub use source::vehicles::{SameName, Vehicles};
+pub use source::fast_runs::{SameName, Vehicles};
 
 /// The default port on which the page is served.
 pub const DEFAULT_VIEWER_PORT: u16 = 6575;

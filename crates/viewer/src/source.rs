@@ -1,14 +1,10 @@
 //! Sources of states: the live simulation and recordings.
 
 pub(crate) mod fast_runs;
-pub(crate) mod find;
-pub(crate) mod log_view;
 pub(crate) mod pictures;
-pub(crate) mod recording_api;
 pub(crate) mod recordings;
-pub(crate) mod source_info;
-pub(crate) mod state_view;
-pub(crate) mod vehicles;
+pub(crate) mod search;
+pub(crate) mod views;
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -26,8 +22,7 @@ use mmsim_run::{
 };
 use mmsim_server::{Monitor, MonitorError, Status};
 
-use crate::http::api_error::ApiError;
-use crate::http::jobs::CancelToken;
+use crate::http::jobs::{ApiError, CancelToken};
 
 /// The maximum number of decompressed blocks that a source caches. Each page shows
 /// a state of one block.

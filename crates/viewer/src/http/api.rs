@@ -1,30 +1,32 @@
 //! The HTTP API of the page.
 
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
-use axum::http::header;
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
+use futures_util::stream;
 use mmsim_drawing::{Scene, thumbnail};
+use mmsim_mouse::Pace;
 use mmsim_recording::Block;
 use mmsim_run::{BoundsHistory, RunEvents};
+use mmsim_solvers::BundledStrategy;
 use serde::{Deserialize, Serialize};
 
-use crate::app_state::AppState;
+use crate::app::AppState;
 use crate::export;
-use crate::http::api_error::ApiError;
-use crate::http::jobs::run_blocking;
-use crate::http::page_info::PageInfo;
-use crate::http::transfer::buffer_body;
-use crate::http::{assets, events, mouse_api, stream};
-use crate::source::Source;
-use crate::source::pictures::{self, PictureOptions};
-use crate::source::source_info::SourceInfo;
-use crate::source::state_view::StateView;
-use crate::source::{fast_runs, find, log_view, recording_api, recordings};
+use crate::http::events::PageInfo;
+use crate::http::jobs::{ApiError, CancelToken, run_blocking};
+use crate::http::limits::buffer_body;
+use crate::http::{assets, events};
+use crate::source::fast_runs::RouteRun;
+use crate::source::pictures::{PictureOptions, download};
+use crate::source::views::{SourceInfo, StateView};
+use crate::source::{fast_runs, pictures, recordings, search};
 
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";
@@ -41,22 +43,33 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}", get(describe_source))
         .route("/api/sources/{id}/drawing.svg", get(page_svg))
         .route("/api/sources/{id}/states", get(states))
-        .route("/api/sources/{id}/picture.svg", get(svg_picture))
-        .route("/api/sources/{id}/picture.png", get(png_picture))
+        .route(
+            "/api/sources/{id}/picture.svg",
+            get(|state, id, query, options| {
+                let svg = |scene: &Scene<'_>| Ok(scene.svg());
+                pictures::picture(state, id, query, options, ("svg", SVG), svg)
+            }),
+        )
+        .route(
+            "/api/sources/{id}/picture.png",
+            get(|state, id, query, options| {
+                pictures::picture(state, id, query, options, ("png", "image/png"), pictures::png)
+            }),
+        )
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
         .route("/api/sources/{id}/costs", get(bounds))
         .route("/api/sources/{id}/events", get(run_events))
-        .route("/api/sources/{id}/log", get(log_view::handle))
-        .route("/api/sources/{id}/find", get(find::handle))
-        .route("/api/sources/{id}/fast-runs/{vehicle}", get(fast_runs::handle))
-        .route("/api/sources/{id}/known-fast-run/{vehicle}", get(fast_runs::handle_known))
+        .route("/api/sources/{id}/log", get(search::log_lines))
+        .route("/api/sources/{id}/find", get(search::find_state))
+        .route("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs))
+        .route("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .route("/api/sources/{id}/page.html", get(export_page))
-        .merge(recording_api::router())
-        .merge(mouse_api::router())
-        .layer(middleware::from_fn_with_state(Arc::clone(&state), buffer_body))
-        .merge(recording_api::upload_router())
+        .merge(recordings::router())
+        .route("/api/mouse", post(act))
+        .layer(middleware::from_fn_with_state(state.limits, buffer_body))
+        .merge(recordings::upload_router())
         .with_state(state)
         .merge(assets::router())
 }
@@ -195,6 +208,36 @@ async fn run_events(
     state.run_jobs.run(move |cancel| Ok(Json(source.events(run, cancel)?))).await
 }
 
+/// Returns the fastest run through the true maze, and the runs along other routes.
+async fn true_fast_runs(
+    State(state): SharedState,
+    Path((id, vehicle)): Path<(String, String)>,
+    Query(RunNumber { run }): Query<RunNumber>,
+) -> ApiResult<Json<Vec<RouteRun>>> {
+    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
+    state
+        .run_jobs
+        .run(move |_| {
+            let description = source.describe(run)?;
+            let unknown = || ApiError::conflict("the recording does not contain the true maze");
+            Ok(Json(fast_runs::in_maze(description.truth.as_ref().ok_or_else(unknown)?, &vehicle)))
+        })
+        .await
+}
+
+/// Returns the fastest run over the walls that the mouse knows in a state.
+async fn known_fast_run(
+    State(state): SharedState,
+    Path((id, vehicle)): Path<(String, String)>,
+    Query(StateQuery { run, at }): Query<StateQuery>,
+) -> ApiResult<Json<RouteRun>> {
+    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
+    state
+        .run_jobs
+        .run(move |_| Ok(Json(fast_runs::over_known_walls(&source, run, at, &vehicle)?)))
+        .await
+}
+
 async fn page_svg(
     State(state): SharedState,
     Path(id): Path<String>,
@@ -205,48 +248,6 @@ async fn page_svg(
             .into_response())
     })
     .await
-}
-
-#[derive(Deserialize)]
-struct PictureQuery {
-    run: u32,
-    /// The index of the state.
-    #[serde(default)]
-    at: usize,
-}
-
-async fn svg_picture(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(PictureQuery { run, at }): Query<PictureQuery>,
-    Query(options): Query<PictureOptions>,
-) -> ApiResult<Response> {
-    Arc::clone(&state)
-        .pictures
-        .run(move |cancel| {
-            let source = state.source(&id)?;
-            let draw = |scene: Scene<'_>| scene.svg();
-            let svg = pictures::draw_state(&source, run, at, options, cancel, draw)?;
-            download(&source, run, "svg", SVG, svg)
-        })
-        .await
-}
-
-async fn png_picture(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(PictureQuery { run, at }): Query<PictureQuery>,
-    Query(options): Query<PictureOptions>,
-) -> ApiResult<Response> {
-    Arc::clone(&state)
-        .pictures
-        .run(move |cancel| {
-            let source = state.source(&id)?;
-            let draw = |scene: Scene<'_>| pictures::png(&scene);
-            let png = pictures::draw_state(&source, run, at, options, cancel, draw)?;
-            download(&source, run, "png", "image/png", png?)
-        })
-        .await
 }
 
 async fn gif_animation(
@@ -275,7 +276,7 @@ async fn save_recording(
         .run(move |cancel| {
             let source = state.source(&id)?;
             let file = recordings::save(&source, run, cancel)?;
-            download(&source, run, "mcap", BINARY, Body::from_stream(stream::from_reader(file)))
+            download(&source, run, "mcap", BINARY, read_stream(file))
         })
         .await
 }
@@ -291,24 +292,82 @@ async fn export_page(
             let source = state.source(&id)?;
             let file = export::to_file(&source, run, &state.vehicles, &state.budget, cancel)?;
             // A browser must never show the page as a page of this server.
-            download(&source, run, "html", BINARY, Body::from_stream(stream::from_reader(file)))
+            download(&source, run, "html", BINARY, read_stream(file))
         })
         .await
 }
 
-/// Returns a response that browsers save as a file.
-fn download(
-    source: &Source,
-    run: u32,
-    extension: &str,
-    media_type: &'static str,
-    content: impl Into<Body>,
-) -> ApiResult<Response> {
-    let title = source.describe(run)?.title.clone();
-    let stem = title.strip_suffix(".mcap").unwrap_or(&title);
-    let sanitize = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    let name: String = stem.chars().map(sanitize).take(100).collect();
-    let disposition = format!("attachment; filename=\"{name}.{extension}\"");
-    let headers = [(header::CONTENT_TYPE, media_type), (header::CONTENT_DISPOSITION, &disposition)];
-    Ok((headers, content.into()).into_response())
+/// An action that the page requests.
+#[derive(Deserialize)]
+#[serde(tag = "action", rename_all = "kebab-case")]
+enum MouseAction {
+    /// Run a bundled strategy.
+    Run {
+        strategy: String,
+    },
+    /// Run the user's own mouse, after stopping a running mouse.
+    RunAgain,
+    Stop,
+    Pause,
+    Resume,
+    /// Take one step, then pause.
+    Step,
+    /// Press the reset button of the user's own mouse.
+    PressReset,
+    /// Change the pace to this number of steps per second, or to no limit.
+    SetPace {
+        pace: Option<f64>,
+    },
+}
+
+/// Carries out an action. Only the wait for a mouse to stop takes time.
+async fn act(State(state): SharedState, Json(action): Json<MouseAction>) -> ApiResult<StatusCode> {
+    let live = state.live()?;
+    let control = &live.control;
+    match action {
+        MouseAction::Run { strategy } => {
+            let strategy: BundledStrategy = strategy.parse().map_err(ApiError::bad_request)?;
+            state.search()?.start_mouse(strategy)?;
+        }
+        MouseAction::RunAgain => live.run_own_mouse()?,
+        MouseAction::Stop => {
+            let (run, control) = (control.stop(), Arc::clone(control));
+            let stop_time = state.limits.stop_time;
+            let wait = move |_: &CancelToken| {
+                control.wait_for_end(run, stop_time);
+                Ok(())
+            };
+            state.mouse_jobs.run(wait).await?;
+        }
+        MouseAction::Pause => control.pause_after(0),
+        MouseAction::Resume => control.resume(),
+        MouseAction::Step => control.pause_after(1),
+        MouseAction::PressReset => control.press_reset(),
+        MouseAction::SetPace { pace: None } => control.set_pace(Pace::UNLIMITED),
+        MouseAction::SetPace { pace: Some(rate) } => {
+            let invalid = || format!("expected a pace of at least 0.01 steps/s, found {rate}");
+            let pace = Pace::from_rate(rate).ok_or_else(invalid).map_err(ApiError::bad_request)?;
+            control.set_pace(pace);
+        }
+    }
+    Ok(StatusCode::NO_CONTENT)
+}
+
+const CHUNK_BYTES: usize = 256 * 1024;
+
+/// Streams all bytes of a reader. Each chunk is read only after the previous one has been sent.
+fn read_stream(reader: impl Read + Send + 'static) -> Body {
+    Body::from_stream(stream::unfold(Some(reader), |reader| async {
+        let mut reader = reader?;
+        let read = tokio::task::spawn_blocking(move || {
+            let mut chunk = Vec::with_capacity(CHUNK_BYTES);
+            let count = reader.by_ref().take(CHUNK_BYTES as u64).read_to_end(&mut chunk)?;
+            Ok((count > 0).then_some((chunk, reader)))
+        });
+        match read.await.map_err(io::Error::other).and_then(|read| read) {
+            Ok(Some((chunk, reader))) => Some((Ok(chunk), Some(reader))),
+            Ok(None) => None,
+            Err(error) => Some((Err(error), None)),
+        }
+    }))
 }

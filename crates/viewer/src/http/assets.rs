@@ -1,9 +1,18 @@
-//! The embedded files of the page.
+//! The embedded files of the page, served one by one or as the document of an exported page: the page
+//! with its scripts and styles in one HTML file.
+
+use std::collections::BTreeMap;
 
 use axum::Router;
 use axum::http::header;
 use axum::routing::get;
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use mmsim_drawing::{page_json, stylesheet};
+use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
+use ring::digest::{SHA256, digest};
+
+use crate::http::jobs::ApiError;
 
 /// Expands to a list with the name, media type and content of each file.
 macro_rules! files {
@@ -12,13 +21,13 @@ macro_rules! files {
     };
 }
 
-pub(crate) const SCRIPT: &str = "text/javascript; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 const JSON: &str = "application/json";
 const HTML: &str = "text/html; charset=utf-8";
 
 /// The name, media type and content of each file.
-pub(crate) const FILES: &[(&str, &str, &str)] = files![
+const FILES: &[(&str, &str, &str)] = files![
     "annotations.js": SCRIPT,
     "api.js": SCRIPT,
     "axis.js": SCRIPT,
@@ -53,7 +62,7 @@ pub(crate) const FILES: &[(&str, &str, &str)] = files![
 ];
 
 /// Returns the content of a file, or an empty text if there is no file with this name.
-pub(crate) fn file(name: &str) -> &'static str {
+fn file(name: &str) -> &'static str {
     FILES.iter().find(|file| file.0 == name).map_or("", |file| file.2)
 }
 
@@ -71,11 +80,98 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
         .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
 }
 
+/// The script that runs the page.
+const MAIN: &str = "import \"page.js\";";
+
+/// The beginning of the URL of a script.
+const SCRIPT_URL: &str = "data:text/javascript,";
+
+/// The characters that would end the URL, the element around it, or change when the URL is parsed.
+const ENCODED: &AsciiSet = &CONTROLS.add(b'%').add(b'#').add(b'<');
+
+/// Returns the parts of the document before and after the data.
+pub(crate) fn document(title: &str) -> Result<(String, String), ApiError> {
+    let modules = import_map();
+    let styles = [stylesheet(), file("page.css").to_string()];
+    let scripts = [&modules, MAIN].map(hash).join(" ");
+    let style_hashes = styles.each_ref().map(|style| hash(style)).join(" ");
+    // The modules are data URLs, whose hashes browsers do not check.
+    let policy = format!(
+        "default-src 'none'; script-src {scripts} data:; style-src {style_hashes}; img-src data:; \
+         base-uri 'none'; form-action 'none'"
+    );
+    let version = env!("CARGO_PKG_VERSION");
+    let mut page = file("index.html").to_string();
+    for (old, new) in [
+        ("<html lang=\"en\">", "<html lang=\"en\" class=\"exported\">".to_string()),
+        (
+            "<title>mmsim</title>",
+            format!(
+                "<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+                 <meta name=\"generator\" content=\"mmsim {version}\">\n<title>{}</title>",
+                escape(title)
+            ),
+        ),
+        (
+            "<link rel=\"stylesheet\" href=\"/drawing.css\">",
+            format!("<style>{}</style>", styles[0]),
+        ),
+        ("<link rel=\"stylesheet\" href=\"/page.css\">", format!("<style>{}</style>", styles[1])),
+        (
+            "<script type=\"module\" src=\"/page.js\"></script>",
+            format!(
+                "<script type=\"importmap\">{modules}</script>\n<script type=\"module\">{MAIN}</script>"
+            ),
+        ),
+        (">Connecting…<", ">Opening… (this page needs JavaScript)<".to_string()),
+    ] {
+        page = replace(&page, old, &new)?;
+    }
+    let (head, tail) = page.split_at(page.rfind("</body>").unwrap_or(page.len()));
+    Ok((head.into(), tail.into()))
+}
+
+/// Returns a map from the name of each script to its content as a data URL. Scripts in data URLs
+/// cannot import other scripts by relative paths, but they can import them by the names in the map.
+fn import_map() -> String {
+    let scripts = FILES.iter().filter(|(_, media_type, _)| *media_type == SCRIPT);
+    let modules: BTreeMap<&str, String> = scripts
+        .map(|&(name, _, content)| {
+            let content = content.replace(" from \"./", " from \"");
+            (name, format!("{SCRIPT_URL}{}", utf8_percent_encode(&content, ENCODED)))
+        })
+        .collect();
+    serde_json::json!({ "imports": modules }).to_string()
+}
+
+/// Returns the source expression of a content security policy that allows a script or style.
+fn hash(content: &str) -> String {
+    format!("'sha256-{}'", BASE64_STANDARD.encode(digest(&SHA256, content.as_bytes())))
+}
+
+/// Replaces the only occurrence of `old`.
+fn replace(page: &str, old: &str, new: &str) -> Result<String, ApiError> {
+    match page.matches(old).count() {
+        1 => Ok(page.replace(old, new)),
+        count => {
+            Err(ApiError::internal(format!("the page contains {old} {count} times, not once")))
+        }
+    }
+}
+
+/// Escapes a text for HTML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
     use std::fs;
     use std::path::Path;
+
+    use percent_encoding::percent_decode_str;
+    use serde_json::Value;
 
     use super::*;
 
@@ -87,5 +183,45 @@ mod tests {
         let files: BTreeSet<_> =
             files.map(|name| name.into_string().unwrap()).filter(is_served).collect();
         assert_eq!(FILES.iter().map(|file| file.0.to_string()).collect::<BTreeSet<_>>(), files);
+    }
+
+    #[test]
+    fn every_import_names_a_module() {
+        let imports: Value = serde_json::from_str(&import_map()).unwrap();
+        let modules = imports["imports"].as_object().unwrap();
+        let mut count = 0;
+        for (name, url) in modules {
+            let encoded = url.as_str().unwrap().strip_prefix(SCRIPT_URL).unwrap();
+            let script = percent_decode_str(encoded).decode_utf8().unwrap();
+            assert!(!script.contains(" from \"./") && !script.contains("await import("), "{name}");
+            for line in script.lines().filter(|line| line.starts_with("import ")) {
+                let (_, imported) = line.split_once(" from \"").unwrap();
+                let imported = imported.strip_suffix("\";").unwrap();
+                assert!(modules.contains_key(imported), "{name} imports {imported}");
+                count += 1;
+            }
+        }
+        assert!(modules.contains_key("page.js") && count >= modules.len());
+    }
+
+    #[test]
+    fn the_title_is_escaped_and_no_file_is_referenced() {
+        let (head, tail) = document("a</title><script>alert(1)</script>&\"").unwrap();
+        let title =
+            "<title>a&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;&amp;&quot;</title>";
+        assert!(head.contains(title));
+        assert!(!head.contains("alert(1)</script>") && head.ends_with("</dialog>\n"));
+        assert_eq!(tail, "</body>\n</html>\n");
+        let without_scripts = replace(&head, &import_map(), "").unwrap();
+        for reference in ["src=", "href=\"/", "url(", "@import"] {
+            assert!(!without_scripts.contains(reference), "{reference}");
+        }
+    }
+
+    #[test]
+    fn only_one_occurrence_is_replaced() {
+        assert_eq!(replace("a b c", "b", "x").unwrap(), "a x c");
+        let error = replace("a b b", "b", "x").unwrap_err();
+        assert_eq!(error.text, "the page contains b 2 times, not once");
     }
 }

@@ -1,4 +1,4 @@
-//! Jobs that would block the web server thread for too long.
+//! Jobs that would block the web server thread for too long, and the errors that end requests.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,11 +6,59 @@ use std::thread;
 use std::time::Duration;
 
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use mmsim_server::MonitorError;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
 
-use crate::http::api_error::ApiError;
+/// An error response: a status and a message that the page shows.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{text}")]
+pub(crate) struct ApiError {
+    pub(crate) status: StatusCode,
+    pub(crate) text: String,
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "`map_err` passes errors by value")]
+impl ApiError {
+    pub(crate) fn new(status: StatusCode, text: impl ToString) -> Self {
+        Self { status, text: text.to_string() }
+    }
+
+    pub(crate) fn not_found(text: impl ToString) -> Self {
+        Self::new(StatusCode::NOT_FOUND, text)
+    }
+
+    pub(crate) fn bad_request(text: impl ToString) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, text)
+    }
+
+    pub(crate) fn conflict(text: impl ToString) -> Self {
+        Self::new(StatusCode::CONFLICT, text)
+    }
+
+    pub(crate) fn internal(text: impl ToString) -> Self {
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, text)
+    }
+}
+
+impl From<MonitorError> for ApiError {
+    fn from(error: MonitorError) -> Self {
+        let status = match error {
+            MonitorError::RunEnded { .. } => StatusCode::GONE,
+            MonitorError::HasClient => StatusCode::CONFLICT,
+            MonitorError::Ended => StatusCode::SERVICE_UNAVAILABLE,
+        };
+        Self::new(status, error)
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response {
+        (self.status, self.text).into_response()
+    }
+}
 
 /// The maximum number of threads for [`run_blocking`].
 pub(crate) const MAX_BLOCKING_THREADS: usize = 4;

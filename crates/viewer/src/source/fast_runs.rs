@@ -1,18 +1,88 @@
-//! Fast runs of a vehicle, which the page plays in time.
+//! Fast runs, which the page plays in time, and the vehicles that drive them.
 
-use std::sync::Arc;
-
-use axum::Json;
-use axum::extract::{Path, Query, State};
 use mmsim_fastrun::{
     FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
 use mmsim_maze::{CellSet, Maze, Unknown};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use crate::app_state::AppState;
-use crate::http::api_error::ApiError;
+use crate::http::jobs::ApiError;
 use crate::source::Source;
+
+/// The presets, and vehicles of the user. The page selects the user's first one.
+///
+/// ```
+/// use mmsim_fastrun::Vehicle;
+/// use mmsim_viewer::Vehicles;
+///
+/// let mine = Vehicle::from_toml("base = 'expert'\nturns.l90.speed = 1500", "mine")?;
+/// let vehicles = Vehicles::new([mine])?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Vehicles {
+    all: Vec<Vehicle>,
+    selected: Option<String>,
+}
+
+/// The error for two different vehicles with the same name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("two vehicles are called {0:?}; set another name in a file")]
+pub struct SameName(pub String);
+
+impl Vehicles {
+    /// Adds vehicles to the presets.
+    ///
+    /// # Errors
+    /// Returns an error if two different vehicles, including the presets, have the same name.
+    pub fn new(own: impl IntoIterator<Item = Vehicle>) -> Result<Self, SameName> {
+        let mut vehicles = Self::default();
+        for vehicle in own {
+            match vehicles.get(vehicle.name()) {
+                None => {
+                    vehicles.selected.get_or_insert_with(|| vehicle.name().into());
+                    vehicles.all.push(vehicle);
+                }
+                Some(other) if *other == vehicle => {}
+                Some(_) => return Err(SameName(vehicle.name().into())),
+            }
+        }
+        Ok(vehicles)
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Vehicle> {
+        self.all.iter()
+    }
+
+    /// Returns the names of all vehicles.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.iter().map(|vehicle| vehicle.name().into()).collect()
+    }
+
+    /// Returns the name of the vehicle that the page selects, or `None` if a preset fits the maze.
+    pub(crate) fn selected(&self) -> Option<String> {
+        self.selected.clone()
+    }
+
+    fn get(&self, name: &str) -> Option<&Vehicle> {
+        self.iter().find(|vehicle| vehicle.name() == name)
+    }
+
+    /// Returns the vehicle with this name.
+    pub(crate) fn find(&self, name: &str) -> Result<Vehicle, ApiError> {
+        self.get(name).cloned().ok_or_else(|| {
+            let names = self.names().join(", ");
+            ApiError::not_found(format!("no vehicle has the name {name:?} (expected {names})"))
+        })
+    }
+}
+
+impl Default for Vehicles {
+    fn default() -> Self {
+        let all = Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect();
+        Self { all, selected: None }
+    }
+}
 
 /// The run along one route, or the reason why there is none. Lengths are in mm, times in s and
 /// angles in radians, rounded to millionths.
@@ -66,45 +136,6 @@ struct SegmentView {
     exit_speed: f64,
     /// The duration, speed, acceleration and jerk of each part of a straight with constant jerk.
     pieces: Vec<[f64; 4]>,
-}
-
-#[derive(Deserialize)]
-pub(crate) struct RunQuery {
-    run: u32,
-}
-
-/// Returns the fastest run through the true maze, and the runs along other routes.
-pub(crate) async fn handle(
-    State(state): State<Arc<AppState>>,
-    Path((id, vehicle)): Path<(String, String)>,
-    Query(RunQuery { run }): Query<RunQuery>,
-) -> Result<Json<Vec<RouteRun>>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
-    state
-        .run_jobs
-        .run(move |_| {
-            let description = source.describe(run)?;
-            let unknown = || ApiError::conflict("the recording does not contain the true maze");
-            Ok(Json(in_maze(description.truth.as_ref().ok_or_else(unknown)?, &vehicle)))
-        })
-        .await
-}
-
-#[derive(Deserialize)]
-pub(crate) struct KnownQuery {
-    run: u32,
-    /// The index of the state.
-    at: usize,
-}
-
-/// Returns the fastest run over the walls that the mouse knows in a state.
-pub(crate) async fn handle_known(
-    State(state): State<Arc<AppState>>,
-    Path((id, vehicle)): Path<(String, String)>,
-    Query(KnownQuery { run, at }): Query<KnownQuery>,
-) -> Result<Json<RouteRun>, ApiError> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
-    state.run_jobs.run(move |_| Ok(Json(over_known_walls(&source, run, at, &vehicle)?))).await
 }
 
 /// Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
@@ -217,4 +248,27 @@ impl SegmentView {
 /// Rounds to millionths, to keep responses small.
 fn rounded(number: f64) -> f64 {
     (number * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vehicles_have_different_names() {
+        let file =
+            |name: &str| Vehicle::from_toml("turns.l90.speed = 1500\nbase = \"expert\"", name);
+        let (mine, other) = (file("mine").unwrap(), file("expert").unwrap());
+        let vehicles = Vehicles::new([Vehicle::ares(), mine.clone(), mine.clone()]).unwrap();
+        assert_eq!(vehicles.names(), ["ukmars", "ares", "expert", "kerise", "mine"]);
+        assert_eq!(
+            (vehicles.find("mine").unwrap(), &*vehicles.selected().unwrap()),
+            (mine, "mine")
+        );
+        let Err(error) = Vehicles::new([other]) else { panic!("expected an error") };
+        assert_eq!(
+            error.to_string(),
+            r#"two vehicles are called "expert"; set another name in a file"#
+        );
+    }
 }

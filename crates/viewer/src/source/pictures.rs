@@ -1,5 +1,11 @@
 //! Pictures of mazes and states, for the page and for download.
 
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Path, Query, State};
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
@@ -7,8 +13,8 @@ use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
-use crate::http::api_error::ApiError;
-use crate::http::jobs::CancelToken;
+use crate::app::AppState;
+use crate::http::jobs::{ApiError, CancelToken};
 use crate::source::{DecodedState, Source};
 
 /// The length of the longer side of a PNG, in pixels.
@@ -133,4 +139,48 @@ pub(crate) fn draw_state<T>(
             Vec::new()
         });
     Ok(draw(options.apply(scene)))
+}
+
+#[derive(Deserialize)]
+pub(crate) struct PictureQuery {
+    run: u32,
+    /// The index of the state.
+    #[serde(default)]
+    at: usize,
+}
+
+/// Returns a handler for pictures of a state, which `draw` draws in the format of `extension`.
+pub(crate) async fn picture<T: Into<Body> + 'static>(
+    State(state): State<Arc<AppState>>,
+    Path(id): Path<String>,
+    Query(PictureQuery { run, at }): Query<PictureQuery>,
+    Query(options): Query<PictureOptions>,
+    (extension, media_type): (&'static str, &'static str),
+    draw: fn(&Scene<'_>) -> Result<T, ApiError>,
+) -> Result<Response, ApiError> {
+    Arc::clone(&state)
+        .pictures
+        .run(move |cancel| {
+            let source = state.source(&id)?;
+            let picture = draw_state(&source, run, at, options, cancel, |scene| draw(&scene))??;
+            download(&source, run, extension, media_type, picture)
+        })
+        .await
+}
+
+/// Returns a response that browsers save as a file.
+pub(crate) fn download(
+    source: &Source,
+    run: u32,
+    extension: &str,
+    media_type: &'static str,
+    content: impl Into<Body>,
+) -> Result<Response, ApiError> {
+    let title = source.describe(run)?.title.clone();
+    let stem = title.strip_suffix(".mcap").unwrap_or(&title);
+    let sanitize = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let name: String = stem.chars().map(sanitize).take(100).collect();
+    let disposition = format!("attachment; filename=\"{name}.{extension}\"");
+    let headers = [(header::CONTENT_TYPE, media_type), (header::CONTENT_DISPOSITION, &disposition)];
+    Ok((headers, content.into()).into_response())
 }
