@@ -1,7 +1,7 @@
 // @ts-check
 // The texts and colours that a mouse displays in the cells, as in the simulator mms.
 
-import { setAttributes } from "./dom.js";
+import { setAttributes, svgElement } from "./dom.js";
 import { PITCH } from "./state.js";
 
 /** @typedef {import("./api.js").DrawingStyle} DrawingStyle */
@@ -85,7 +85,7 @@ class Layer {
       let shown = this.#shown.get(cell);
       if (shown?.value === value) continue;
       if (!shown) {
-        shown = { element: document.createElementNS("http://www.w3.org/2000/svg", this.#tag), value };
+        shown = { element: svgElement(this.#tag, {}), value };
         this.#shown.set(cell, shown);
         this.group?.append(shown.element);
       }

@@ -2,7 +2,7 @@
 // The horizontal axis that the chart, the events and the slider share. The state with index i is drawn where the thumb
 // of the slider is when the state with index i is shown.
 
-import { query } from "./dom.js";
+import { query, setText } from "./dom.js";
 
 export class Axis {
   /** Index of the last state on the axis, at least 1. */
@@ -26,14 +26,9 @@ export class Axis {
     }).observe(this.#area);
   }
 
-  /** Begins a new run. @param {number} states */
-  start(states) {
-    this.#scale(states);
-  }
-
   /** Makes room for a number of states. @param {number} states */
   grow(states) {
-    if (states - 1 > this.last) this.#scale(states);
+    if (states - 1 > this.last) this.start(states);
   }
 
   /**
@@ -60,8 +55,29 @@ export class Axis {
     return Math.round(Math.min(Math.max(0, share), 1) * this.last);
   }
 
-  /** @param {number} states */
-  #scale(states) {
+  /**
+   * Shows a tip at the pointer while it is over a plot. A click or a drag with the mouse seeks.
+   * @param {HTMLElement} plot @param {HTMLElement} tip @param {(index: number) => void} seek
+   * @param {(index: number) => string} describe returns the text of the tip, or "" if there is none
+   */
+  listen(plot, tip, seek, describe) {
+    plot.onclick = ({ clientX }) => seek(this.indexAt(clientX));
+    plot.onpointermove = ({ clientX, pointerType, buttons }) => {
+      const index = this.indexAt(clientX);
+      if (pointerType === "mouse" && buttons & 1) seek(index);
+      const text = describe(index);
+      tip.hidden = !text;
+      if (!text) return;
+      setText(tip, "span", text);
+      const share = this.share(index);
+      tip.style.left = `${100 * share}%`;
+      query(tip, "span").style.translate = `${-100 * share}%`;
+    };
+    plot.onpointerleave = () => (tip.hidden = true);
+  }
+
+  /** Begins a new run. @param {number} states */
+  start(states) {
     const last = Math.max(1, states - 1);
     if (this.last === last) return;
     this.last = last;

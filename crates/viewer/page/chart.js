@@ -18,8 +18,6 @@ export class Chart {
   #axis;
   #plot;
   #svg;
-  #tip;
-  #seek;
   /** @type {BoundsHistory} */
   #history = { states: 0, stride: 1, optimistic: [], pessimistic: [] };
   #unit = "steps";
@@ -29,17 +27,10 @@ export class Chart {
   /** @param {HTMLElement} panel @param {import("./axis.js").Axis} axis @param {(index: number) => void} seek */
   constructor(panel, axis, seek) {
     this.#axis = axis;
-    this.#seek = seek;
     this.#plot = query(panel, ".plot");
     this.#svg = query(this.#plot, "svg", SVGElement);
-    this.#tip = query(panel, ".timeline .tip");
     axis.onChange.push(() => this.#scale());
-    this.#plot.onclick = (event) => this.#seekTo(event);
-    this.#plot.onpointermove = (event) => {
-      if (event.pointerType === "mouse" && event.buttons & 1) this.#seekTo(event);
-      this.#point(event);
-    };
-    this.#plot.onpointerleave = () => (this.#tip.hidden = true);
+    axis.listen(this.#plot, query(panel, ".timeline .tip"), (index) => this.#history.states > 0 && seek(index), (index) => this.#tip(index));
     this.#scale();
   }
 
@@ -108,24 +99,14 @@ export class Chart {
     showTicks(query(this.#plot, axis), numbers.map((number, i) => [formatNumber(number), style(number, i)]));
   }
 
-  /** @param {{ clientX: number }} event */
-  #seekTo({ clientX }) {
-    if (this.#history.states > 0) this.#seek(this.#axis.indexAt(clientX));
-  }
-
-  /** Shows the state and the values below the pointer. @param {{ clientX: number }} event */
-  #point({ clientX }) {
+  /** Describes the distances at a state. Returns "" if there are no states. @param {number} index */
+  #tip(index) {
     const { states, stride, optimistic, pessimistic } = this.#history;
-    const index = this.#axis.indexAt(clientX);
+    if (states === 0) return "";
     const sample = Math.min(Math.floor(index / stride), optimistic.length - 1);
-    this.#tip.hidden = states === 0;
-    if (states === 0) return;
     const sampled = Math.min(sample * stride, states - 1);
     const since = sampled === index ? "" : ` (at state ${formatNumber(sampled + 1)})`;
-    setText(this.#tip, "span", `State ${formatNumber(index + 1)}: ${this.#describe(optimistic[sample], pessimistic[sample])}${since}`);
-    const share = this.#axis.share(index);
-    this.#tip.style.left = `${100 * share}%`;
-    query(this.#tip, "span").style.translate = `${-100 * share}%`;
+    return `State ${formatNumber(index + 1)}: ${this.#describe(optimistic[sample], pessimistic[sample])}${since}`;
   }
 
   /** @param {number | null} optimistic @param {number | null} pessimistic */

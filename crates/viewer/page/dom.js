@@ -34,6 +34,23 @@ export function setAttributes(element, attributes) {
   }
 }
 
+/** Creates an element of an SVG. @param {string} tag @param {Record<string, unknown>} attributes */
+export function svgElement(tag, attributes) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  setAttributes(element, attributes);
+  return /** @type {SVGElement} */ (element);
+}
+
+/**
+ * Sets what a click on a button does. Returns the button.
+ * @param {ParentNode} root @param {string} name @param {((event: MouseEvent) => unknown) | null} onClick
+ */
+export function buttonOf(root, name, onClick) {
+  const button = query(root, `button[name=${name}]`, HTMLButtonElement);
+  button.onclick = onClick;
+  return button;
+}
+
 /** @param {number} number */
 export const formatNumber = (number) => number.toLocaleString("en");
 

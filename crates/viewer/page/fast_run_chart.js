@@ -2,7 +2,7 @@
 // The chart of the speed and the acceleration over time, above the slider. The acceleration is that of the selected run.
 
 import { showTicks, tickStep } from "./axis.js";
-import { query, setAttributes, setText } from "./dom.js";
+import { query, setAttributes, svgElement } from "./dom.js";
 
 /** @typedef {import("./fast_run.js").RouteState} RouteState */
 
@@ -22,8 +22,6 @@ export class FastRunChart {
   #axis;
   #speeds;
   #accelerations;
-  #tip;
-  #seek;
   /** @type {RouteState | null} */
   #selected = null;
   /** The heights of the horizontal lines of both plots. @type {[number[], number[]]} */
@@ -32,18 +30,11 @@ export class FastRunChart {
   /** @param {HTMLElement} area @param {import("./axis.js").Axis} axis @param {(time: number) => void} seek shows a time in s */
   constructor(area, axis, seek) {
     this.#axis = axis;
-    this.#seek = seek;
     this.#speeds = query(area, ".speeds");
     this.#accelerations = query(area, ".accelerations");
-    this.#tip = query(area, ".tip");
     axis.onChange.push(() => this.#scale());
     for (const plot of [this.#speeds, this.#accelerations]) {
-      plot.onclick = (event) => this.#seekTo(event);
-      plot.onpointermove = (event) => {
-        if (event.pointerType === "mouse" && event.buttons & 1) this.#seekTo(event);
-        this.#point(event);
-      };
-      plot.onpointerleave = () => (this.#tip.hidden = true);
+      axis.listen(plot, query(area, ".tip"), (milliseconds) => seek(milliseconds / 1000), (milliseconds) => this.#describe(milliseconds));
     }
   }
 
@@ -61,11 +52,9 @@ export class FastRunChart {
     this.#rows = selected ? [speeds.map((speed) => HEIGHT - (speed / top) * HEIGHT), [0, HEIGHT / 2, HEIGHT]] : [[], []];
     const lines = routes.flatMap((route) => {
       if (!route.trajectory) return [];
-      const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
       const points = route.trajectory.profile().map(([time, speed]) => `${time * 1000} ${HEIGHT - (speed / 1000 / top) * HEIGHT}`);
       const d = points.length > 0 ? `M${points.join("L")}` : "";
-      setAttributes(line, { class: `${route.colour}${route === selected ? " selected" : ""}`, d });
-      return line;
+      return svgElement("path", { class: `${route.colour}${route === selected ? " selected" : ""}`, d });
     });
     query(this.#speeds, "g", SVGElement).replaceChildren(...lines);
     const points = profile.map(([time, , acceleration]) => `${time * 1000} ${HEIGHT / 2 - (acceleration / 1000 / limit) * (HEIGHT / 2)}`);
@@ -100,23 +89,12 @@ export class FastRunChart {
     );
   }
 
-  /** @param {{ clientX: number }} event */
-  #seekTo({ clientX }) {
-    this.#seek(this.#axis.indexAt(clientX) / 1000);
-  }
-
-  /** Shows the time below the pointer, and the speed and the acceleration then. @param {{ clientX: number }} event */
-  #point({ clientX }) {
-    const trajectory = this.#selected?.trajectory;
-    this.#tip.hidden = !trajectory;
-    if (!trajectory) return;
-    const time = this.#axis.indexAt(clientX);
-    const { speed, acceleration } = trajectory.at(time / 1000);
-    const turn = trajectory.segmentAt(time / 1000)?.turn;
-    const parts = [`${(time / 1000).toFixed(3)} s: ${formatSpeed(speed)}`, turn ? `turn ${turn}` : formatAcceleration(acceleration)];
-    setText(this.#tip, "span", parts.join(", "));
-    const share = this.#axis.share(time);
-    this.#tip.style.left = `${100 * share}%`;
-    query(this.#tip, "span").style.translate = `${-100 * share}%`;
+  /** Describes the speed and the acceleration at a time. Returns "" if no run is shown. @param {number} milliseconds */
+  #describe(milliseconds) {
+    const [time, trajectory] = [milliseconds / 1000, this.#selected?.trajectory];
+    if (!trajectory) return "";
+    const { speed, acceleration } = trajectory.at(time);
+    const turn = trajectory.segmentAt(time)?.turn;
+    return `${time.toFixed(3)} s: ${formatSpeed(speed)}, ${turn ? `turn ${turn}` : formatAcceleration(acceleration)}`;
   }
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The curves and the mice of fast runs on a map. The curve of the selected run is coloured by speed.
 
-import { setAttributes } from "./dom.js";
+import { setAttributes, svgElement } from "./dom.js";
 import { PITCH } from "./state.js";
 
 /** @typedef {import("./fast_run.js").RouteState} RouteState */
@@ -13,18 +13,14 @@ const [SIDE, MAX_SCALE] = [16, 1.6];
 
 /** Draws the colours from zero to the greatest speed. @param {SVGElement} scale an SVG that is as wide as there are colours */
 export function drawScale(scale) {
-  const colours = Array.from({ length: COLOURS }, (_, i) => {
-    const line = element("path", `speed${i}`);
-    setAttributes(line, { d: `M${i} .5h1` });
-    return line;
-  });
+  const colours = Array.from({ length: COLOURS }, (_, i) => svgElement("path", { class: `speed${i}`, d: `M${i} .5h1` }));
   setAttributes(scale, { viewBox: `0 0 ${COLOURS} 1` });
   scale.replaceChildren(...colours);
 }
 
 export class FastRunMap {
-  #curves = element("g", "curves");
-  #mice = element("g", "mice");
+  #curves = svgElement("g", { class: "curves" });
+  #mice = svgElement("g", { class: "mice" });
   /** The mouse of each route. @type {Map<RouteState, SVGElement>} */
   #marks = new Map();
   #height;
@@ -61,12 +57,9 @@ export class FastRunMap {
       if (!trajectory) continue;
       const moments = trajectory.outline();
       const points = moments.map((moment) => this.#point(moment, trajectory.run.half_cell, 2));
-      const curve = element("path", `curve ${route.name} ${route.colour}`);
-      setAttributes(curve, { d: `M${points.join("L")}` });
-      this.#curves.append(curve);
+      this.#curves.append(svgElement("path", { class: `curve ${route.name} ${route.colour}`, d: `M${points.join("L")}` }));
       if (route === selected) this.#drawSpeeds(moments, points, topSpeed);
-      const mouse = element("path", `fast-mouse ${route.colour}`);
-      setAttributes(mouse, { d: this.#outline, "data-route": route.name });
+      const mouse = svgElement("path", { class: `fast-mouse ${route.colour}`, d: this.#outline, "data-route": route.name });
       this.#mice.append(mouse);
       this.#marks.set(route, mouse);
     }
@@ -83,10 +76,7 @@ export class FastRunMap {
       last = index;
     }
     lines.forEach((d, i) => {
-      if (!d) return;
-      const line = element("path", `speed speed${i}`);
-      setAttributes(line, { d });
-      this.#curves.append(line);
+      if (d) this.#curves.append(svgElement("path", { class: `speed speed${i}`, d }));
     });
   }
 
@@ -106,11 +96,4 @@ export class FastRunMap {
     const scale = PITCH / 2 / halfCell;
     return `${(x * scale).toFixed(digits)} ${(this.#height * PITCH - y * scale).toFixed(digits)}`;
   }
-}
-
-/** @param {string} tag @param {string} name */
-function element(tag, name) {
-  const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  node.setAttribute("class", name);
-  return node;
 }

@@ -2,7 +2,7 @@
 // Two layers of a map that show another panel: Ghost draws the mouse and the trail of the other panel, and Differences
 // marks the walls that only one of the two mice knows.
 
-import { nextFrame, pluralize, query, setAttributes, setText } from "./dom.js";
+import { nextFrame, pluralize, query, setAttributes, setText, svgElement } from "./dom.js";
 import { PITCH, WALL_BITS } from "./state.js";
 
 /**
@@ -80,18 +80,16 @@ function chosen(select, others) {
 
 /** The elements of both layers on a map. */
 class Elements {
-  #trail = path("ghost-trail");
+  #trail = svgElement("path", { class: "ghost-trail", transform: `translate(${OFFSET} ${OFFSET})` });
   #mouse;
-  #here = path("only-here");
-  #there = path("only-there");
+  #here = svgElement("path", { class: "only-here" });
+  #there = svgElement("path", { class: "only-there" });
 
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
     this.svg = svg;
     const mouse = svg.querySelector(".mouse");
-    this.#mouse = path("ghost-mouse");
-    setAttributes(this.#mouse, { d: mouse?.getAttribute("d") ?? "" });
-    setAttributes(this.#trail, { transform: `translate(${OFFSET} ${OFFSET})` });
+    this.#mouse = svgElement("path", { class: "ghost-mouse", d: mouse?.getAttribute("d") ?? "" });
     const walls = svg.querySelector(".walls");
     walls?.before(this.#trail, this.#here);
     walls?.after(this.#there);
@@ -129,13 +127,6 @@ class Elements {
     setAttributes(this.#there, { d: there.join("") });
     return shown && other ? [here.length - 1, there.length - 1] : null;
   }
-}
-
-/** @param {string} name */
-function path(name) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  setAttributes(element, { class: name });
-  return element;
 }
 
 /**

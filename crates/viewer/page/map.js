@@ -2,7 +2,7 @@
 // The map of the maze, which is an SVG drawn by the server. For each state, the page updates only the elements that
 // change, since most of the thousands of elements stay the same.
 
-import { setAttributes } from "./dom.js";
+import { setAttributes, svgElement } from "./dom.js";
 import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
 import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS } from "./state.js";
 
@@ -53,12 +53,8 @@ export class MazeMap {
   /** The element of the passage between two cells, by 2 * the southern or western cell + (1 if the other is east). */
   #passageIndex;
   #mouse;
-  #routes = ["shortest-route", "planned-route"].map((name) => {
-    const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
-    path.setAttribute("class", name);
-    return path;
-  });
-  #cursor = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+  #routes = ["shortest-route", "planned-route"].map((name) => svgElement("path", { class: name }));
+  #cursor = svgElement("rect", { class: "cursor", width: PITCH, height: PITCH });
 
   /** @param {string} drawing @param {Source} source @param {DrawingStyle} style */
   constructor(drawing, source, style) {
@@ -119,7 +115,6 @@ export class MazeMap {
     const colours = light.map((colour, i) => `light-dark(${colour}, ${dark[i]})`);
     this.#heat = new Elements(all(".heat"), (colour) => ({ fill: colour < 0 ? "none" : colours[colour] }));
 
-    setAttributes(this.#cursor, { class: "cursor", width: PITCH, height: PITCH });
     this.#showWalls(new Uint8Array(cells.length), [], []);
     this.#placeMouse(source.start[0], source.start[1], 0);
   }

@@ -1,7 +1,7 @@
 // @ts-check
 // The marks of a run's events between the chart and the slider. Events that would overlap share a mark.
 
-import { formatNumber, query, setAttributes } from "./dom.js";
+import { formatNumber, query, setAttributes, svgElement } from "./dom.js";
 
 /**
  * @typedef {import("./api.js").EventKind} EventKind
@@ -142,10 +142,7 @@ function describeLog(events) {
 
 /** @param {EventKind} kind */
 function symbol(kind) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
-  use.setAttribute("href", `#e-${kind}`);
-  svg.setAttribute("class", `event e-${kind}`);
-  svg.append(use);
+  const svg = svgElement("svg", { class: `event e-${kind}` });
+  svg.append(svgElement("use", { href: `#e-${kind}` }));
   return svg;
 }

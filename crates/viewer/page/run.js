@@ -2,7 +2,7 @@
 // The controls of the mouse: the user's own mouse, which the simulator has started, or a bundled strategy.
 
 import * as api from "./api.js";
-import { clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
+import { buttonOf, clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
 
 export class RunForm {
   #form;
@@ -25,24 +25,19 @@ export class RunForm {
     this.#own = own;
     this.#isTrial = trial;
     this.#liveStates = liveStates;
-    /** @param {string} name @param {() => Promise<unknown>} [onClick] */
-    const button = (name, onClick) => {
-      const element = query(form, `[name=${name}]`, HTMLButtonElement);
-      if (onClick) {
-        element.onclick = () => {
-          clearError();
-          onClick().catch(showError);
-        };
-      }
-      return element;
-    };
+    /** @param {string} name @param {() => Promise<unknown>} act */
+    const button = (name, act) =>
+      buttonOf(form, name, () => {
+        clearError();
+        act().catch(showError);
+      });
     this.#buttons = {
       again: button("again", () => this.#runAgain()),
       stop: button("stop", () => api.act("stop")),
       pause: button("pause", () => api.act(this.#paused ? "resume" : "pause")),
       step: button("step", () => api.act("step")),
       reset: button("reset", () => api.act("press-reset")),
-      run: button("run"),
+      run: buttonOf(form, "run", null),
     };
     this.#buttons.again.hidden = !own;
     this.#buttons.reset.hidden = !own?.has_reset_button;

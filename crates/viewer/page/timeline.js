@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { Axis } from "./axis.js";
-import { formatNumber, query, setAttributes, setText, showError } from "./dom.js";
+import { buttonOf, formatNumber, query, setAttributes, setText, showError } from "./dom.js";
 import { PaceSlider } from "./pace.js";
 
 /** Step of the arrow keys with Shift, in states. */
@@ -36,18 +36,12 @@ export class Timeline {
     this.#jump = query(panel, "[name=jump]", HTMLInputElement);
     this.axis = new Axis(panel);
     this.pace = new PaceSlider(panel, live ? (rate) => api.setPace(rate).catch(showError) : undefined);
-    /** @param {string} name @param {() => void} onClick */
-    const button = (name, onClick) => {
-      const element = query(panel, `button[name=${name}]`, HTMLButtonElement);
-      element.onclick = onClick;
-      return element;
-    };
     this.#buttons = {
-      first: button("first", () => this.seek(0)),
-      previous: button("previous", () => this.seek(this.target - 1)),
-      play: button("play", () => (this.playing ? this.seek(this.target) : this.#play())),
-      next: button("next", () => this.seek(this.target + 1)),
-      follow: button("follow", () => this.follow()),
+      first: buttonOf(panel, "first", () => this.seek(0)),
+      previous: buttonOf(panel, "previous", () => this.seek(this.target - 1)),
+      play: buttonOf(panel, "play", () => (this.playing ? this.seek(this.target) : this.#play())),
+      next: buttonOf(panel, "next", () => this.seek(this.target + 1)),
+      follow: buttonOf(panel, "follow", () => this.follow()),
     };
     if (!live) setText(panel, "[name=follow]", "Last");
     this.#slider.oninput = () => this.seek(this.#slider.valueAsNumber);

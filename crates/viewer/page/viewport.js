@@ -1,7 +1,7 @@
 // @ts-check
 // The visible part of a map: zoom, pan, and the coordinates along its edges.
 
-import { query, setAttributes } from "./dom.js";
+import { buttonOf, query, setAttributes } from "./dom.js";
 import { PITCH } from "./state.js";
 
 /** The factor of the zoom buttons and keys. */
@@ -40,16 +40,10 @@ export class Viewport {
     this.#map = map;
     this.#axes.className = "axes";
     this.#axes.ariaHidden = "true";
-    /** @param {string} name @param {() => void} onClick */
-    const button = (name, onClick) => {
-      const element = query(panel, `[name=${name}]`, HTMLButtonElement);
-      element.onclick = onClick;
-      return element;
-    };
     this.#buttons = {
-      in: button("zoom-in", () => this.#zoomBy(ZOOM_STEP)),
-      out: button("zoom-out", () => this.#zoomBy(1 / ZOOM_STEP)),
-      reset: button("zoom-reset", () => this.#zoomBy(0)),
+      in: buttonOf(panel, "zoom-in", () => this.#zoomBy(ZOOM_STEP)),
+      out: buttonOf(panel, "zoom-out", () => this.#zoomBy(1 / ZOOM_STEP)),
+      reset: buttonOf(panel, "zoom-reset", () => this.#zoomBy(0)),
     };
     map.addEventListener("wheel", (event) => this.#handleWheel(event), { passive: false });
     map.addEventListener("pointerdown", (event) => this.#press(event));
