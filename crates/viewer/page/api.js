@@ -1,6 +1,7 @@
 // @ts-check
 // Requests to the server, and the types of its responses.
 
+import { showError } from "./dom.js";
 import { isExported, respond } from "./embedded.js";
 
 /**
@@ -57,6 +58,15 @@ export class ApiError extends Error {
     this.isRunOver = status === 410;
     this.isNotFound = status === 404;
   }
+}
+
+/** True if a newer run has replaced the requested run. @param {unknown} error */
+export const isRunOver = (error) => error instanceof ApiError && error.isRunOver;
+
+/** Shows an error, unless the next event loads the new run. @param {unknown} error */
+export function showUnlessOver(error) {
+  if (!isRunOver(error)) showError(error);
+  return null;
 }
 
 /** @param {string} url @param {RequestInit} [init] */

@@ -3,7 +3,7 @@
 // panels move to the state that corresponds to it.
 
 import * as api from "./api.js";
-import { query, recall, remember, setText, showError, sleep } from "./dom.js";
+import { query, recall, remember, setText, sleep } from "./dom.js";
 
 /** @typedef {import("./panel.js").Panel} Panel */
 
@@ -114,7 +114,7 @@ export class CompareBar {
     if (!source || timeline.states === 0) return;
     let index = shown.index;
     if (kind !== "state") {
-      const found = await this.#find(panel, source, shown, kind).catch(showFindError);
+      const found = await this.#find(panel, source, shown, kind).catch(api.showUnlessOver);
       if (!found || panel.source !== source) return;
       index = found.at;
     }
@@ -146,10 +146,3 @@ export class CompareBar {
 
 /** @param {unknown} kind @returns {kind is LinkKind} */
 export const isLinkKind = (kind) => typeof kind === "string" && Object.hasOwn(KINDS, kind);
-
-/** @param {unknown} error */
-function showFindError(error) {
-  // The next event loads the new run.
-  if (!(error instanceof api.ApiError && error.isRunOver)) showError(error);
-  return null;
-}

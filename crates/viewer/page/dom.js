@@ -1,6 +1,9 @@
 // @ts-check
 // DOM helpers. They skip unchanged values, since writing even the same value triggers a layout.
 
+/** Milliseconds for which a button says that it has copied something. */
+const COPIED_TIME = 1500;
+
 /**
  * Returns the first element that matches a selector. Throws an error if there is none.
  * @template {Element} [T=HTMLElement]
@@ -21,10 +24,11 @@ export function cloneTemplate(id) {
   return /** @type {HTMLElement} */ (content.firstElementChild?.cloneNode(true));
 }
 
-/** @param {ParentNode} root @param {string} selector @param {unknown} text */
+/** Sets the text of an element. Returns the element. @param {ParentNode} root @param {string} selector @param {unknown} text */
 export function setText(root, selector, text) {
   const element = query(root, selector);
   if (element.textContent !== String(text)) element.textContent = String(text);
+  return element;
 }
 
 /** @param {Element} element @param {Record<string, unknown>} attributes */
@@ -128,4 +132,15 @@ export function confirmReset(action, name, states, { warning = "", mouse } = {})
   return new Promise((resolve) => {
     dialog.onclose = () => resolve(/** @type {"" | "confirm" | "run"} */ (dialog.returnValue));
   });
+}
+
+/** Returns how far a key moves in a list, or undefined if it does not. @param {string} key @returns {number | undefined} */
+export const listStep = (key) =>
+  ({ ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity })[key];
+
+/** Says for a moment that a button has copied something. @param {HTMLElement} button */
+export async function showCopied(button) {
+  button.classList.add("copied");
+  await sleep(COPIED_TIME);
+  button.classList.remove("copied");
 }

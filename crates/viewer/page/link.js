@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { isLinkKind } from "./compare_bar.js";
-import { query, sleep } from "./dom.js";
+import { query, showCopied } from "./dom.js";
 
 /**
  * @typedef {import("./panel.js").Panel} Panel
@@ -16,8 +16,6 @@ import { query, sleep } from "./dom.js";
 
 /** The maximum number of recordings in a link. */
 const MAX_RECORDINGS = 8;
-/** Milliseconds for which a button says that it has copied a link. */
-const COPIED_TIME = 1500;
 
 /**
  * Returns the URL that shows panels at their states. Leaves out the token of the page, which is secret.
@@ -82,9 +80,7 @@ export function installCopyButton(parent, url) {
     } catch {
       return showLink(url());
     }
-    button.classList.add("copied");
-    await sleep(COPIED_TIME);
-    button.classList.remove("copied");
+    await showCopied(button);
   };
   return button;
 }

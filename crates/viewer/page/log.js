@@ -2,7 +2,7 @@
 // The log of the mouse up to the shown state. A filter searches the log of the whole run.
 
 import * as api from "./api.js";
-import { formatNumber, query, setText, showError, sleep } from "./dom.js";
+import { formatNumber, listStep, query, setText, sleep } from "./dom.js";
 
 /** Minimum time between requests, in milliseconds. */
 const PAUSE = 80;
@@ -91,7 +91,7 @@ export class LogPane {
   async #read({ source, signal }, at, from) {
     const filter = this.#filterText;
     const range = { at, from, max: MAX_LINES, filter };
-    const reply = await api.log(source, range, signal).catch(showLogError);
+    const reply = await api.log(source, range, signal).catch(api.showUnlessOver);
     if (!reply || this.#requested?.source !== source) return false;
     const { lines, first, last, has_later: hasLater } = reply;
     if (filter !== this.#filterText) return true; // the next request replaces the lines
@@ -195,7 +195,7 @@ export class LogPane {
 
   /** @param {KeyboardEvent} event */
   #handleKey(event) {
-    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[event.key];
+    const step = listStep(event.key);
     if (step === undefined) return;
     event.preventDefault();
     const buttons = this.#buttons;
@@ -206,10 +206,3 @@ export class LogPane {
 
 /** @param {[number, string]} line @param {[number, string] | undefined} other */
 const isSame = ([state, text], other) => other !== undefined && state === other[0] && text === other[1];
-
-/** @param {unknown} error */
-function showLogError(error) {
-  // The next event loads the new run.
-  if (!(error instanceof api.ApiError && error.isRunOver)) showError(error);
-  return null;
-}

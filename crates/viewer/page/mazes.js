@@ -2,7 +2,7 @@
 // The list of mazes, which can be searched and sorted. Thumbnails load as they scroll into view; a click on an entry loads the maze.
 
 import * as api from "./api.js";
-import { clearError, cloneTemplate, pluralize, query, setText, showError } from "./dom.js";
+import { clearError, cloneTemplate, listStep, pluralize, query, setText, showError } from "./dom.js";
 
 /**
  * @typedef {{ maze: api.MazeEntry, kind: string, folder: string, searchText: string, item: HTMLElement,
@@ -92,8 +92,7 @@ export class MazeList {
     }
     const lists = [...groups].map(([name, items]) => {
       const element = cloneTemplate("maze-group");
-      setText(element, "h3", name);
-      query(element, "h3").hidden = groups.size === 1 || !name;
+      setText(element, "h3", name).hidden = groups.size === 1 || !name;
       query(element, "ul").append(...items);
       return element;
     });
@@ -161,7 +160,7 @@ export class MazeList {
       event.preventDefault(); // otherwise the key would also press a button of the dialog
       if (shown.length > 0 && this.#search.value.trim()) void this.#select(shown[0].maze);
     }
-    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity }[key];
+    const step = listStep(key);
     if (step === undefined || (searching && key !== "ArrowDown")) return;
     event.preventDefault();
     const i = shown.findIndex(({ button }) => button === target);

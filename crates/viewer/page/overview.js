@@ -8,7 +8,7 @@ import { Marks } from "./marks.js";
 export class Overview {
   #timeline;
   #chart;
-  #marks;
+  marks;
   /** Number of states in the chart. */
   #states = -1;
   #isLoading = false;
@@ -17,7 +17,7 @@ export class Overview {
   constructor(panel, timeline) {
     this.#timeline = timeline;
     this.#chart = new Chart(panel, timeline.axis, (index) => timeline.seek(index));
-    this.#marks = new Marks(panel, timeline);
+    this.marks = new Marks(panel, timeline);
   }
 
   /** True if nothing of the current run is drawn or requested. */
@@ -54,17 +54,7 @@ export class Overview {
     this.#timeline.grow(history.states);
     if (!this.#timeline.following) this.#timeline.show();
     this.#chart.draw(history, view ?? null, isTrial);
-    this.#marks.draw(events);
+    this.marks.draw(events);
     return true;
-  }
-
-  /** Describes the events of a state. @param {number} index */
-  describe(index) {
-    return this.#marks.describe(index);
-  }
-
-  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
-  handleKey(event) {
-    return this.#marks.handleKey(event);
   }
 }

@@ -3,7 +3,7 @@
 
 import * as api from "./api.js";
 import { CompareBar } from "./compare_bar.js";
-import { clearError, query, setAttributes, setText, showError, sleep } from "./dom.js";
+import { clearError, query, setAttributes, setText, showCopied, showError } from "./dom.js";
 import { isExported } from "./embedded.js";
 import { listen } from "./events.js";
 import { FastRun } from "./fast_run.js";
@@ -250,9 +250,7 @@ if (!navigator.clipboard) {
 zmq.onclick = async () => {
   if (!navigator.clipboard) return;
   await navigator.clipboard.writeText(address);
-  zmq.classList.add("copied");
-  await sleep(1500);
-  zmq.classList.remove("copied");
+  await showCopied(zmq);
 };
 
 /** Passes a key to the panel that receives shortcuts. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */

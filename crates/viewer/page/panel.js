@@ -29,9 +29,6 @@ const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
 
-/** @param {unknown} error */
-const isRunOver = (error) => error instanceof api.ApiError && error.isRunOver;
-
 export class Panel {
   /** Shown while the live simulation has no states. */
   hint = "Press Run or connect your own mouse.";
@@ -47,12 +44,12 @@ export class Panel {
   #loading = false;
   /** The live run in the last event. @type {{ run: number, states: number } | null} */
   #latest = null;
-  /** @type {api.Source | null} */
-  #source = null;
+  /** The loaded source, or null. @type {api.Source | null} */
+  source = null;
   /** @type {MazeMap | null} */
   #map = null;
-  /** @type {import("./figures.js").Shown | null} */
-  #shown = null;
+  /** The shown state, or null. @type {import("./figures.js").Shown | null} */
+  shown = null;
   #drawing = false;
   /** When the next live state may be drawn. */
   #nextDraw = 0;
@@ -100,8 +97,8 @@ export class Panel {
   follow(run, states) {
     this.#latest = { run, states };
     if (this.#hasNewRun) return void this.load();
-    if (this.#source?.run === run) this.timeline.grow(states);
-    if (this.#shown) this.#showSlowly(); // also draws new states in the chart while an earlier state is shown
+    if (this.source?.run === run) this.timeline.grow(states);
+    if (this.shown) this.#showSlowly(); // also draws new states in the chart while an earlier state is shown
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
@@ -110,31 +107,21 @@ export class Panel {
     return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
   }
 
-  /** The loaded source, or null. */
-  get source() {
-    return this.#source;
-  }
-
   /** The drawing of the maze, or null. */
   get svg() {
     return this.#map?.svg ?? null;
   }
 
-  /** The shown state, or null. */
-  get shown() {
-    return this.#shown;
-  }
-
   /** True if a newer run has started. Run numbers increase. */
   get #hasNewRun() {
-    return this.#latest !== null && this.#latest.run > (this.#source?.run ?? -1);
+    return this.#latest !== null && this.#latest.run > (this.source?.run ?? -1);
   }
 
   /** Loads the source and replaces the content of the panel. */
   async load() {
     if (this.#loading) return;
     this.#loading = true;
-    this.#source = null;
+    this.source = null;
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
@@ -143,7 +130,7 @@ export class Panel {
       const source = await api.source(this.id, signal);
       this.#install(source, await api.drawing(source, signal));
     } catch (error) {
-      retry = isRunOver(error);
+      retry = api.isRunOver(error);
       if (!retry) showError(error); // the next event loads the source again
     }
     await sleep(LOAD_PAUSE);
@@ -156,9 +143,9 @@ export class Panel {
     const { element } = this;
     const kind = this.id === "live" ? "live" : "recording";
     const isSameSize = this.#size === `${source.width} × ${source.height}`;
-    this.#source = source;
+    this.source = source;
     this.#size = `${source.width} × ${source.height}`;
-    this.#shown = null;
+    this.shown = null;
     this.#settled = this.#announced = -1;
     this.#overview.clear();
     this.#map = new MazeMap(drawing, source, this.#style);
@@ -166,12 +153,10 @@ export class Panel {
     query(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
     element.dataset.run = `${source.run}`;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
-    setText(element, "h2", source.title);
-    query(element, "h2").title = source.title;
+    setText(element, "h2", source.title).title = source.title;
     setText(element, ".kind", kind);
     setText(element, ".size", this.#size);
-    setText(element, ".note", source.note ?? "");
-    query(element, ".note").title = source.note ?? "";
+    setText(element, ".note", source.note ?? "").title = source.note ?? "";
     setText(element, ".about-maze", kind === "recording" ? `maze ${source.maze}` : "");
     setText(element, ".about-mouse", "");
     this.#offer("texts", false);
@@ -192,12 +177,12 @@ export class Panel {
 
   /** Shows a state of a run as soon as the run is loaded. Linked panels do not move. @param {number} run @param {number} index */
   showState(run, index) {
-    if (this.#source?.run === run) this.timeline.moveLinked(index);
+    if (this.source?.run === run) this.timeline.moveLinked(index);
     else this.#start = { run, index };
   }
 
   close() {
-    this.#source = null;
+    this.source = null;
     this.timeline.seek(0);
     this.#abort.abort();
     this.element.remove();
@@ -220,15 +205,15 @@ export class Panel {
           await Promise.race([sleep(pause), new Promise((resolve) => (this.#endPause = () => resolve(null)))]);
         }
         const { signal } = this.#abort;
-        source = this.#source;
+        source = this.source;
         const index = this.timeline.target;
-        if (!source || index < 0 || index === this.#shown?.index) break;
+        if (!source || index < 0 || index === this.shown?.index) break;
         const view = await api.stateView(source, index, signal);
-        if (source !== this.#source) continue;
+        if (source !== this.source) continue;
         this.timeline.grow(view.states);
         const started = performance.now();
-        this.#isFast = this.timeline.following && index - (this.#shown?.index ?? index) > FAST_STATES;
-        this.#shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
+        this.#isFast = this.timeline.following && index - (this.shown?.index ?? index) > FAST_STATES;
+        this.shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
         const shown = performance.now();
         await nextFrame();
@@ -240,8 +225,8 @@ export class Panel {
         this.#nextDraw = now + Math.min(Math.max(min, wait), max);
       }
     } catch (error) {
-      if (!isRunOver(error)) showError(error);
-      else if (source === this.#source && this.#latest) void this.load();
+      if (!api.isRunOver(error)) showError(error);
+      else if (source === this.source && this.#latest) void this.load();
     }
     this.#drawing = false;
     this.#fastTimer = setTimeout(() => {
@@ -252,7 +237,7 @@ export class Panel {
   }
 
   #show() {
-    const shown = this.#shown;
+    const shown = this.shown;
     const layers = this.#layers;
     if (shown) {
       this.#map?.show(shown.state, shown.view, layers, !this.#isFast);
@@ -260,7 +245,7 @@ export class Panel {
       if (this.#log.isShown) this.#showLog();
     }
     this.timeline.show();
-    showFigures(this.element, this.#source, shown?.view);
+    showFigures(this.element, this.source, shown?.view);
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
     this.#showSlowly();
@@ -292,7 +277,7 @@ export class Panel {
   }
 
   #showLog() {
-    const [source, shown] = [this.#source, this.#shown];
+    const [source, shown] = [this.source, this.shown];
     if (source && shown) this.#log.show(source, shown.index, this.timeline.states, this.#abort.signal);
   }
 
@@ -301,15 +286,15 @@ export class Panel {
     this.#slowTimer ||= setTimeout(
       async () => {
         this.#slowTimer = 0;
-        const [source, index, { states }] = [this.#source, this.#shown?.index ?? -1, this.timeline];
+        const [source, index, { states }] = [this.source, this.shown?.index ?? -1, this.timeline];
         if (!source) return;
         this.#updateExportLinks();
         this.#showLog(); // the lines of an earlier state may have arrived since
-        const isTrial = source.robot !== null || this.#shown?.view.trial != null;
+        const isTrial = source.robot !== null || this.shown?.view.trial != null;
         if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
-        if (source !== this.#source) return;
-        const isSettled = this.#settled === index && index === (this.#shown?.index ?? -1);
-        if (isSettled && this.#announced !== index) announce(this.element, this.#shown, this.#overview.describe(index));
+        if (source !== this.source) return;
+        const isSettled = this.#settled === index && index === (this.shown?.index ?? -1);
+        if (isSettled && this.#announced !== index) announce(this.element, this.shown, this.#overview.marks.describe(index));
         if (isSettled) this.#announced = index;
         this.#settled = index;
         if (!isSettled || states !== this.timeline.states) this.#showSlowly();
@@ -320,31 +305,31 @@ export class Panel {
 
   /** Makes the export links save the shown state, layers and theme. */
   #updateExportLinks() {
-    if (!this.#source) return;
+    if (!this.source) return;
     const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const options = `${layers.join("")}&theme=${dark ? "dark" : "light"}`;
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
-      const parameters = { "recording.mcap": "", "page.html": "", "animation.gif": options }[resource] ?? `&at=${this.#shown?.index}${options}`;
-      if (this.#shown) setAttributes(link, { href: api.sourceUrl(this.#source, resource, parameters) });
+      const parameters = { "recording.mcap": "", "page.html": "", "animation.gif": options }[resource] ?? `&at=${this.shown?.index}${options}`;
+      if (this.shown) setAttributes(link, { href: api.sourceUrl(this.source, resource, parameters) });
       else link.removeAttribute("href");
     }
   }
 
   /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event @param {boolean} connected */
   handleKey(event, connected) {
-    return (connected && (this.timeline.handleKey(event) || this.#overview.handleKey(event))) || this.#viewport.handleKey(event);
+    return (connected && (this.timeline.handleKey(event) || this.#overview.marks.handleKey(event))) || this.#viewport.handleKey(event);
   }
 
   /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */
   #handleMapKey(event) {
-    const source = this.#source;
+    const source = this.source;
     const heading = ["ArrowUp", "ArrowRight", "ArrowDown", "ArrowLeft"].indexOf(event.key);
     if (heading < 0 || !source) return;
     event.preventDefault();
     const { width, height, start } = source;
-    const [mouseX, mouseY] = this.#shown ? [this.#shown.state.x, this.#shown.state.y] : start;
+    const [mouseX, mouseY] = this.shown ? [this.shown.state.x, this.shown.state.y] : start;
     const from = this.#cell ?? mouseY * width + mouseX;
     const [x, y] = [(from % width) + DX[heading], Math.floor(from / width) + DY[heading]];
     if (x < 0 || y < 0 || x >= width || y >= height) return;
@@ -360,11 +345,11 @@ export class Panel {
   }
 
   #showCell() {
-    const source = this.#source;
+    const source = this.source;
     const waiting = this.id === "live" && this.timeline.states === 0;
-    const hint = waiting && !this.#source?.robot ? this.hint : "";
+    const hint = waiting && !this.source?.robot ? this.hint : "";
     const cell = this.#cell;
-    const shown = this.#shown;
+    const shown = this.shown;
     const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view) + describeUnknownWalls(cell, shown?.view) : hint;
     setText(this.element, ".readout", text);
   }

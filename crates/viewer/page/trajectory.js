@@ -23,12 +23,9 @@ const PARTS = 8;
 const LINES = 24;
 
 export class Trajectory {
-  #segments;
-
   /** @param {TimedRun} run */
   constructor(run) {
     this.run = run;
-    this.#segments = run.segments;
   }
 
   get duration() {
@@ -46,7 +43,7 @@ export class Trajectory {
 
   /** Returns the segment at a time, or null if the run is empty. @param {number} time @returns {Segment | null} */
   segmentAt(time) {
-    const segments = this.#segments;
+    const segments = this.run.segments;
     let [low, high] = [0, segments.length - 1];
     while (low < high) {
       const middle = Math.ceil((low + high) / 2);
@@ -58,7 +55,7 @@ export class Trajectory {
 
   /** Returns the states at which lines that draw the run begin and end. @returns {Moment[]} */
   outline() {
-    const steps = this.#segments.flatMap((segment) =>
+    const steps = this.run.segments.flatMap((segment) =>
       Array.from({ length: LINES }, (_, i) => segment.time + (segment.duration * i) / LINES),
     );
     return [...steps, this.duration].map((time) => this.at(time));
@@ -68,7 +65,7 @@ export class Trajectory {
   profile() {
     /** @type {[time: number, speed: number, acceleration: number][]} */
     const points = [];
-    for (const { turn, time, duration, speed, pieces } of this.#segments) {
+    for (const { turn, time, duration, speed, pieces } of this.run.segments) {
       let began = time;
       if (turn !== null) points.push([time, speed, 0], [time + duration, speed, 0]);
       for (const piece of pieces) {
