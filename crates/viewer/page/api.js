@@ -120,28 +120,37 @@ export const setPace = (pace) => post("/api/mouse", { action: "set-pace", pace }
 
 /** @param {string} id @param {AbortSignal} [signal] @returns {Promise<Source>} */
 export const source = (id, signal) => getJson(`/api/sources/${id}`, signal);
-/** @param {Source} source @param {string} resource @param {string} [query] */
-export const sourceUrl = ({ id, run }, resource, query = "") => `/api/sources/${id}/${resource}?run=${run}${query}`;
+/**
+ * Returns the URL of a resource of a run. Leaves out undefined parameters.
+ * @param {Source} source @param {string} resource @param {Record<string, unknown>} [parameters]
+ */
+export function sourceUrl({ id, run }, resource, parameters = {}) {
+  const defined = Object.entries({ run, ...parameters }).filter(([, value]) => value !== undefined);
+  return `/api/sources/${id}/${resource}?${new URLSearchParams(defined.map(([name, value]) => [name, `${value}`]))}`;
+}
+/** @param {Source} source @param {string} resource @param {AbortSignal} [signal] @param {Record<string, unknown>} [parameters] */
+const get = (source, resource, signal, parameters) => getJson(sourceUrl(source, resource, parameters), signal);
 /** @param {Source} source @param {AbortSignal} signal */
 export const drawing = async (source, signal) => (await request(sourceUrl(source, "drawing.svg"), { signal })).text();
-/** @param {Source} source @param {number} index @param {AbortSignal} signal @returns {Promise<StateView>} */
-export const stateView = (source, index, signal) => getJson(sourceUrl(source, "moment", `&at=${index}`), signal);
+/** @param {Source} source @param {number} at the index of the state @param {AbortSignal} signal @returns {Promise<StateView>} */
+export const stateView = (source, at, signal) => get(source, "moment", signal, { at });
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<BoundsHistory>} */
-export const distances = (source, signal) => getJson(sourceUrl(source, "costs"), signal);
+export const distances = (source, signal) => get(source, "costs", signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
-export const runEvents = (source, signal) => getJson(sourceUrl(source, "events"), signal);
+export const runEvents = (source, signal) => get(source, "events", signal);
 /** @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RouteRun[]>} */
-export const fastRuns = (source, vehicle, signal) =>
-  getJson(sourceUrl(source, `fast-runs/${encodeURIComponent(vehicle)}`), signal);
-/** @param {Source} source @param {string} vehicle @param {number} index @param {AbortSignal} signal @returns {Promise<RouteRun>} */
-export const knownFastRun = (source, vehicle, index, signal) =>
-  getJson(sourceUrl(source, `known-fast-run/${encodeURIComponent(vehicle)}`, `&at=${index}`), signal);
+export const fastRuns = (source, vehicle, signal) => get(source, `fast-runs/${encodeURIComponent(vehicle)}`, signal);
+/**
+ * Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
+ * @param {Source} source @param {string} vehicle @param {number} at @param {AbortSignal} signal @returns {Promise<RouteRun>}
+ */
+export const knownFastRun = (source, vehicle, at, signal) =>
+  get(source, `known-fast-run/${encodeURIComponent(vehicle)}`, signal, { at });
 /**
  * Finds the first state after a number of steps since the start or since a leg began, as described for `StateView.leg`.
  * @param {Source} source @param {number} steps @param {number} [leg] @returns {Promise<FoundState>}
  */
-export const find = (source, steps, leg) =>
-  getJson(sourceUrl(source, "find", `&steps=${steps}${leg === undefined ? "" : `&leg=${leg}`}`));
+export const find = (source, steps, leg) => get(source, "find", undefined, { steps, leg });
 /**
  * Returns up to `max` log lines up to the state `at` and up to `max` later lines, but none before the state `from`. Each
  * line is preceded by the index of its state. The response contains all lines from the state `first` to the state `last`.
@@ -150,5 +159,4 @@ export const find = (source, steps, leg) =>
  * @param {AbortSignal} signal
  * @returns {Promise<LogLines>}
  */
-export const log = (source, { at, from, max, filter }, signal) =>
-  getJson(sourceUrl(source, "log", `&at=${at}&from=${from}&max=${max}&filter=${encodeURIComponent(filter)}`), signal);
+export const log = (source, range, signal) => get(source, "log", signal, range);

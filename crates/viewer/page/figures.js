@@ -28,16 +28,14 @@ export function showFigures(panel, source, view) {
   else showPhases(panel, view?.phases);
   for (const part of [".trial", ".trial-runs"]) query(panel, part).hidden = !isTrial;
   query(panel, ".runs").hidden = isTrial;
-  setText(panel, ".path-name", isTrial ? "Fastest race" : "Shortest path");
-  query(panel, ".path-name").title = isTrial ? "Time steps from the start to the goal" : "Steps from the start to the goal";
+  setText(panel, ".path-name", isTrial ? "Fastest race" : "Shortest path").title = isTrial ? "Time steps from the start to the goal" : "Steps from the start to the goal";
   setText(panel, ".actual dt", isTrial ? "optimum" : "actual");
   setText(panel, ".happened", view && !view.trial ? describeEvents(view) : "");
-  setAttributes(panel, { "data-event": view?.event ?? "" });
   show("optimistic", view?.optimistic_distance, none);
   show("pessimistic", view?.pessimistic_distance, none);
   show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", proof(view));
-  setAttributes(panel, { "data-proven": view?.proven ?? false });
+  setAttributes(panel, { "data-event": view?.event ?? "", "data-proven": view?.proven ?? false });
 }
 
 /** Describes what the known walls prove. @param {StateView | undefined} view */
@@ -49,7 +47,7 @@ function proof(view) {
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
 function showRun(panel, name, run) {
   const values = run ? [formatNumber(run.steps), formatNumber(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
-  values.forEach((value, i) => setText(panel, `.phases .${name} td:nth-of-type(${i + 1})`, value));
+  values.forEach((value, i) => setText(panel, `.phases .${name.replace("_", "-")} td:nth-of-type(${i + 1})`, value));
 }
 
 /**
@@ -60,17 +58,13 @@ function showTrial(panel, trial, robot) {
   setText(panel, ".trial .status", trial?.status ?? "");
   setText(panel, ".robot dd", trial?.robot ?? robot ?? "–");
   setText(panel, ".score dd", trial?.score ?? "–");
-  showRun(panel, "run-1", trial?.run_1);
-  showRun(panel, "run-2", trial?.run_2);
+  for (const run of /** @type {const} */ (["run_1", "run_2"])) showRun(panel, run, trial?.[run]);
 }
 
 /** @param {HTMLElement} panel @param {PhaseReport | undefined} phases */
 function showPhases(panel, phases) {
   const isSeveral = (phases?.fast_runs ?? 0) > 1;
-  showRun(panel, "search-run", phases?.search_run);
-  showRun(panel, "return-run", phases?.return_run);
-  showRun(panel, "fast-run", phases?.fast_run);
-  showRun(panel, "best-run", phases?.best_run);
+  for (const run of /** @type {const} */ (["search_run", "return_run", "fast_run", "best_run"])) showRun(panel, run, phases?.[run]);
   setText(panel, ".phases .fast-run th", isSeveral ? `Fast run ${formatNumber(phases?.fast_runs ?? 0)}` : "Fast run");
   query(panel, ".phases .best-run").hidden = !isSeveral;
 }

@@ -3,7 +3,7 @@
 // marks the walls that only one of the two mice knows.
 
 import { nextFrame, pluralize, query, setAttributes, setText, svgElement } from "./dom.js";
-import { PITCH, WALL_BITS } from "./state.js";
+import { PITCH, WALL_BITS, centre } from "./state.js";
 
 /**
  * @typedef {import("./panel.js").Panel} Panel
@@ -101,14 +101,12 @@ class Elements {
     this.#mouse.toggleAttribute("hidden", !other);
     if (!other || !size) return void setAttributes(this.#trail, { d: "" });
     const { x, y, heading } = other.state;
-    /** @param {number} column @param {number} row */
-    const centre = (column, row) => `${(column + 0.5) * PITCH} ${(size.height - row - 0.5) * PITCH}`;
     const lines = other.view.trail.map((passage) => {
       const cell = passage >> 2;
-      return `M${centre(cell % size.width, Math.floor(cell / size.width))}${LINES[passage & 3]}`;
+      return `M${centre(cell % size.width, Math.floor(cell / size.width), size)}${LINES[passage & 3]}`;
     });
     setAttributes(this.#trail, { d: lines.join("") });
-    setAttributes(this.#mouse, { transform: `translate(${centre(x, y)}) rotate(${heading * 90})` });
+    setAttributes(this.#mouse, { transform: `translate(${centre(x, y, size)}) rotate(${heading * 90})` });
   }
 
   /**

@@ -4,7 +4,7 @@
 
 import { setAttributes, svgElement } from "./dom.js";
 import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
-import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS } from "./state.js";
+import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS, centre } from "./state.js";
 
 /**
  * @typedef {import("./api.js").DrawingStyle} DrawingStyle
@@ -81,27 +81,28 @@ export class MazeMap {
       if (reported === MISSED) return { class: `${wall} missed` };
       return { class: !reported ? wall : isTrue[i] || !source.truth ? `${wall} known` : "wall mistaken" };
     });
+    /** Returns the cell of a wall or a passage, and the heading of its side. @param {string | null} name */
+    const side = (name) => {
+      const [column, row, letter] = (name ?? "").split(",");
+      const [x, y] = [Number(column), Number(row)];
+      return { x, y, cell: y * width + x, heading: "NESW".indexOf(letter) };
+    };
+    this.#wallIndex = new Int16Array(2 * cells.length);
     /** The two cells next to each wall, and the bit of the wall in each cell. Either cell may report the wall. */
-    this.#wallSides = walls.map((wall) => {
-      const [x, y, side] = (wall.getAttribute("data-wall") ?? "").split(",");
-      const heading = "NESW".indexOf(side);
-      const [otherX, otherY] = [Number(x) + DX[heading], Number(y) + DY[heading]];
+    this.#wallSides = walls.map((wall, i) => {
+      const { x, y, cell, heading } = side(wall.getAttribute("data-wall"));
+      const [otherX, otherY] = [x + DX[heading], y + DY[heading]];
       const outer = otherX < 0 || otherY < 0 || otherX >= width || otherY >= height;
       const [bit, otherBit] = [WALL_BITS[heading], WALL_BITS[(heading + 2) % 4]];
-      return { outer, cell: Number(y) * width + Number(x), bit, other: otherY * width + otherX, otherBit };
-    });
-
-    this.#wallIndex = new Int16Array(2 * cells.length);
-    walls.forEach((wall, i) => {
-      const [x, y, side] = (wall.getAttribute("data-wall") ?? "").split(",");
-      if ("NE".includes(side)) this.#wallIndex[2 * (Number(y) * width + Number(x)) + "NE".indexOf(side)] = i;
+      if (heading < 2) this.#wallIndex[2 * cell + heading] = i;
+      return { outer, cell, bit, other: otherY * width + otherX, otherBit };
     });
 
     const passages = all(".passage");
     this.#passageIndex = new Int16Array(2 * cells.length);
     passages.forEach((passage, i) => {
-      const [x, y, side] = (passage.getAttribute("data-passage") ?? "").split(",");
-      this.#passageIndex[2 * (Number(y) * width + Number(x)) + (side === "E" ? 1 : 0)] = i;
+      const { cell, heading } = side(passage.getAttribute("data-passage"));
+      this.#passageIndex[2 * cell + heading] = i;
     });
     this.#trail = style.trail;
     this.#passages = new Elements(passages, (passage) => this.#passageAttributes(passage));
@@ -209,26 +210,21 @@ export class MazeMap {
     return {
       class: `passage age${age}`,
       stroke: `url(#trail-${heading & 1 ? "h" : "v"}${age})`,
-      d: `M${this.#centre(x, y)}${lines[heading]}${arrow}`,
+      d: `M${centre(x, y, this.#source)}${lines[heading]}${arrow}`,
     };
   }
 
   /** @param {number} x @param {number} y @param {number} heading */
   #placeMouse(x, y, heading) {
-    const transform = `translate(${this.#centre(x, y)}) rotate(${heading * 90})`;
+    const transform = `translate(${centre(x, y, this.#source)}) rotate(${heading * 90})`;
     setAttributes(this.#mouse, { class: "mouse", transform });
   }
 
   /** Returns the line through the centres of cells. @param {number[]} cells */
   #line(cells) {
     const { width } = this.#source;
-    const points = cells.map((cell) => this.#centre(cell % width, Math.floor(cell / width)));
+    const points = cells.map((cell) => centre(cell % width, Math.floor(cell / width), this.#source));
     return points.length > 0 ? `M${points.join("L")}` : "";
-  }
-
-  /** @param {number} x @param {number} y */
-  #centre(x, y) {
-    return `${(x + 0.5) * PITCH} ${(this.#source.height - y - 0.5) * PITCH}`;
   }
 
   /** The cell under the pointer as y * width + x, or null. @param {{ clientX: number, clientY: number }} pointer */

@@ -9,13 +9,7 @@ const BASE_RATE = 20;
 const FACTORS = [
   [1 / 4, "×¼"],
   [1 / 2, "×½"],
-  [1, "×1"],
-  [2, "×2"],
-  [4, "×4"],
-  [8, "×8"],
-  [16, "×16"],
-  [32, "×32"],
-  [64, "×64"],
+  .../** @type {[number, string][]} */ ([1, 2, 4, 8, 16, 32, 64].map((factor) => [factor, `×${factor}`])),
   [Infinity, "no limit"],
 ];
 /** Without a limit, a playback takes at most this many seconds, but at least at this rate. */

@@ -29,6 +29,9 @@ const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
 
+/** The names of the layers that the server can draw too. */
+const LAYERS = ["numbers", "heat", "trail", "texts", "colours", "shortest", "plan"];
+
 export class Panel {
   /** Shown while the live simulation has no states. */
   hint = "Press Run or connect your own mouse.";
@@ -253,11 +256,8 @@ export class Panel {
   }
 
   get #layers() {
-    /** @param {string} name */
-    const checked = (name) => query(this.element, `[name=${name}]`, HTMLInputElement).checked;
-    const [numbers, heat, trail] = [checked("numbers"), checked("heat"), checked("trail")];
-    const [shortest, plan] = [checked("shortest"), checked("plan")];
-    return { numbers, heat, trail, texts: checked("texts"), colours: checked("colours"), shortest, plan };
+    const checked = LAYERS.map((name) => [name, query(this.element, `[name=${name}]`, HTMLInputElement).checked]);
+    return /** @type {import("./map.js").Layers} */ (Object.fromEntries(checked));
   }
 
   /** Shows the names of the mouse and its strategy, and the layers that the mouse uses. @param {api.StateView} view */
@@ -306,12 +306,11 @@ export class Panel {
   /** Makes the export links save the shown state, layers and theme. */
   #updateExportLinks() {
     if (!this.source) return;
-    const layers = Object.entries(this.#layers).map(([layer, shown]) => `&${layer}=${shown}`);
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    const options = `${layers.join("")}&theme=${dark ? "dark" : "light"}`;
+    const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+    const options = { ...this.#layers, theme };
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
-      const parameters = { "recording.mcap": "", "page.html": "", "animation.gif": options }[resource] ?? `&at=${this.shown?.index}${options}`;
+      const parameters = { "recording.mcap": {}, "page.html": {}, "animation.gif": options }[resource] ?? { at: this.shown?.index, ...options };
       if (this.shown) setAttributes(link, { href: api.sourceUrl(this.source, resource, parameters) });
       else link.removeAttribute("href");
     }

@@ -20,6 +20,9 @@ export const DY = [1, 0, -1, 0];
 /** The width of a cell in units of the drawing. */
 export const PITCH = 20;
 
+/** Returns the centre of a cell in units of the drawing. @param {number} x @param {number} y @param {Size} size */
+export const centre = (x, y, { height }) => `${(x + 0.5) * PITCH} ${(height - y - 0.5) * PITCH}`;
+
 const COLUMN_MAJOR = "F".charCodeAt(0);
 
 /** @param {Uint8Array} message @param {Size} size @returns {State} */
