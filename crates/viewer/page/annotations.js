@@ -13,16 +13,14 @@ const COLOUR_NAMES = {
 }; // prettier-ignore
 
 export class CellAnnotations {
-  #width;
-  #height;
+  #size;
   #style;
   #texts = new Layer("path");
   #colours = new Layer("rect");
 
   /** @param {SVGSVGElement} svg @param {{ width: number, height: number }} size @param {DrawingStyle} style */
-  constructor(svg, { width, height }, style) {
-    this.#width = width;
-    this.#height = height;
+  constructor(svg, size, style) {
+    this.#size = size;
     this.#style = style;
     this.#texts.group = svg.querySelector(".texts");
     this.#colours.group = svg.querySelector(".colours");
@@ -51,12 +49,12 @@ export class CellAnnotations {
 
   /** @param {number} cell @returns {[number, number]} */
   #corner(cell) {
-    return [(cell % this.#width) * PITCH, (this.#height - 1 - Math.floor(cell / this.#width)) * PITCH];
+    return [(cell % this.#size.width) * PITCH, (this.#size.height - 1 - Math.floor(cell / this.#size.width)) * PITCH];
   }
 
   /** @param {number} cell */
   #name(cell) {
-    return `${cell % this.#width},${Math.floor(cell / this.#width)}`;
+    return `${cell % this.#size.width},${Math.floor(cell / this.#size.width)}`;
   }
 }
 

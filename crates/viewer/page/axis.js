@@ -95,8 +95,7 @@ export class Axis {
  */
 export function showTicks(axis, ticks) {
   const labels = ticks.map(([text, style]) => {
-    const label = document.createElement("span");
-    label.textContent = text;
+    const label = Object.assign(document.createElement("span"), { textContent: text });
     Object.assign(label.style, style);
     return label;
   });

@@ -3,7 +3,7 @@
 // panels move to the state that corresponds to it.
 
 import * as api from "./api.js";
-import { query, recall, remember, setText, sleep } from "./dom.js";
+import { oneAtATime, query, recall, remember, setText, sleep } from "./dom.js";
 
 /** @typedef {import("./panel.js").Panel} Panel */
 
@@ -32,8 +32,6 @@ export class CompareBar {
   #before = null;
   /** @type {LinkKind} */
   #kind = "state";
-  #moving = false;
-  #isStale = false;
   /** The last search for each panel. @type {WeakMap<Panel, { key: string, source: api.Source, states: number, found: Promise<api.FoundState> }>} */
   #searches = new WeakMap();
 
@@ -90,23 +88,16 @@ export class CompareBar {
   }
 
   /** Moves the other panels if the moved panel shows another state or a run has grown. */
-  async sync() {
-    this.#isStale = true;
-    if (this.#moving) return;
-    this.#moving = true;
-    while (this.#isStale) {
-      this.#isStale = false;
-      const [leader, kind] = [this.#leader, this.#kind];
-      if (!leader?.shown || kind === "off") break;
-      const { shown, timeline } = leader;
-      // The leader has not shown its new state yet.
-      if (shown === this.#before && shown.index !== timeline.target) break;
-      const others = [...this.#panels].filter((panel) => panel !== leader);
-      await Promise.all(others.map((panel) => this.#move(panel, shown, kind)));
-      if (timeline.following) await sleep(FOLLOW_PAUSE);
-    }
-    this.#moving = false;
-  }
+  sync = oneAtATime(async () => {
+    const [leader, kind] = [this.#leader, this.#kind];
+    if (!leader?.shown || kind === "off") return;
+    const { shown, timeline } = leader;
+    // The leader has not shown its new state yet.
+    if (shown === this.#before && shown.index !== timeline.target) return;
+    const others = [...this.#panels].filter((panel) => panel !== leader);
+    await Promise.all(others.map((panel) => this.#move(panel, shown, kind)));
+    if (timeline.following) await sleep(FOLLOW_PAUSE);
+  });
 
   /** @param {Panel} panel @param {import("./figures.js").Shown} shown @param {Exclude<LinkKind, "off">} kind */
   async #move(panel, shown, kind) {

@@ -77,6 +77,24 @@ export const nextFrame = () => new Promise(requestAnimationFrame);
 /** @param {number} milliseconds */
 export const sleep = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
+/**
+ * Returns a function that runs a task, one run at a time. The task is repeated if the function was called meanwhile.
+ * @param {() => Promise<unknown>} task
+ */
+export function oneAtATime(task) {
+  let [isStale, isRunning] = [false, false];
+  return async () => {
+    isStale = true;
+    if (isRunning) return;
+    isRunning = true;
+    while (isStale) {
+      isStale = false;
+      await task();
+    }
+    isRunning = false;
+  };
+}
+
 /** Returns a value that was stored in this tab. Pages in a sandbox have no storage. @param {string} key */
 export function recall(key) {
   try {

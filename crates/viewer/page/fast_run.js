@@ -193,7 +193,7 @@ export class FastRun {
     const runs = this.#routes.flatMap(({ trajectory }) => trajectory?.run ?? []);
     const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed));
     this.#map?.draw(shown, current, topSpeed);
-    this.#player.setEnd(Math.max(0, ...shown.map(({ trajectory }) => trajectory?.duration ?? 0)));
+    this.#player.setEnd(Math.max(0, ...shown.map(({ trajectory }) => trajectory?.run.duration ?? 0)));
     this.#chart.draw(shown, current);
     this.#list(current);
     const reasons = [...new Set(this.#routes.filter(({ name }) => this.#shown.has(name)).map(({ error }) => error))];
@@ -206,7 +206,7 @@ export class FastRun {
   /** Lists the routes, which are a legend at the same time. @param {RouteState | null} current */
   #list(current) {
     const list = query(this.#details, ".routes");
-    const fastest = this.#routes.find(({ name }) => name === "fastest")?.trajectory?.duration ?? 0;
+    const fastest = this.#routes.find(({ name }) => name === "fastest")?.trajectory?.run.duration ?? 0;
     const names = this.#routes.map(({ name }) => name).join();
     if (list.dataset.routes !== names) list.replaceChildren(...this.#routes.map(({ name }) => this.#row(name)));
     list.dataset.routes = names;
@@ -214,8 +214,8 @@ export class FastRun {
       const row = /** @type {HTMLElement} */ (list.children[i]);
       const at = name === "known-walls" ? ` in state ${this.#knownAt + 1}` : "";
       setAttributes(row, { title: error || ROUTES[name][1] + at });
-      setText(row, ".duration", trajectory ? `${trajectory.duration.toFixed(3)} s` : "none");
-      const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.duration / fastest - 1) : null;
+      setText(row, ".duration", trajectory ? `${trajectory.run.duration.toFixed(3)} s` : "none");
+      const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.run.duration / fastest - 1) : null;
       setText(row, ".loss", loss === null ? "" : formatLoss(loss));
       const show = query(row, "[name=show]", HTMLInputElement);
       show.checked = trajectory !== null && this.#shown.has(name);

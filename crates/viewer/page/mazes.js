@@ -84,16 +84,11 @@ export class MazeList {
         compare(group(a), group(b)) ||
         compare(a.maze.name, b.maze.name),
     );
-    /** @type {Map<string, HTMLElement[]>} */
-    const groups = new Map();
-    for (const entry of this.#entries) {
-      const name = groupName(entry);
-      groups.set(name, [...(groups.get(name) ?? []), entry.item]);
-    }
-    const lists = [...groups].map(([name, items]) => {
+    const groups = Map.groupBy(this.#entries, groupName);
+    const lists = [...groups].map(([name, entries]) => {
       const element = cloneTemplate("maze-group");
       setText(element, "h3", name).hidden = groups.size === 1 || !name;
-      query(element, "ul").append(...items);
+      query(element, "ul").append(...entries.map(({ item }) => item));
       return element;
     });
     this.#list.replaceChildren(...lists);

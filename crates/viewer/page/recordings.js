@@ -2,7 +2,7 @@
 // The list of the server's recordings, and the upload of recordings from the user's files.
 
 import * as api from "./api.js";
-import { clearError, cloneTemplate, formatNumber, query, setText, showError, sleep } from "./dom.js";
+import { clearError, cloneTemplate, formatNumber, oneAtATime, query, setText, showError, sleep } from "./dom.js";
 
 /** Minimum time between requests for the list, in milliseconds. Clients may reset more often. */
 const REFRESH_PAUSE = 1000;
@@ -14,8 +14,6 @@ export class RecordingList {
   #onOpen;
   /** List items by name. @type {Map<string, HTMLElement>} */
   #items = new Map();
-  #isStale = false;
-  #refreshing = false;
 
   /** @param {(id: string) => void} onOpen */
   constructor(onOpen) {
@@ -43,17 +41,10 @@ export class RecordingList {
     };
   }
 
-  async refresh() {
-    this.#isStale = true;
-    if (this.#refreshing) return;
-    this.#refreshing = true;
-    while (this.#isStale) {
-      this.#isStale = false;
-      await api.recordings().then((entries) => this.#show(entries), showError);
-      await sleep(REFRESH_PAUSE);
-    }
-    this.#refreshing = false;
-  }
+  refresh = oneAtATime(async () => {
+    await api.recordings().then((entries) => this.#show(entries), showError);
+    await sleep(REFRESH_PAUSE);
+  });
 
   /** Updates the list but keeps existing items, since one may have the focus. @param {api.RecordingEntry[]} entries */
   #show(entries) {

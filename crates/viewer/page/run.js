@@ -12,11 +12,8 @@ export class RunForm {
   #buttons;
   #strategy;
   #shown = "";
-  /** @type {api.MouseStatus | null} */
-  #mouse = null;
-  #paused = false;
-  /** True if another client is searching the maze. */
-  #client = false;
+  /** The last event. @type {Pick<api.ServerEvent, "mouse" | "paused" | "client">} */
+  #event = { mouse: null, paused: false, client: false };
 
   /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} liveStates */
   constructor(panel, { strategies, own, trial }, liveStates) {
@@ -34,7 +31,7 @@ export class RunForm {
     this.#buttons = {
       again: button("again", () => this.#runAgain()),
       stop: button("stop", () => api.act("stop")),
-      pause: button("pause", () => api.act(this.#paused ? "resume" : "pause")),
+      pause: button("pause", () => api.act(this.#event.paused ? "resume" : "pause")),
       step: button("step", () => api.act("step")),
       reset: button("reset", () => api.act("press-reset")),
       run: buttonOf(form, "run", null),
@@ -55,7 +52,7 @@ export class RunForm {
 
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
-    const isSearching = this.#client && !(this.#isRunning && this.#mouse?.own);
+    const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse?.own);
     if (isSearching && !(await confirmReset("Run", this.#own?.name ?? "", this.#liveStates(), { warning }))) return;
     await api.act("run-again");
   }
@@ -64,7 +61,7 @@ export class RunForm {
     clearError();
     const strategy = this.#strategy.value;
     // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
-    const states = this.#mouse && !this.#mouse.own ? 0 : this.#liveStates();
+    const states = this.#event.mouse && !this.#event.mouse.own ? 0 : this.#liveStates();
     if (states > 0 && !(await confirmReset("Run", strategy, states))) return;
     api.runStrategy(strategy).catch(showError);
   }
@@ -76,14 +73,14 @@ export class RunForm {
    */
   async confirmMaze(maze) {
     const states = this.#liveStates();
-    const running = this.#isRunning ? this.#mouse?.name : undefined;
+    const running = this.#isRunning ? this.#event.mouse?.name : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
     return confirmReset("Load", maze, states, { warning, mouse: this.#own?.name });
   }
 
   get #isRunning() {
-    return this.#mouse !== null && this.#mouse.outcome === null;
+    return this.#event.mouse !== null && this.#event.mouse.outcome === null;
   }
 
   /** @param {api.ServerEvent} event */
@@ -91,9 +88,7 @@ export class RunForm {
     const shown = JSON.stringify([mouse, paused, client]);
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#mouse = mouse;
-    this.#paused = paused;
-    this.#client = client;
+    this.#event = { mouse, paused, client };
     const form = this.#form;
     const running = this.#isRunning;
     const { again, stop, pause, step, reset, run } = this.#buttons;

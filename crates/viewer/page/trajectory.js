@@ -28,17 +28,13 @@ export class Trajectory {
     this.run = run;
   }
 
-  get duration() {
-    return this.run.duration;
-  }
-
   /** Returns the state at a time. Times outside of the run count as its beginning or end. @param {number} time @returns {Moment} */
   at(time) {
     const segment = this.segmentAt(time);
     if (!segment) return { x: this.run.x, y: this.run.y, heading: Math.PI / 2, speed: 0, acceleration: 0 };
     const within = Math.min(Math.max(0, time - segment.time), segment.duration);
     const moment = segment.turn === null ? onStraight(segment, within) : onArc(segment, within);
-    return time < this.duration ? moment : { ...moment, speed: segment.exit_speed, acceleration: 0 };
+    return time < this.run.duration ? moment : { ...moment, speed: segment.exit_speed, acceleration: 0 };
   }
 
   /** Returns the segment at a time, or null if the run is empty. @param {number} time @returns {Segment | null} */
@@ -58,7 +54,7 @@ export class Trajectory {
     const steps = this.run.segments.flatMap((segment) =>
       Array.from({ length: LINES }, (_, i) => segment.time + (segment.duration * i) / LINES),
     );
-    return [...steps, this.duration].map((time) => this.at(time));
+    return [...steps, this.run.duration].map((time) => this.at(time));
   }
 
   /** Returns the times, speeds and accelerations between which they change linearly, or nearly so. */

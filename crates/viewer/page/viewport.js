@@ -170,9 +170,7 @@ export class Viewport {
     const labels = [];
     /** @param {string} axis @param {number} i @param {number} x @param {number} y */
     const add = (axis, i, x, y) => {
-      const label = document.createElement("span");
-      label.className = axis;
-      label.textContent = `${i}`;
+      const label = Object.assign(document.createElement("span"), { className: axis, textContent: i });
       label.style.translate = `${x.toFixed(1)}px ${y.toFixed(1)}px`;
       labels.push(label);
     };

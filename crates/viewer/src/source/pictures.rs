@@ -149,7 +149,7 @@ pub(crate) struct PictureQuery {
     at: usize,
 }
 
-/// Returns a handler for pictures of a state, which `draw` draws in the format of `extension`.
+/// Responds with the picture of a state, as a file that `draw` creates.
 pub(crate) async fn picture<T: Into<Body> + 'static>(
     State(state): State<Arc<AppState>>,
     Path(id): Path<String>,
