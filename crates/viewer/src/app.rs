@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use axum::extract::State;
 use jiff::Timestamp;
 use mmsim_formats::{Catalogue, Entry};
 use mmsim_maze::{Maze, MazeSize};
@@ -13,7 +14,7 @@ use mmsim_server::Server;
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::http::jobs::{ApiError, JobQueue};
+use crate::http::jobs::{ApiError, ApiResult, JobQueue};
 use crate::http::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
 use crate::source::Source;
@@ -95,6 +96,9 @@ impl ViewerConfig {
 /// The maximum number of open recordings.
 const MAX_OPEN_RECORDINGS: usize = 8;
 
+/// The argument with which handlers receive the state.
+pub(crate) type SharedState = State<Arc<AppState>>;
+
 /// The state that all HTTP handlers share.
 pub(crate) struct AppState {
     /// The ID of this server process. If the ID changes, a page knows that the server was
@@ -159,12 +163,12 @@ impl AppState {
         }
     }
 
-    pub(crate) fn live(&self) -> Result<&LiveServer, ApiError> {
+    pub(crate) fn live(&self) -> ApiResult<&LiveServer> {
         self.live.as_ref().ok_or_else(|| ApiError::not_found("no simulation is being served"))
     }
 
     /// Returns the live simulation, unless it is a two-run trial.
-    pub(crate) fn search(&self) -> Result<&LiveServer, ApiError> {
+    pub(crate) fn search(&self) -> ApiResult<&LiveServer> {
         let live = self.live()?;
         if self.is_trial {
             return Err(ApiError::conflict("not available during a two-run trial"));
@@ -173,7 +177,7 @@ impl AppState {
     }
 
     /// Returns the source with this ID, which is `live` or the number of an open recording.
-    pub(crate) fn source(&self, id: &str) -> Result<Arc<Source>, ApiError> {
+    pub(crate) fn source(&self, id: &str) -> ApiResult<Arc<Source>> {
         if id == "live" {
             return Ok(Arc::clone(&self.live()?.source));
         }
@@ -187,19 +191,19 @@ impl AppState {
     }
 
     /// Returns an error if the maximum number of recordings is already open.
-    pub(crate) fn check_capacity(&self) -> Result<(), ApiError> {
+    pub(crate) fn check_capacity(&self) -> ApiResult<()> {
         self.recordings().check_capacity()
     }
 
     /// Adds an open recording and returns its ID.
-    pub(crate) fn open(&self, title: &str, recording: Recording) -> Result<String, ApiError> {
+    pub(crate) fn open(&self, title: &str, recording: Recording) -> ApiResult<String> {
         let mut recordings = self.recordings();
         recordings.check_capacity()?;
         Ok(recordings.insert(title, recording))
     }
 
     /// Closes a recording.
-    pub(crate) fn close(&self, id: &str) -> Result<(), ApiError> {
+    pub(crate) fn close(&self, id: &str) -> ApiResult<()> {
         let closed = id.parse().ok().and_then(|id: u32| self.recordings().by_id.remove(&id));
         closed.map(|_| ()).ok_or_else(|| source_not_found(id))
     }
@@ -210,7 +214,7 @@ impl AppState {
 }
 
 impl OpenRecordings {
-    fn check_capacity(&self) -> Result<(), ApiError> {
+    fn check_capacity(&self) -> ApiResult<()> {
         if self.by_id.len() < MAX_OPEN_RECORDINGS {
             return Ok(());
         }
@@ -262,7 +266,7 @@ impl MazeList {
 
     /// Reads the maze with the path `wanted`, which must be in the catalogue. Returns the name and
     /// the maze.
-    pub(crate) fn read(&self, wanted: &str) -> Result<(String, Maze), ApiError> {
+    pub(crate) fn read(&self, wanted: &str) -> ApiResult<(String, Maze)> {
         let entry = self.catalogue.entries().iter().find(|entry| path(entry) == wanted);
         let not_found = || ApiError::not_found(format!("no listed maze has the path {wanted:?}"));
         let entry = entry.ok_or_else(not_found)?;

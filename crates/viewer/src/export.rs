@@ -26,7 +26,7 @@ use serde_json::{Serializer, Value, json};
 
 use crate::http::assets;
 use crate::http::events::PageInfo;
-use crate::http::jobs::{ApiError, CancelToken};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::fast_runs::Vehicles;
 use crate::source::views::{SourceInfo, StateView};
 use crate::source::{Source, fast_runs, pictures, recordings};
@@ -75,7 +75,7 @@ pub(crate) fn to_file(
     vehicles: &Vehicles,
     budget: &Arc<MemoryBudget>,
     cancel: &CancelToken,
-) -> Result<File, ApiError> {
+) -> ApiResult<File> {
     source.describe(run)?;
     let source = match source.integrity() {
         Some(_) => Arc::clone(source),
@@ -100,7 +100,7 @@ fn copy(
     run: u32,
     budget: &Arc<MemoryBudget>,
     cancel: &CancelToken,
-) -> Result<Source, ApiError> {
+) -> ApiResult<Source> {
     let file = recordings::save(source, run, cancel)?;
     let recording = Recording::read_within(io::BufReader::new(file), budget)
         .map_err(|error| ApiError::conflict(format!("cannot export the run: {error}")))?;
@@ -183,11 +183,7 @@ fn element<W: Write>(
 
 /// Returns the responses of the server by path, except those that depend on a state. Known walls are
 /// those of the last state.
-fn responses(
-    source: &Source,
-    vehicles: &Vehicles,
-    cancel: &CancelToken,
-) -> Result<Value, ApiError> {
+fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiResult<Value> {
     let (run, _, states) = source.current_run()?;
     let path = |resource: &str| format!("/api/sources/{ID}{resource}");
     let responses = [
@@ -234,7 +230,7 @@ fn write_log(
 }
 
 /// Returns the title of the document: the names of the recording, the maze and the mouse.
-fn title(source: &Source) -> Result<String, ApiError> {
+fn title(source: &Source) -> ApiResult<String> {
     let (run, description, states) = source.current_run()?;
     let last = states.checked_sub(1);
     let context = last.and_then(|last| source.block(run, last).ok()?.context(last));
@@ -243,7 +239,7 @@ fn title(source: &Source) -> Result<String, ApiError> {
     Ok(format!("{}: {}{mouse} – mmsim", description.title, description.info.name))
 }
 
-fn json(value: &impl serde::Serialize) -> Result<Value, ApiError> {
+fn json(value: &impl serde::Serialize) -> ApiResult<Value> {
     serde_json::to_value(value).map_err(ApiError::internal)
 }
 

@@ -17,7 +17,7 @@ use mmsim_run::{Ending, Goal, MovementRules, Phases, Verdict};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 use crate::source::Source;
 
 /// A running server, and the control of the mice that the page starts.
@@ -51,7 +51,7 @@ impl LiveServer {
         maze: Maze,
         run: bool,
         stop_time: Duration,
-    ) -> Result<u32, ApiError> {
+    ) -> ApiResult<u32> {
         // A running mouse would continue with its map of the old maze.
         let _hold = self.control.hold(stop_time).map_err(ApiError::conflict)?;
         let status = self.monitor.serve(name, maze)?;
@@ -63,7 +63,7 @@ impl LiveServer {
     }
 
     /// Runs the user's own mouse. Stops a running mouse first.
-    pub(crate) fn run_own_mouse(&self) -> Result<(), ApiError> {
+    pub(crate) fn run_own_mouse(&self) -> ApiResult<()> {
         if self.control.own().is_none() {
             return Err(ApiError::conflict(
                 "this simulator was started without a mouse (use `mmsim run -- COMMAND`)",
@@ -74,7 +74,7 @@ impl LiveServer {
     }
 
     /// Starts a bundled mouse, unless another client is searching the maze.
-    pub(crate) fn start_mouse(&self, strategy: BundledStrategy) -> Result<(), ApiError> {
+    pub(crate) fn start_mouse(&self, strategy: BundledStrategy) -> ApiResult<()> {
         if self.monitor.has_client() {
             return Err(MonitorError::HasClient.into());
         }
@@ -104,7 +104,7 @@ pub(crate) fn start(
     control: &Arc<MouseControl>,
     monitor: &Monitor,
     strategy: BundledStrategy,
-) -> Result<(), ApiError> {
+) -> ApiResult<()> {
     control.begin_bundled(strategy.name()).map_err(ApiError::conflict)?;
     let monitor = monitor.clone();
     // This guard is dropped even if the thread cannot start.

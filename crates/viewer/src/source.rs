@@ -22,7 +22,7 @@ use mmsim_run::{
 };
 use mmsim_server::{Monitor, MonitorError, Status};
 
-use crate::http::jobs::{ApiError, CancelToken};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 
 /// The maximum number of decompressed blocks that a source caches. Each page shows
 /// a state of one block.
@@ -104,7 +104,7 @@ fn evict(blocks: &mut VecDeque<Arc<States>>) {
 }
 
 impl RunDescription {
-    pub(crate) fn new(title: String, info: Info, truth: Option<Maze>) -> Result<Self, ApiError> {
+    pub(crate) fn new(title: String, info: Info, truth: Option<Maze>) -> ApiResult<Self> {
         let invalid = || ApiError::internal("the description of the maze is invalid");
         let unexplored = info.known_maze().ok_or_else(invalid)?;
         Ok(Self { title, size: unexplored.size(), info, unexplored, truth })
@@ -115,7 +115,7 @@ impl RunDescription {
         &self,
         states: &'a States,
         index: usize,
-    ) -> Result<DecodedState<'a>, ApiError> {
+    ) -> ApiResult<DecodedState<'a>> {
         let failed = || undecodable(index);
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
@@ -139,7 +139,7 @@ impl Source {
     }
 
     /// Returns the run number, the description and the number of states of the current run.
-    pub(crate) fn current_run(&self) -> Result<(u32, Arc<RunDescription>, usize), ApiError> {
+    pub(crate) fn current_run(&self) -> ApiResult<(u32, Arc<RunDescription>, usize)> {
         let mut attempts = 1;
         loop {
             let Status { run, .. } = self.status();
@@ -164,7 +164,7 @@ impl Source {
     }
 
     /// Returns the current number of states of a run.
-    pub(crate) fn states(&self, run: u32) -> Result<usize, ApiError> {
+    pub(crate) fn states(&self, run: u32) -> ApiResult<usize> {
         let status = self.status();
         if status.run == run {
             Ok(status.states)
@@ -173,7 +173,7 @@ impl Source {
         }
     }
 
-    pub(crate) fn describe(&self, run: u32) -> Result<Arc<RunDescription>, ApiError> {
+    pub(crate) fn describe(&self, run: u32) -> ApiResult<Arc<RunDescription>> {
         if let Some(description) = self.cache(run, |cache| cache.description.clone()) {
             return Ok(description);
         }
@@ -204,7 +204,7 @@ impl Source {
     }
 
     /// Returns the time of each state of a run.
-    pub(crate) fn times(&self, run: u32) -> Result<Times, ApiError> {
+    pub(crate) fn times(&self, run: u32) -> ApiResult<Times> {
         match &self.kind {
             SourceKind::Live(monitor) => Ok(monitor.times(run)?),
             SourceKind::Recording { recording, .. } => Ok(recording.times().clone()),
@@ -212,7 +212,7 @@ impl Source {
     }
 
     /// Returns the times of a run at least up to a state, from the cache if possible.
-    pub(crate) fn times_to(&self, run: u32, index: usize) -> Result<Times, ApiError> {
+    pub(crate) fn times_to(&self, run: u32, index: usize) -> ApiResult<Times> {
         let cached =
             |cache: &mut RunCache| (cache.times.len() > index).then(|| cache.times.clone());
         if let Some(times) = self.cache(run, cached) {
@@ -225,7 +225,7 @@ impl Source {
 
     /// Returns the block that contains a state, from the cache if possible. Replaces a cached copy
     /// of the newest block if the copy does not contain the state yet.
-    pub(crate) fn block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
+    pub(crate) fn block(&self, run: u32, index: usize) -> ApiResult<Arc<States>> {
         if let Some(states) = self.cached_block(run, index) {
             return Ok(states);
         }
@@ -247,7 +247,7 @@ impl Source {
 
     /// Returns the block that contains a state, from the cache if possible. Unlike with
     /// [`block`](Self::block), a block that is not cached does not replace cached blocks.
-    pub(crate) fn peek_block(&self, run: u32, index: usize) -> Result<Arc<States>, ApiError> {
+    pub(crate) fn peek_block(&self, run: u32, index: usize) -> ApiResult<Arc<States>> {
         match self.cached_block(run, index) {
             Some(states) => Ok(states),
             None => self.read_block(run, index).map(Arc::new),
@@ -255,7 +255,7 @@ impl Source {
     }
 
     /// Returns the block that contains a state, bypassing the cache.
-    pub(crate) fn read_block(&self, run: u32, index: usize) -> Result<States, ApiError> {
+    pub(crate) fn read_block(&self, run: u32, index: usize) -> ApiResult<States> {
         let number = index / Block::STATES;
         let block = match &self.kind {
             SourceKind::Live(monitor) => monitor.block(run, number)?,
@@ -266,7 +266,7 @@ impl Source {
     }
 
     /// Returns the bounds at sampled states of a run, and caches them.
-    pub(crate) fn bounds(&self, run: u32, cancel: &CancelToken) -> Result<BoundsHistory, ApiError> {
+    pub(crate) fn bounds(&self, run: u32, cancel: &CancelToken) -> ApiResult<BoundsHistory> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let mut history = self.cache(run, |cache| cache.bounds.clone());
         history.extend(states, |index| {
@@ -280,7 +280,7 @@ impl Source {
     }
 
     /// Returns the events of a run. Reads only the states that have not been read before.
-    pub(crate) fn events(&self, run: u32, cancel: &CancelToken) -> Result<RunEvents, ApiError> {
+    pub(crate) fn events(&self, run: u32, cancel: &CancelToken) -> ApiResult<RunEvents> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let RunDescription { unexplored, truth, .. } = &*description;
         let new = || Arc::new(Mutex::new(EventFinder::new(unexplored, truth.as_ref())));
@@ -298,7 +298,7 @@ impl Source {
     }
 
     /// Returns the index of a run.
-    pub(crate) fn index(&self, run: u32) -> Result<Arc<RunIndex>, ApiError> {
+    pub(crate) fn index(&self, run: u32) -> ApiResult<Arc<RunIndex>> {
         let description = self.describe(run)?;
         let RunDescription { size, unexplored, truth, .. } = &*description;
         let rules = || MovementRules::from_map(unexplored, truth.as_ref());
@@ -317,7 +317,7 @@ impl Source {
         run: u32,
         index: usize,
         cancel: &CancelToken,
-    ) -> Result<(Phases, Trail), ApiError> {
+    ) -> ApiResult<(Phases, Trail)> {
         self.index(run)?.at(index, |index| {
             cancel.check()?;
             self.peek_block(run, index)
@@ -334,7 +334,7 @@ impl Source {
         max: usize,
         cancel: &CancelToken,
         filter: impl Fn(&str) -> bool,
-    ) -> Result<Vec<LogLine>, ApiError> {
+    ) -> ApiResult<Vec<LogLine>> {
         self.states(run)?;
         let read = |blocks, end| {
             cancel.check()?;

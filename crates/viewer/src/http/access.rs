@@ -12,7 +12,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, he
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 
 /// The content security policy, which restricts the page to resources from this server.
 const CONTENT_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -44,7 +44,7 @@ impl Access {
         self.token.as_ref().map(|token| format!("/?token={token}")).unwrap_or_default()
     }
 
-    fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
+    fn check(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> ApiResult<()> {
         let host = self.check_host(uri, headers)?;
         Self::check_site(method, uri, headers, &host)?;
         match &self.token {
@@ -59,7 +59,7 @@ impl Access {
     /// Returns the host of a request, or an error if the host is not allowed. Without a token, only
     /// hosts that always refer to this machine are allowed. With a token, every host is allowed,
     /// since a browser sends the cookie only to the host that set it.
-    fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> Result<String, ApiError> {
+    fn check_host(&self, uri: &Uri, headers: &HeaderMap) -> ApiResult<String> {
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = match (hosts.next(), hosts.next(), uri.authority()) {
             (Some(host), None, None) => host.to_str().unwrap_or_default().to_ascii_lowercase(),
@@ -79,12 +79,7 @@ impl Access {
     }
 
     /// Rejects requests from other web sites, based on the headers that browsers set.
-    fn check_site(
-        method: &Method,
-        uri: &Uri,
-        headers: &HeaderMap,
-        host: &str,
-    ) -> Result<(), ApiError> {
+    fn check_site(method: &Method, uri: &Uri, headers: &HeaderMap, host: &str) -> ApiResult<()> {
         let forbidden = |text: &str| Err(ApiError::new(StatusCode::FORBIDDEN, text));
         let origin = headers.get(header::ORIGIN).map(|origin| origin.to_str().unwrap_or("?"));
         match origin {

@@ -17,10 +17,10 @@ use mmsim_run::{BoundsHistory, RunEvents};
 use mmsim_solvers::BundledStrategy;
 use serde::{Deserialize, Serialize};
 
-use crate::app::AppState;
+use crate::app::{AppState, SharedState};
 use crate::export;
 use crate::http::events::PageInfo;
-use crate::http::jobs::{ApiError, CancelToken, run_blocking};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::buffer_body;
 use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
@@ -73,9 +73,6 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .with_state(state)
         .merge(assets::router())
 }
-
-type ApiResult<T> = Result<T, ApiError>;
-type SharedState = State<Arc<AppState>>;
 
 #[derive(Deserialize, Serialize)]
 struct RunNumber {

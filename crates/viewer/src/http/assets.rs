@@ -12,7 +12,7 @@ use mmsim_drawing::{page_json, stylesheet};
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use ring::digest::{SHA256, digest};
 
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 
 /// Expands to a list with the name, media type and content of each file.
 macro_rules! files {
@@ -90,7 +90,7 @@ const SCRIPT_URL: &str = "data:text/javascript,";
 const ENCODED: &AsciiSet = &CONTROLS.add(b'%').add(b'#').add(b'<');
 
 /// Returns the parts of the document before and after the data.
-pub(crate) fn document(title: &str) -> Result<(String, String), ApiError> {
+pub(crate) fn document(title: &str) -> ApiResult<(String, String)> {
     let modules = import_map();
     let styles = [stylesheet(), file("page.css").to_string()];
     let scripts = [&modules, MAIN].map(hash).join(" ");
@@ -150,7 +150,7 @@ fn hash(content: &str) -> String {
 }
 
 /// Replaces the only occurrence of `old`.
-fn replace(page: &str, old: &str, new: &str) -> Result<String, ApiError> {
+fn replace(page: &str, old: &str, new: &str) -> ApiResult<String> {
     match page.matches(old).count() {
         1 => Ok(page.replace(old, new)),
         count => {

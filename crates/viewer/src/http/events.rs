@@ -17,7 +17,7 @@ use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::app::{AppState, ViewerConfig};
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 use crate::http::limits::{Limits, MAX_EVENT_STREAMS};
 use crate::live::LiveServer;
 use crate::source::fast_runs::Vehicles;
@@ -177,7 +177,7 @@ impl LastEvent {
 /// Streams an event whenever the state of the server changes.
 pub(crate) fn stream(
     state: Arc<AppState>,
-) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {
+) -> ApiResult<Sse<impl Stream<Item = Result<Event, Infallible>>>> {
     let permit = EVENT_STREAMS.try_acquire().map_err(|_| {
         let text = format!("{MAX_EVENT_STREAMS} pages are already open (close one first)");
         ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)

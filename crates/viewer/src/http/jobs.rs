@@ -12,6 +12,9 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
 
+/// The result of answering a request.
+pub(crate) type ApiResult<T> = Result<T, ApiError>;
+
 /// An error response: a status and a message that the page shows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text}")]
@@ -66,8 +69,8 @@ pub(crate) const MAX_BLOCKING_THREADS: usize = 4;
 /// Runs a short job on a thread pool for blocking jobs. The job should take only a few
 /// milliseconds.
 pub(crate) async fn run_blocking<T: Send + 'static>(
-    job: impl FnOnce() -> Result<T, ApiError> + Send + 'static,
-) -> Result<T, ApiError> {
+    job: impl FnOnce() -> ApiResult<T> + Send + 'static,
+) -> ApiResult<T> {
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
@@ -94,7 +97,7 @@ impl JobQueue {
     }
 
     /// Waits for a permit to run a job.
-    pub(crate) async fn acquire(&self) -> Result<OwnedSemaphorePermit, ApiError> {
+    pub(crate) async fn acquire(&self) -> ApiResult<OwnedSemaphorePermit> {
         let permit = timeout(self.max_wait, Arc::clone(&self.permits).acquire_owned()).await;
         let busy = |_| {
             let text = format!("the server is busy with other {} (try again later)", self.kind);
@@ -108,8 +111,8 @@ impl JobQueue {
     /// token regularly.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
-        job: impl FnOnce(&CancelToken) -> Result<T, ApiError> + Send + 'static,
-    ) -> Result<T, ApiError> {
+        job: impl FnOnce(&CancelToken) -> ApiResult<T> + Send + 'static,
+    ) -> ApiResult<T> {
         let permit = self.acquire().await?;
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
@@ -165,7 +168,7 @@ impl CancelToken {
     }
 
     /// Returns an error if the client has disconnected.
-    pub(crate) fn check(&self) -> Result<(), ApiError> {
+    pub(crate) fn check(&self) -> ApiResult<()> {
         if self.0.load(Ordering::Relaxed) {
             return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "request cancelled"));
         }

@@ -16,7 +16,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep, sleep_until, timeout_at};
 
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 
 /// The maximum number of connections. A browser opens up to six connections to a server. The limit
 /// keeps file descriptors available for mice.
@@ -116,7 +116,7 @@ pub(crate) async fn receive_body(
     max_bytes: usize,
     limits: Limits,
     mut write: impl FnMut(Bytes) -> io::Result<()>,
-) -> Result<(), ApiError> {
+) -> ApiResult<()> {
     let (mut chunks, mut length) = (body.into_data_stream(), 0);
     let start = Instant::now();
     let mut deadline = RateDeadline::new(limits, start);
@@ -148,7 +148,7 @@ pub(crate) async fn buffer_body(
     State(limits): State<Limits>,
     request: Request,
     next: Next,
-) -> Result<Response, ApiError> {
+) -> ApiResult<Response> {
     let (parts, body) = request.into_parts();
     let mut whole = Vec::new();
     receive_body(body, MAX_BODY_BYTES, limits, |chunk| {

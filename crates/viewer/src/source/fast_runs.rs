@@ -6,7 +6,7 @@ use mmsim_fastrun::{
 use mmsim_maze::{CellSet, Maze, Unknown};
 use serde::Serialize;
 
-use crate::http::jobs::ApiError;
+use crate::http::jobs::{ApiError, ApiResult};
 use crate::source::Source;
 
 /// The presets, and vehicles of the user. The page selects the user's first one.
@@ -69,7 +69,7 @@ impl Vehicles {
     }
 
     /// Returns the vehicle with this name.
-    pub(crate) fn find(&self, name: &str) -> Result<Vehicle, ApiError> {
+    pub(crate) fn find(&self, name: &str) -> ApiResult<Vehicle> {
         self.get(name).cloned().ok_or_else(|| {
             let names = self.names().join(", ");
             ApiError::not_found(format!("no vehicle has the name {name:?} (expected {names})"))
@@ -144,7 +144,7 @@ pub(crate) fn over_known_walls(
     run: u32,
     at: usize,
     vehicle: &Vehicle,
-) -> Result<RouteRun, ApiError> {
+) -> ApiResult<RouteRun> {
     let states = source.block(run, at)?;
     let known = source.describe(run)?.decode(&states, at)?.known;
     let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);

@@ -13,8 +13,8 @@ use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
-use crate::app::AppState;
-use crate::http::jobs::{ApiError, CancelToken};
+use crate::app::SharedState;
+use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::{DecodedState, Source};
 
 /// The length of the longer side of a PNG, in pixels.
@@ -63,7 +63,7 @@ impl PictureOptions {
 }
 
 /// Draws the initial SVG of a run, which the page updates for each state.
-pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
+pub(crate) fn page_svg(source: &Source, run: u32) -> ApiResult<String> {
     let description = source.describe(run)?;
     let scene = match &description.truth {
         Some(maze) => Scene::from_maze(maze),
@@ -73,7 +73,7 @@ pub(crate) fn page_svg(source: &Source, run: u32) -> Result<String, ApiError> {
 }
 
 /// Draws a scene as a PNG.
-pub(crate) fn png(scene: &Scene<'_>) -> Result<Vec<u8>, ApiError> {
+pub(crate) fn png(scene: &Scene<'_>) -> ApiResult<Vec<u8>> {
     scene.png(scene.width_within(PNG_SIDE_PX)).map_err(ApiError::internal)
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn gif(
     run: u32,
     options: PictureOptions,
     cancel: &CancelToken,
-) -> Result<Vec<u8>, ApiError> {
+) -> ApiResult<Vec<u8>> {
     let states = source.states(run)?;
     if states == 0 {
         return Err(ApiError::conflict("cannot animate the run: it has no states yet"));
@@ -109,7 +109,7 @@ pub(crate) fn draw_state<T>(
     options: PictureOptions,
     cancel: &CancelToken,
     draw: impl FnOnce(Scene<'_>) -> T,
-) -> Result<T, ApiError> {
+) -> ApiResult<T> {
     let description = source.describe(run)?;
     let shortest = |is_trial| {
         let truth = description.truth.as_ref().filter(|_| options.shortest);
@@ -151,13 +151,13 @@ pub(crate) struct PictureQuery {
 
 /// Responds with the picture of a state, as a file that `draw` creates.
 pub(crate) async fn picture<T: Into<Body> + 'static>(
-    State(state): State<Arc<AppState>>,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(PictureQuery { run, at }): Query<PictureQuery>,
     Query(options): Query<PictureOptions>,
     (extension, media_type): (&'static str, &'static str),
-    draw: fn(&Scene<'_>) -> Result<T, ApiError>,
-) -> Result<Response, ApiError> {
+    draw: fn(&Scene<'_>) -> ApiResult<T>,
+) -> ApiResult<Response> {
     Arc::clone(&state)
         .pictures
         .run(move |cancel| {
@@ -175,7 +175,7 @@ pub(crate) fn download(
     extension: &str,
     media_type: &'static str,
     content: impl Into<Body>,
-) -> Result<Response, ApiError> {
+) -> ApiResult<Response> {
     let title = source.describe(run)?.title.clone();
     let stem = title.strip_suffix(".mcap").unwrap_or(&title);
     let sanitize = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };

@@ -15,8 +15,8 @@ use jiff::Timestamp;
 use mmsim_recording::{Block, Recording, save as save_recording};
 use serde::{Deserialize, Serialize};
 
-use crate::app::AppState;
-use crate::http::jobs::{ApiError, CancelToken, run_blocking};
+use crate::app::{AppState, SharedState};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
 use crate::source::{Source, recordings};
 
@@ -33,7 +33,7 @@ pub(crate) struct RecordingEntry {
 }
 
 /// Lists the newest recordings in a folder, newest first.
-pub(crate) fn list(folder: &Path) -> Result<Vec<RecordingEntry>, ApiError> {
+pub(crate) fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
     let failed = |error| ApiError::internal(format!("cannot read {}: {error}", folder.display()));
     let mut entries = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
@@ -52,7 +52,7 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<RecordingEntry>, ApiError> {
 }
 
 /// Opens a listed recording and returns its ID.
-pub(crate) fn open(state: &AppState, name: &str) -> Result<String, ApiError> {
+pub(crate) fn open(state: &AppState, name: &str) -> ApiResult<String> {
     state.check_capacity()?;
     let path = find(state.recordings_dir.as_deref(), name)?;
     let recording = Recording::open_within(&path, &state.budget).map_err(ApiError::bad_request)?;
@@ -61,7 +61,7 @@ pub(crate) fn open(state: &AppState, name: &str) -> Result<String, ApiError> {
 
 /// Returns the path of a listed recording. Only listed names are accepted, so a name cannot refer
 /// to a file outside the folder.
-fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, ApiError> {
+fn find(folder: Option<&Path>, name: &str) -> ApiResult<PathBuf> {
     let not_found = || ApiError::not_found(format!("no listed recording has the name {name:?}"));
     let folder = folder.ok_or_else(not_found)?;
     let is_listed = list(folder)?.iter().any(|entry| entry.name == name);
@@ -69,7 +69,7 @@ fn find(folder: Option<&Path>, name: &str) -> Result<PathBuf, ApiError> {
 }
 
 /// Saves a run to a temporary file and rewinds the file.
-pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> Result<fs::File, ApiError> {
+pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> ApiResult<fs::File> {
     let failed =
         |error: io::Error| ApiError::internal(format!("cannot save the recording: {error}"));
     let (description, times) = (source.describe(run)?, source.times(run)?);
@@ -103,9 +103,6 @@ pub(crate) fn title(name: &str) -> String {
     let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
     if title.is_empty() { "recording".into() } else { title }
 }
-
-type ApiResult<T> = Result<T, ApiError>;
-type SharedState = State<Arc<AppState>>;
 
 pub(crate) fn router() -> Router<Arc<AppState>> {
     Router::new()

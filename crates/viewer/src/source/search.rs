@@ -1,16 +1,14 @@
 //! Searches in a run: the log lines around a state, and the state in which the mouse has made the same
 //! progress as in a state of another run.
 
-use std::sync::Arc;
-
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use mmsim_recording::LogEnd;
 use mmsim_run::{LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
-use crate::app::AppState;
-use crate::http::jobs::{ApiError, CancelToken, run_blocking};
+use crate::app::SharedState;
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::source::Source;
 
 /// The maximum number of log lines up to a state, and of later log lines, in a response.
@@ -43,16 +41,16 @@ pub(crate) struct LogView {
 }
 
 pub(crate) async fn log_lines(
-    State(state): State<Arc<AppState>>,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(query): Query<LogQuery>,
-) -> Result<Json<LogView>, ApiError> {
+) -> ApiResult<Json<LogView>> {
     let source = state.source(&id)?;
     state.run_jobs.run(move |cancel| Ok(Json(LogView::new(&source, &query, cancel)?))).await
 }
 
 impl LogView {
-    fn new(source: &Source, query: &LogQuery, cancel: &CancelToken) -> Result<Self, ApiError> {
+    fn new(source: &Source, query: &LogQuery, cancel: &CancelToken) -> ApiResult<Self> {
         let LogQuery { run, from, .. } = *query;
         let max = query.max.unwrap_or(MAX_LINES).min(MAX_LINES);
         let filter = query.filter.to_lowercase();
@@ -106,10 +104,10 @@ enum Target {
 }
 
 pub(crate) async fn find_state(
-    State(state): State<Arc<AppState>>,
+    State(state): SharedState,
     Path(id): Path<String>,
     Query(FindQuery { run, steps, leg }): Query<FindQuery>,
-) -> Result<Json<FoundState>, ApiError> {
+) -> ApiResult<Json<FoundState>> {
     let target = match leg {
         Some(leg) => {
             Target::Leg(LegProgress { leg, steps: u32::try_from(steps).unwrap_or(u32::MAX) })

@@ -9,7 +9,7 @@ use mmsim_run::{
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::http::jobs::{ApiError, CancelToken};
+use crate::http::jobs::{ApiResult, CancelToken};
 use crate::source::Source;
 
 /// The message that the page shows for a recording that was not closed.
@@ -48,11 +48,7 @@ pub(crate) struct SourceInfo {
 impl SourceInfo {
     /// Describes a source. `robot` is the name of the robot if the source is known to be a two-run
     /// trial.
-    pub(crate) fn new(
-        id: String,
-        source: &Source,
-        robot: Option<String>,
-    ) -> Result<Self, ApiError> {
+    pub(crate) fn new(id: String, source: &Source, robot: Option<String>) -> ApiResult<Self> {
         let (run, description, states) = source.current_run()?;
         let info = &description.info;
         let (integrity, note) = match source.integrity() {
@@ -134,7 +130,7 @@ pub(crate) struct StateView {
 }
 
 impl StateView {
-    pub(crate) fn new(source: &Source, run: u32, index: usize) -> Result<Self, ApiError> {
+    pub(crate) fn new(source: &Source, run: u32, index: usize) -> ApiResult<Self> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
         let decoded = description.decode(&states, index)?;
         let times = source.times_to(run, index)?;
