@@ -1,7 +1,6 @@
 //! Arguments shared by several commands.
 
 use std::path::PathBuf;
-use std::slice;
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -149,10 +148,10 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the selected values without duplicates. A `None` in `selected` stands for all values.
-pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[Option<T>], all: &[T]) -> Vec<T> {
+/// Returns the selected values, each once. One argument may select several values.
+pub(crate) fn each_once<T: Copy + PartialEq>(selected: &[&[T]]) -> Vec<T> {
     let mut values = Vec::new();
-    for &value in selected.iter().flat_map(|value| value.as_ref().map_or(all, slice::from_ref)) {
+    for value in selected.concat() {
         if !values.contains(&value) {
             values.push(value);
         }

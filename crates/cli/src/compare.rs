@@ -8,13 +8,13 @@ use std::io::Write;
 
 use args::CompareArgs;
 use mmsim_compare::{MouseSummary, NamedMaze, SearchComparison, SearchRow};
+use mmsim_drawing::DrivenPath;
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::Escaped;
 use mmsim_report::MousePath;
 use mmsim_run::{Timing, plan};
 use serde::Serialize;
 
-use crate::fast_run::picture;
 use crate::inputs::Inputs;
 use crate::output::{
     check_folder, create_folder, print, print_csv, print_pretty_json, replace, write_charts,
@@ -93,6 +93,6 @@ fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<&Vehicle>
         let mut planner = planner.borrow_mut();
         let trajectory = plan(&mut planner, maze, &figures.outcome)?;
         let trajectory = trajectory.drive(planner.vehicle()).ok()?;
-        Some(MousePath { maze, points: picture::path("", &trajectory).outline() })
+        Some(MousePath { maze, points: DrivenPath::of_run("", &trajectory).outline() })
     })
 }

@@ -2,8 +2,8 @@
 
 pub(crate) mod args;
 mod c_array;
-pub(crate) mod driven;
-pub(crate) mod picture;
+mod driven;
+mod picture;
 mod report;
 mod samples;
 mod table;

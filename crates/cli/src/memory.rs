@@ -29,13 +29,13 @@ mod system {
     }
 
     /// Returns the free memory of the machine.
-    fn machine(root: &Path) -> Option<u64> {
+    pub(super) fn machine(root: &Path) -> Option<u64> {
         after(&read(root.join("proc/meminfo"))?, "MemAvailable:")?.checked_mul(1024)
     }
 
     /// Returns the memory left under the limits of this process's control groups and their
     /// ancestors.
-    fn groups(root: &Path) -> Option<u64> {
+    pub(super) fn groups(root: &Path) -> Option<u64> {
         let groups = read(root.join("proc/self/cgroup"))?;
         let own =
             |line: &str| Some(line.splitn(3, ':').nth(2)?.trim_start_matches('/').to_string());
@@ -58,72 +58,14 @@ mod system {
         Some(limit.saturating_sub(used.saturating_sub(reclaimable)))
     }
 
-    fn read(path: PathBuf) -> Option<String> {
+    pub(super) fn read(path: PathBuf) -> Option<String> {
         fs::read_to_string(path).ok()
     }
 
     /// Returns the number that follows `key` in the line that starts with `key`.
-    fn after(text: &str, key: &str) -> Option<u64> {
+    pub(super) fn after(text: &str, key: &str) -> Option<u64> {
         text.lines()
             .find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse().ok())
-    }
-
-    #[cfg(test)]
-    mod tests {
-        use super::*;
-
-        /// Creates a temporary folder that holds `files`.
-        fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
-            let root = tempfile::tempdir().unwrap();
-            for (path, content) in files {
-                let path = root.path().join(path);
-                fs::create_dir_all(path.parent().unwrap()).unwrap();
-                fs::write(path, content).unwrap();
-            }
-            root
-        }
-
-        #[test]
-        fn the_minimum_of_a_group_and_its_ancestors_counts() {
-            let new = root(&[
-                ("proc/self/cgroup", "0::/user/mouse\n"),
-                ("sys/fs/cgroup/user/mouse/memory.max", "max\n"),
-                ("sys/fs/cgroup/user/mouse/memory.current", "100\n"),
-                ("sys/fs/cgroup/user/memory.max", "1000\n"),
-                ("sys/fs/cgroup/user/memory.current", "700\n"),
-                ("sys/fs/cgroup/user/memory.stat", "anon 400\ninactive_file 250\n"),
-                ("sys/fs/cgroup/memory.max", "5000\n"),
-                ("sys/fs/cgroup/memory.current", "100\n"),
-            ]);
-            assert_eq!(groups(new.path()), Some(550));
-            let old = root(&[
-                ("proc/self/cgroup", "9:name=systemd:/\n4:memory:/mouse/run\n0::/\n"),
-                ("sys/fs/cgroup/memory/mouse/run/memory.limit_in_bytes", "900\n"),
-                ("sys/fs/cgroup/memory/mouse/run/memory.usage_in_bytes", "500\n"),
-                ("sys/fs/cgroup/memory/mouse/run/memory.stat", "total_inactive_file 50\n"),
-                ("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n"),
-                ("sys/fs/cgroup/memory/memory.usage_in_bytes", "2000\n"),
-            ]);
-            assert_eq!(groups(old.path()), Some(450));
-            // In a container, the path may be that of the host.
-            let container = root(&[
-                ("proc/self/cgroup", "0::/docker/0123\n"),
-                ("sys/fs/cgroup/memory.max", "300\n"),
-                ("sys/fs/cgroup/memory.current", "400\n"),
-            ]);
-            assert_eq!(groups(container.path()), Some(0));
-            assert_eq!(groups(root(&[("proc/self/cgroup", "0::/\n")]).path()), None);
-            assert_eq!(groups(root(&[]).path()), None);
-        }
-
-        #[test]
-        fn reads_the_free_memory() {
-            let root = root(&[("proc/meminfo", "MemTotal: 90 kB\nMemAvailable:   70 kB\n")]);
-            assert_eq!(machine(root.path()), Some(70 * 1024));
-            assert_eq!(machine(Path::new("/no such folder")), None);
-            let all = after(&read("/proc/meminfo".into()).unwrap(), "MemTotal:").unwrap();
-            assert!((1..=all * 1024).contains(&free().unwrap()));
-        }
     }
 }
 
@@ -136,5 +78,67 @@ mod system {
         let mut system = System::new();
         system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
         Some(system.available_memory()).filter(|&free| free > 0)
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use super::system::*;
+
+    /// Creates a temporary folder that holds `files`.
+    fn root(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for (path, content) in files {
+            let path = root.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, content).unwrap();
+        }
+        root
+    }
+
+    #[test]
+    fn the_minimum_of_a_group_and_its_ancestors_counts() {
+        let new = root(&[
+            ("proc/self/cgroup", "0::/user/mouse\n"),
+            ("sys/fs/cgroup/user/mouse/memory.max", "max\n"),
+            ("sys/fs/cgroup/user/mouse/memory.current", "100\n"),
+            ("sys/fs/cgroup/user/memory.max", "1000\n"),
+            ("sys/fs/cgroup/user/memory.current", "700\n"),
+            ("sys/fs/cgroup/user/memory.stat", "anon 400\ninactive_file 250\n"),
+            ("sys/fs/cgroup/memory.max", "5000\n"),
+            ("sys/fs/cgroup/memory.current", "100\n"),
+        ]);
+        assert_eq!(groups(new.path()), Some(550));
+        let old = root(&[
+            ("proc/self/cgroup", "9:name=systemd:/\n4:memory:/mouse/run\n0::/\n"),
+            ("sys/fs/cgroup/memory/mouse/run/memory.limit_in_bytes", "900\n"),
+            ("sys/fs/cgroup/memory/mouse/run/memory.usage_in_bytes", "500\n"),
+            ("sys/fs/cgroup/memory/mouse/run/memory.stat", "total_inactive_file 50\n"),
+            ("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n"),
+            ("sys/fs/cgroup/memory/memory.usage_in_bytes", "2000\n"),
+        ]);
+        assert_eq!(groups(old.path()), Some(450));
+        // In a container, the path may be that of the host.
+        let container = root(&[
+            ("proc/self/cgroup", "0::/docker/0123\n"),
+            ("sys/fs/cgroup/memory.max", "300\n"),
+            ("sys/fs/cgroup/memory.current", "400\n"),
+        ]);
+        assert_eq!(groups(container.path()), Some(0));
+        assert_eq!(groups(root(&[("proc/self/cgroup", "0::/\n")]).path()), None);
+        assert_eq!(groups(root(&[]).path()), None);
+    }
+
+    #[test]
+    fn reads_the_free_memory() {
+        let root = root(&[("proc/meminfo", "MemTotal: 90 kB\nMemAvailable:   70 kB\n")]);
+        assert_eq!(machine(root.path()), Some(70 * 1024));
+        assert_eq!(machine(Path::new("/no such folder")), None);
+        let all = after(&read("/proc/meminfo".into()).unwrap(), "MemTotal:").unwrap();
+        assert!((1..=all * 1024).contains(&free().unwrap()));
     }
 }

@@ -1,7 +1,6 @@
 //! The mice of `mmsim compare` and `mmsim contest`, and their searches.
 
 use std::error::Error;
-use std::slice;
 use std::time::Duration;
 
 use clap::Args;
@@ -37,7 +36,7 @@ pub(crate) struct SearchArgs {
         default_value = "all",
         value_parser = strategies()
     )]
-    strategies: Vec<Choice>,
+    strategies: Vec<&'static [BundledStrategy]>,
     /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
     /// the fastest run, such as 3% or 0.03 [default: 0%]
     #[arg(long, value_name = "SHARE")]
@@ -54,26 +53,12 @@ pub(crate) struct SearchArgs {
     jobs: Option<u16>,
 }
 
-/// A value of `--strategies`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Choice {
-    All,
-    None,
-    One(BundledStrategy),
-}
-
 impl SearchArgs {
     /// Returns the user's mice and then the selected strategies, each once. `command` is the command
     /// for usage errors.
     pub(crate) fn select(&self, command: &'static str) -> Result<Vec<ComparedMouse>, UsageError> {
-        let chosen = self.strategies.iter().flat_map(|choice| match choice {
-            Choice::All => BundledStrategy::ALL,
-            Choice::None => &[],
-            Choice::One(strategy) => slice::from_ref(strategy),
-        });
-        let strategies = each_once(&chosen.copied().map(Some).collect::<Vec<_>>(), &[]);
         let own = self.mouse.iter().cloned().map(ComparedMouse::Own);
-        let bundled = strategies.into_iter().map(ComparedMouse::Bundled);
+        let bundled = each_once(&self.strategies).into_iter().map(ComparedMouse::Bundled);
         let mice: Vec<ComparedMouse> = own.chain(bundled).collect();
         for (index, mouse) in mice.iter().enumerate() {
             let name = mouse.name();
@@ -131,11 +116,12 @@ impl SearchArgs {
     }
 }
 
-fn strategies() -> impl TypedValueParser<Value = Choice> {
-    let each = BundledStrategy::ALL.iter().copied().map(Choice::One);
-    one_of(each.chain([Choice::All, Choice::None]), |choice| match choice {
-        Choice::One(strategy) => strategy_value(strategy),
-        Choice::All => PossibleValue::new("all").help("all strategies"),
-        Choice::None => PossibleValue::new("none").help("only your own mice"),
+/// Parses the name of a strategy, `all` or `none`.
+fn strategies() -> impl TypedValueParser<Value = &'static [BundledStrategy]> {
+    let all = BundledStrategy::ALL;
+    one_of(all.chunks(1).chain([all, &[]]), |strategies| match strategies {
+        [] => PossibleValue::new("none").help("only your own mice"),
+        [strategy] => strategy_value(*strategy),
+        _ => PossibleValue::new("all").help("all strategies"),
     })
 }

@@ -1,10 +1,8 @@
 //! Vehicles named on the command line.
 
-use std::fs::File;
-use std::io::{self, Read as _};
-use std::path::Path;
+use std::io::ErrorKind;
 
-use mmsim_fastrun::Vehicle;
+use mmsim_fastrun::{LoadVehicleError, Vehicle};
 use mmsim_maze::Escaped;
 
 use crate::output::warn;
@@ -13,30 +11,21 @@ use crate::output::warn;
 pub(crate) const VEHICLES: &str =
     "ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
 
-/// The maximum size of a vehicle file, in bytes.
-const MAX_BYTES: u64 = 1 << 20;
-
 /// Parses a value of `--vehicle`: the name of a preset, or a TOML file.
 pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
-    if let Some(vehicle) = Vehicle::preset(text) {
-        return Ok(vehicle);
-    }
-    let path = Path::new(text);
-    let is_name = path.components().count() == 1 && path.extension().is_none();
-    if is_name && !path.exists() {
-        return Err(unknown(text));
-    }
-    let toml = read(path).map_err(|error| {
-        let hint = match error.kind() {
-            io::ErrorKind::NotFound => {
-                " (mmsim fast-run --print-vehicle --vehicle expert prints a file to start from)"
-            }
-            _ => "",
-        };
-        format!("cannot read the file: {error}{hint}")
-    })?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Vehicle::from_toml(&toml, &Escaped(name).to_string()).map_err(|error| error.to_string())
+    Vehicle::load(text).map_err(|error| match error {
+        LoadVehicleError::Read { source, .. } => {
+            let hint = match source.kind() {
+                ErrorKind::NotFound => {
+                    " (mmsim fast-run --print-vehicle --vehicle expert prints a file to start from)"
+                }
+                _ => "",
+            };
+            format!("cannot read the file: {source}{hint}")
+        }
+        LoadVehicleError::Invalid { source, .. } => source.to_string(),
+        _ => unknown(text),
+    })
 }
 
 /// A vehicle with the argument of `--vehicle` that names it.
@@ -90,15 +79,6 @@ fn unknown(name: &str) -> String {
     let similar = presets.find(|preset| strsim::damerau_levenshtein(name, preset) <= 2);
     let hint = similar.map(|preset| format!(" (did you mean {preset}?)")).unwrap_or_default();
     format!("expected {} or a TOML file{hint}", Vehicle::PRESETS.join(", "))
-}
-
-fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_BYTES {
-        return Err(io::Error::other("larger than 1 MiB"));
-    }
-    Ok(text)
 }
 
 #[cfg(test)]

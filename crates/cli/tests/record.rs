@@ -187,7 +187,9 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     let (_, state) = state.split_once(" ms: ").unwrap();
     let (pose, rest) = state.split_once('\n').unwrap();
     let (phases, rest) = rest.split_once('\n').unwrap();
+    let (goal, rest) = rest.split_once('\n').unwrap();
     let (bounds, map) = rest.split_once('\n').unwrap();
+    assert_eq!(goal, "goal not reached");
     assert!(bounds.starts_with("shortest path: at least "), "{bounds}");
     assert!(phases.starts_with("search run  4 steps  0 turns  "), "{phases}");
     insta::assert_snapshot!("replayed-state", format!("{pose}\n{map}"));

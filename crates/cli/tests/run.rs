@@ -63,8 +63,8 @@ fn the_exit_code_is_that_of_the_mouse() {
     let home = home();
     let crashed = run(&home, &[], &[MMSIM, "solve", "no-such-strategy"]);
     assert_eq!(crashed.code, Some(2), "{crashed:?}");
-    let expected = "mouse exited with code 2; no states reported (does it connect to \
-                    MMSIM_ENDPOINT?)\n";
+    let expected = "mouse exited with code 2; goal not reached, no states reported (does it \
+                    connect to MMSIM_ENDPOINT?)\n";
     assert!(crashed.stderr.ends_with(expected), "{crashed:?}");
 
     let missing = run(&home, &["--stay"], &["no-such-mouse"]);

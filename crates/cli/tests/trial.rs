@@ -56,7 +56,7 @@ fn json_has_an_object_for_each_trial() {
     assert_eq!(
         report[0],
         json!({
-            "maze": "closed.txt", "robot": "random", "ending": "out of time", "score": null,
+            "maze": "closed.txt", "robot": "random", "ending": "out_of_time", "score": null,
             "explore_steps": 1000, "race_steps": 0, "race_optimum": null, "seed": 3, "noise": 0.0,
         })
     );

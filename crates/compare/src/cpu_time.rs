@@ -21,7 +21,8 @@ pub(crate) fn thread_time() -> Duration {
     BEGIN.elapsed()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use std::thread;
 

@@ -20,14 +20,19 @@ impl NamedMaze {
     pub fn shown_path(&self) -> String {
         Escaped(self.path.display()).to_string()
     }
+
+    /// Returns the path, or the name of a maze without a path.
+    pub(crate) fn path_or_name(&self) -> String {
+        let has_path = !self.path.as_os_str().is_empty();
+        if has_path { self.path.display().to_string() } else { self.name.clone() }
+    }
 }
 
 /// Returns the names of the mazes, or the path of a maze if another maze has the same name.
 pub(crate) fn unique_names(mazes: &[NamedMaze]) -> Vec<String> {
-    let name = |NamedMaze { name, path, .. }: &NamedMaze| {
-        let is_unique = mazes.iter().filter(|other| other.name == *name).count() == 1;
-        let has_path = !path.as_os_str().is_empty();
-        if is_unique || !has_path { name.clone() } else { path.display().to_string() }
+    let name = |maze: &NamedMaze| {
+        let is_unique = mazes.iter().filter(|other| other.name == maze.name).count() == 1;
+        if is_unique { maze.name.clone() } else { maze.path_or_name() }
     };
     mazes.iter().map(name).collect()
 }

@@ -69,7 +69,7 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Verdict {
             (Ending::Failed, format!("wrote {limit} MiB without a valid command{hint}"))
         }
         SearchEnd::Failed(reason) => (Ending::Failed, reason.clone()),
-        SearchEnd::Interrupted => (Ending::Skipped, "interrupted".into()),
+        SearchEnd::Interrupted => (Ending::Stopped, "interrupted".into()),
     };
     Verdict::new(judge.phases(), ending, Some(error))
 }

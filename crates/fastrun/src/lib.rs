@@ -58,7 +58,7 @@ pub use trajectory::{Trajectory, TrajectoryError};
 pub use turn::{Side, TurnKind};
 pub use vehicle::{Arc, FittedArc, Vehicle, VehicleError, VehicleParameters};
 #[cfg(feature = "std")]
-pub use vehicle_file::{VehicleFileError, VehicleFileFault};
+pub use vehicle_file::{LoadVehicleError, VehicleFileError, VehicleFileFault};
 pub use warning::{STANDARD_GRAVITY, VehicleWarning};
 
 /// Tests the code in the README of this crate.

@@ -1,6 +1,7 @@
 //! Vehicles as TOML text.
 
 mod error;
+mod load;
 
 use alloc::borrow::Cow;
 use alloc::format;
@@ -15,6 +16,7 @@ use serde::de::{Deserializer, Error as _};
 
 pub use error::{VehicleFileError, VehicleFileFault};
 use error::{in_terms_of_toml, line_number};
+pub use load::LoadVehicleError;
 
 use crate::setting::{Setting, Table};
 use crate::straight::StraightLimits;

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use mmsim_maze::MazeSize;
-use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, StateMessage};
+use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, Request};
 use mmsim_run::{MovementRules, Phases};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_zmtp::codec::ProtocolError;
@@ -119,8 +119,17 @@ impl Tracker {
             self.progress.refused += 1;
         } else if request == b"reset" {
             self.is_reset = true;
-        } else if let Ok(pose) = StateMessage::new(request, *size).and_then(|state| state.pose()) {
-            self.progress.phases.add(rules, pose, mem::take(&mut self.is_reset));
+        } else {
+            match Request::decode(request, *size) {
+                Ok(Request::State(state)) => {
+                    let is_restart = mem::take(&mut self.is_reset);
+                    self.progress.phases.add(rules, state.pose(), is_restart);
+                }
+                Ok(Request::Annotations(list)) => {
+                    self.is_reset |= list.iter().any(|one| one == Annotation::Restart);
+                }
+                _ => {}
+            }
         }
     }
 }

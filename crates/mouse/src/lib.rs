@@ -12,7 +12,7 @@
 //! A [`Program`] is the command line of a mouse, and a [`MouseProcess`] the running program. A
 //! mouse written for mms runs in a [`Session`], a client of a simulator behind a [`Gateway`], and a
 //! robot of the two-run trial is a [`RobotProcess`]. [`search()`] runs a mouse of either kind alone in a
-//! maze, and a [`Judge`] sees what it does. [`MouseControl`] starts, stops and pauses the [`Runs`] of a
+//! maze, and a `Judge` sees what it does. [`MouseControl`] starts, stops and pauses the [`Runs`] of a
 //! mouse, and keeps the mouse to a [`Pace`]. The crate parses no arguments, and reports messages for
 //! the user through functions of the caller.
 #![forbid(unsafe_code)]

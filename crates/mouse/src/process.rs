@@ -230,7 +230,7 @@ impl ExitCause {
         } else {
             how
         };
-        let code = if verdict.ending == Ending::Failed { code.max(1) } else { code };
+        let code = if verdict.ending == Ending::Failed && code == 0 { 1 } else { code };
         RunEnd { outcome: Outcome { verdict, text }, code, was_started }
     }
 }

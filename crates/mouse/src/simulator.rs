@@ -148,15 +148,23 @@ impl<T: Transport> Environment for Simulator<'_, T> {
     }
 
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
-        self.phases.add(&self.rules, mouse.pose(), self.is_restart);
-        let lines = self.take_lines();
-        self.send(mouse, &lines)?;
-        if self.control.wait_for_step() { ExitCause::check(self.control) } else { Ok(()) }
+        self.show_move(mouse, false)
     }
 
     fn on_restart(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.is_restart = true;
-        self.on_pose_change(mouse)
+        self.show_move(mouse, true)
+    }
+}
+
+impl<T: Transport> Simulator<'_, T> {
+    /// Sends the state of a mouse that has moved or was put back at the start, and waits until it may
+    /// go on.
+    fn show_move(&mut self, mouse: &SimulatedMouse, is_restart: bool) -> Result<(), ExitCause> {
+        let lines = self.take_lines();
+        self.send(mouse, &lines)?;
+        self.phases.add(&self.rules, mouse.pose(), is_restart);
+        if self.control.wait_for_step() { ExitCause::check(self.control) } else { Ok(()) }
     }
 }
 

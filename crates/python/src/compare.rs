@@ -235,7 +235,10 @@ pub(crate) fn trial(
 }
 
 /// Converts a value with the keys of its JSON form.
-fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn to_python<'py>(
+    py: Python<'py>,
+    value: &impl Serialize,
+) -> PyResult<Bound<'py, PyAny>> {
     let json = serde_json::to_string(value).map_err(value_error)?;
     py.import("json")?.call_method1("loads", (json,))
 }

@@ -1,21 +1,11 @@
 //! The class `FastRun`: the fastest run of a vehicle through a maze.
 
-use std::fs::File;
-use std::io::{self, Read as _};
-use std::path::Path;
-
-use mmsim_drawing::{DrivenPath, PathPoint, Scene};
-use mmsim_fastrun::{MotionState, Planner, Trajectory, Vehicle};
+use mmsim_drawing::{DrivenPath, Scene};
+use mmsim_fastrun::{LoadVehicleError, Planner, Trajectory, Vehicle};
 use mmsim_maze::{Cell, Maze};
 use pyo3::prelude::*;
 
 use crate::error::{SearchError, io_error, value_error};
-
-/// The maximum size of a vehicle file, in bytes.
-const MAX_BYTES: u64 = 1 << 20;
-
-/// The number of points of the drawn curve for each cell that is passed.
-const POINTS_PER_CELL: f64 = 16.0;
 
 /// The fastest run of a vehicle through a maze, from rest to rest.
 #[pyclass(frozen, module = "micromouse_sim")]
@@ -28,26 +18,10 @@ pub(crate) struct FastRun {
 
 /// Returns the preset with this name, or reads a TOML file.
 pub(crate) fn vehicle(text: &str) -> PyResult<Vehicle> {
-    if let Some(vehicle) = Vehicle::preset(text) {
-        return Ok(vehicle);
-    }
-    let path = Path::new(text);
-    if path.components().count() == 1 && path.extension().is_none() && !path.exists() {
-        let names = Vehicle::PRESETS.join(", ");
-        return Err(value_error(format_args!("expected {names} or a TOML file, found {text:?}")));
-    }
-    let mut toml = String::new();
-    let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut toml));
-    let read = read.and_then(|length| {
-        let is_small = length as u64 <= MAX_BYTES;
-        if is_small { Ok(()) } else { Err(io::Error::other("larger than 1 MiB")) }
-    });
-    read.map_err(|error| {
-        io_error(error.kind(), format_args!("cannot read {}: {error}", path.display()))
-    })?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Vehicle::from_toml(&toml, &name)
-        .map_err(|error| value_error(format_args!("{}: {error}", path.display())))
+    Vehicle::load(text).map_err(|error| match &error {
+        LoadVehicleError::Read { source, .. } => io_error(source.kind(), error),
+        _ => value_error(error),
+    })
 }
 
 impl FastRun {
@@ -66,19 +40,6 @@ impl FastRun {
             let vehicle = planner.vehicle().name().into();
             Ok(Self { maze: maze.clone(), vehicle, run, trajectory })
         })
-    }
-
-    fn path(&self) -> DrivenPath {
-        let pitch = 2.0 * self.trajectory.half_cell();
-        let point = |MotionState { time, x, y, heading, speed, .. }: MotionState| PathPoint {
-            time,
-            x: x / pitch,
-            y: y / pitch,
-            heading,
-            speed,
-        };
-        let states = self.trajectory.samples_along(pitch / POINTS_PER_CELL);
-        DrivenPath::new(&self.vehicle, states.map(point).collect())
     }
 }
 
@@ -137,6 +98,8 @@ impl FastRun {
     }
 
     fn _repr_svg_(&self) -> String {
-        Scene::from_maze(&self.maze).with_paths(&[self.path()]).svg()
+        Scene::from_maze(&self.maze)
+            .with_paths(&[DrivenPath::of_run(&self.vehicle, &self.trajectory)])
+            .svg()
     }
 }

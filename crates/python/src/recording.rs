@@ -6,8 +6,8 @@ use std::sync::Arc;
 use mmsim_maze::KnownMaze;
 use mmsim_recording::{Integrity, OpenError, ReadError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
+use crate::compare::to_python;
 use crate::error::{RecordingError, io_error};
 use crate::history::{History, Place};
 use crate::maze::PyMaze;
@@ -15,9 +15,6 @@ use crate::maze::PyMaze;
 /// The states in a file.
 #[pyclass(frozen, name = "Recording", module = "micromouse_sim")]
 pub(crate) struct PyRecording {
-    info: String,
-    name: String,
-    is_complete: bool,
     recording: Arc<mmsim_recording::Recording>,
     place: Arc<Place>,
 }
@@ -33,15 +30,8 @@ pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecord
     let (info, truth) = (recording.info(), recording.maze().cloned());
     let start = info.start_pose().map_or(mmsim_maze::Cell::new(0, 0), |start| start.cell);
     let unexplored = KnownMaze::new(recording.size(), start, info.goal_cells());
-    let json = serde_json::to_string(info);
-    let (name, is_complete) = (info.name.clone(), *recording.integrity() == Integrity::Closed);
-    Ok(PyRecording {
-        info: json.map_err(|error| RecordingError::new_err(error.to_string()))?,
-        name,
-        is_complete,
-        recording: Arc::new(recording),
-        place: Arc::new(Place { unexplored, truth }),
-    })
+    let place = Arc::new(Place { unexplored, truth });
+    Ok(PyRecording { recording: Arc::new(recording), place })
 }
 
 #[pymethods]
@@ -50,7 +40,7 @@ impl PyRecording {
     #[getter]
     fn maze(&self) -> Option<PyMaze> {
         let maze = self.place.truth.clone()?;
-        Some(PyMaze { path: PathBuf::new(), name: self.name.clone(), maze })
+        Some(PyMaze { path: PathBuf::new(), name: self.recording.info().name.clone(), maze })
     }
 
     /// The states.
@@ -61,18 +51,21 @@ impl PyRecording {
 
     /// The reply of the simulator to `info`.
     #[getter]
-    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let info = py.import("json")?.call_method1("loads", (&self.info,))?;
-        Ok(info.cast_into::<PyDict>()?)
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.recording.info())
     }
 
     /// False if the recording has not been closed, or the file is damaged.
     #[getter]
     fn is_complete(&self) -> bool {
-        self.is_complete
+        *self.recording.integrity() == Integrity::Closed
     }
 
     fn __repr__(&self) -> String {
-        format!("<Recording of {:?}, {} states>", self.name, self.recording.history().len())
+        format!(
+            "<Recording of {:?}, {} states>",
+            self.recording.info().name,
+            self.recording.history().len()
+        )
     }
 }

@@ -52,35 +52,24 @@ pub(crate) fn search(
     } else {
         return Err(type_error("a Maze or a Simulator", maze));
     };
-    let place = Arc::clone(simulator.get().place());
     let max_states = limit(max_states)?.unwrap_or_else(|| strategy.max_states());
-    let found = simulate(&simulator, &place, strategy, max_states)?;
-    let Found { run, known, error, history } = found;
-    let maze = simulator.get().true_maze().clone_ref(py);
-    Ok(Search { maze, strategy, run, known, error, history: Arc::new(history), place })
-}
-
-struct Found {
-    run: SearchRun,
-    known: KnownMaze,
-    error: Option<String>,
-    history: mmsim_recording::History,
+    simulate(&simulator, strategy, max_states)
 }
 
 /// Runs a strategy in a simulator, and copies the states. Checks for signals in the meantime.
 fn simulate(
     simulator: &Bound<'_, Simulator>,
-    place: &Place,
     strategy: BundledStrategy,
     max_states: u32,
-) -> PyResult<Found> {
+) -> PyResult<Search> {
     let Link::Process(simulated) = &simulator.as_super().get().link else {
         return Err(value_error("a client cannot run a bundled strategy (use `mmsim solve`)"));
     };
+    let (py, place) = (simulator.py(), Arc::clone(simulator.get().place()));
     let unexplored = &place.unexplored;
     // A simulation that is locked here must be free of earlier failures.
-    drop(lock(simulated, simulator.py())?);
-    simulator.py().detach(|| {
+    drop(lock(simulated, py)?);
+    let (run, error, known, history) = py.detach(|| {
         let mut history = mmsim_recording::History::new(unexplored.size());
         let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
             // The lock is free again before Python code runs.
@@ -116,8 +105,10 @@ fn simulate(
             }
             Err(BrokenRun { error, .. }) => return Err(SimulatorError::new_err(error.to_string())),
         };
-        Ok(Found { run, known: mouse.map().clone(), error, history })
-    })
+        Ok((run, error, mouse.map().clone(), Arc::new(history)))
+    })?;
+    let maze = simulator.get().true_maze().clone_ref(py);
+    Ok(Search { maze, strategy, run, known, error, history, place })
 }
 
 impl Search {
@@ -127,15 +118,6 @@ impl Search {
 
     fn bounds(&self) -> PathBounds {
         PathBounds::new(&self.known)
-    }
-
-    fn last_svg(&self) -> PyResult<String> {
-        let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
-        let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
-        let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
-        let unexplored = &self.place.unexplored;
-        let map = state.map(unexplored.start().cell, *unexplored.goals());
-        Ok(draw(&state, &map, Some(self.truth())))
     }
 }
 
@@ -243,7 +225,12 @@ impl Search {
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        self.last_svg()
+        let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
+        let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
+        let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
+        let unexplored = &self.place.unexplored;
+        let map = state.map(unexplored.start().cell, *unexplored.goals());
+        Ok(draw(&state, &map, Some(self.truth())))
     }
 
     fn _repr_html_(&self) -> PyResult<String> {

@@ -63,14 +63,15 @@ def test_a_trial_is_that_of_the_command(mmsim: str, folder: Path) -> None:
     assert mm.trial(folder, noise=0.01, seed=3) == rows
     robots = mm.trial(folder, mm.ROBOTS, noise=0.01, seed=3)
     assert robots == [row for row in rows if row["table"] == "robots"]
-    [row] = mm.trial("01-harbour", {"mine": "proven"})
+    [row] = mm.trial(mm.Maze.generate(1), {"mine": "proven"})
     assert (row["row"], row["robot"], row["ending"]) == ("mine", "proven", "scored")
+    assert row["maze"] == "contest-16x16-1"
     with pytest.raises(ValueError, match="expected one of random"):
         mm.trial("01-harbour", "luck")
     with pytest.raises(ValueError, match="probability from 0 to 1"):
         mm.trial("01-harbour", noise=2.0)
     with pytest.raises(TypeError, match="expected names of robots"):
-        mm.trial("01-harbour", {"mine": flood_fill.search})  # type: ignore[dict-item]
+        mm.trial("01-harbour", {"mine": flood_fill.search})
 
 
 def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:
 
 def test_a_function_has_the_figures_of_the_states_it_reports() -> None:
     mice = {"mine": flood_fill.search, "bundled": "flood-fill"}
-    mazes = ["01-harbour", mm.Maze.generate(1), mm.Maze.generate(2, (9, 7))]
+    mazes: list[mm.Maze | str] = ["01-harbour", mm.Maze.generate(1), mm.Maze.generate(2, (9, 7))]
     rows = mm.compare(mazes, mice, vehicle="expert")
     assert [row["strategy"] for row in rows] == ["mine", "bundled"] * 3
     for mine, bundled in zip(rows[::2], rows[1::2]):
@@ -141,8 +142,10 @@ def test_faults_of_a_function_are_reported_in_its_row() -> None:
 def test_unreadable_files_are_reported(tmp_path: Path) -> None:
     mm.Maze.generate(1).save(tmp_path / "good.txt")
     (tmp_path / "bad.txt").write_text("bad")
-    with pytest.warns(UserWarning, match="skipped .*bad.txt: line 1"):
+    with pytest.warns(UserWarning, match="skipped .*bad.txt: line 1") as warned:
         assert [row["name"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
+        mm.trial(tmp_path, "swing")
+    assert [warning.filename for warning in warned] == [__file__] * 2
     with pytest.raises(mm.MazeError, match="bad.txt"):
         mm.compare(tmp_path / "bad.txt")
     with pytest.raises(FileNotFoundError):

@@ -126,6 +126,9 @@ def replay(data: dict) -> list:  # type: ignore[type-arg]
     [
         "mm.Client('tcp://127.0.0.1:1', timeout=None).ping()",
         "[mm.compare(mice=['fastest-path-search']) for _ in range(1000)]",
+        "mm.compare('01', {'mine': 'sleep 1000'}, time_limit=900.0)",
+        "[mm.trial(robots=mm.ROBOTS) for _ in range(1000)]",
+        "mm.trial('01', {'mine': 'sleep 1000'}, answer_limit=900.0)",
         "[mm.search(mm.Maze.bundled('half'), 'fastest-path-search') for _ in range(10000)]",
     ],
 )

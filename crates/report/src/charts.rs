@@ -117,7 +117,7 @@ impl ChartFrame<'_> {
 impl Comparison {
     /// Returns the charts of each measure. The first chart shows the distribution of the values in
     /// the common mazes. A scatter plot and a bar chart of the sorted differences compare each other
-    /// candidate with the [reference](Values::reference), if there is a maze in which both have a
+    /// candidate with the reference, if there is a maze in which both have a
     /// value.
     pub fn charts(&self) -> Vec<Chart> {
         (0..self.measures().len()).flat_map(|measure| self.measure_charts(measure)).collect()

@@ -240,7 +240,10 @@ fn phase_events(
     let is = |kind, condition: bool| condition.then_some(kind);
     let jump = is(EventKind::Jump, now.transition == Some(Transition::Jump));
     let phase_before = (before.states > 0).then_some(before.phase);
-    let is_at_goal = now.phase == RunPhase::AtGoal && phase_before != Some(RunPhase::AtGoal);
+    // A goal after a jump does not count.
+    let is_at_goal = now.phase == RunPhase::AtGoal
+        && phase_before != Some(RunPhase::AtGoal)
+        && now.first_jump.is_none();
     if let Some(status) = status {
         // The runs of a trial take the place of the phases.
         let is_first = phase_before.is_none_or(|phase| phase == RunPhase::Search);
@@ -327,8 +330,9 @@ o---o---o---o
             let has_status = |kind: TrialStatus| {
                 status == Some(kind) && before.as_ref().and_then(|before| before.3) != status
             };
-            let enters_goal =
-                phases.phase == RunPhase::AtGoal && old_phase != Some(RunPhase::AtGoal);
+            let enters_goal = phases.phase == RunPhase::AtGoal
+                && old_phase != Some(RunPhase::AtGoal)
+                && phases.first_jump.is_none();
             for list in &mut lists {
                 let happens = match list.kind {
                     EventKind::Goal if is_trial => {

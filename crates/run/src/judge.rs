@@ -163,6 +163,10 @@ impl Judge {
         if self.is_route_complete {
             return;
         }
+        // A run with a jump has no route.
+        if self.phases.first_jump.is_some() {
+            return self.route.clear();
+        }
         let Phases { phase, fast_runs: now, .. } = self.phases;
         let has_begun = now > fast_runs;
         if has_begun {
@@ -229,7 +233,7 @@ impl Judge {
             visited_cells: self.visited.len(),
             states: self.phases.states,
             crashes: Some(self.crashes),
-            is_complete: self.exploration.is_some(),
+            is_complete: self.exploration.is_some() && self.phases.first_jump.is_none(),
             path: self.path[..cells.min(self.path.len())].to_vec(),
             outcome: SearchOutcome {
                 known_walls: Some(known_walls),

@@ -53,7 +53,8 @@ pub struct Phases {
     pub return_run: RunFigures,
     /// The latest fast run, which may be incomplete.
     pub fast_run: RunFigures,
-    /// The complete fast run with the fewest steps or, among several, the fewest turns.
+    /// The complete fast run with the fewest steps or, among several, the fewest turns. Runs after a jump
+    /// do not count.
     pub best_run: Option<RunFigures>,
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
@@ -253,10 +254,10 @@ impl Phases {
             }
             RunPhase::Fast if is_goal => {
                 self.phase = RunPhase::AtGoal;
-                let best = self.best_run.unwrap_or(self.fast_run);
-                let cost = |run: RunFigures| (run.steps, run.turns);
-                let is_better = cost(self.fast_run) < cost(best);
-                self.best_run = Some(if is_better { self.fast_run } else { best });
+                if self.first_jump.is_none() {
+                    let runs = [self.best_run, Some(self.fast_run)].into_iter().flatten();
+                    self.best_run = runs.min_by_key(|run| (run.steps, run.turns));
+                }
             }
             RunPhase::Return if pose.cell == rules.start().cell => self.phase = RunPhase::AtStart,
             _ => {}
@@ -426,7 +427,9 @@ mod tests {
                 match end {
                     Some(end) if is_restart(&end) => start = end,
                     Some(end) => {
-                        let runs = [result.best_run, Some(result.fast_run)].into_iter().flatten();
+                        let has_jumped = jump.is_some_and(|jump| jump <= end);
+                        let new = Some(result.fast_run).filter(|_| !has_jumped);
+                        let runs = [result.best_run, new].into_iter().flatten();
                         result.best_run = runs.min_by_key(|run| (run.steps, run.turns));
                         goal = Some(end);
                         break;

@@ -17,7 +17,7 @@ use crate::run_index::RunIndex;
 pub struct TrialReport {
     /// The name of the robot.
     pub robot: Option<String>,
-    /// `run 1`, `run 2`, `scored`, `out of time` or `gave up`.
+    /// `run 1`, `run 2`, `scored`, `out of time`, `gave up` or `failed`.
     pub status: String,
     /// The first run.
     pub run_1: RunReport,

@@ -26,7 +26,7 @@ pub struct Verdict {
     pub goal_reached: bool,
     /// How the run ended.
     pub ending: Ending,
-    /// The reason why the run did not end in the goal.
+    /// The reason why the mouse did not stop by itself after it had reached the goal.
     pub error: Option<String>,
 }
 

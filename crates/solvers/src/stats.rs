@@ -9,7 +9,7 @@ use crate::strategy::Phase;
 /// The steps and turns of a search, split into the search run, the return run and the fast run.
 ///
 /// The search run ends when the mouse first enters a goal cell, even if the strategy then continues
-/// to explore. The return run lasts until the fast run begins. `Phases` in `mmsim-recording` only
+/// to explore. The return run lasts until the fast run begins. `Phases` in `mmsim-run` only
 /// knows the poses of a mouse, so there a return run ends when the mouse passes the start cell.
 ///
 /// [`Display`](fmt::Display) prints the steps of each phase, such as `24 steps` or `14 steps (search

@@ -47,7 +47,7 @@ pub(crate) struct FastRunArgs {
     vehicle: Vec<GivenVehicle>,
     /// Comma-separated list of routes to drive; may be repeated
     #[arg(long, default_value = "fastest", value_delimiter = ',', value_parser = routes())]
-    route: Vec<Option<RouteChoice>>,
+    route: Vec<&'static [RouteChoice]>,
     /// List the straights and turns of each run
     #[arg(long)]
     pub(crate) explain: bool,
@@ -84,7 +84,7 @@ impl FastRunArgs {
 
     /// Returns the selected routes, each once.
     pub(crate) fn routes(&self) -> Vec<RouteChoice> {
-        each_once(&self.route, &RouteChoice::ALL)
+        each_once(&self.route)
     }
 
     /// Returns the option that needs exactly one run, if one is given.
@@ -115,10 +115,11 @@ pub(crate) fn is_stdout(file: &Path) -> bool {
     file == Path::new("-")
 }
 
-fn routes() -> impl TypedValueParser<Value = Option<RouteChoice>> {
-    one_of(RouteChoice::ALL.into_iter().map(Some).chain([None]), |route| match route {
-        Some(route) => PossibleValue::new(route.name()).help(route.about()),
-        None => PossibleValue::new("all").help("all routes"),
+fn routes() -> impl TypedValueParser<Value = &'static [RouteChoice]> {
+    let all = &RouteChoice::ALL;
+    one_of(all.chunks(1).chain([&all[..]]), |routes| match routes {
+        [route] => PossibleValue::new(route.name()).help(route.about()),
+        _ => PossibleValue::new("all").help("all routes"),
     })
 }
 

@@ -3,10 +3,7 @@
 use std::error::Error;
 
 use clap::Args;
-use mmsim_drawing::{
-    Animation, DrivenPath, MAX_PATHS, PathPoint, PictureError, Scene, Theme, frame_times,
-};
-use mmsim_fastrun::{MotionState, Trajectory};
+use mmsim_drawing::{Animation, DrivenPath, MAX_PATHS, PictureError, Scene, Theme, frame_times};
 use mmsim_maze::Maze;
 
 use super::driven::{Driven, RunResult};
@@ -14,10 +11,6 @@ use crate::output::replace;
 use crate::render::SIDE_PX;
 use crate::render::args::{Picture, PictureFormat, parse_picture, themes, width_range};
 use crate::usage::UsageError;
-
-/// The number of points of a drawn curve for each cell, so that they are 2 mm apart in a classic
-/// maze.
-const POINTS_PER_CELL: f64 = 90.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {
@@ -71,7 +64,7 @@ impl PictureArgs {
         format: PictureFormat,
     ) -> Result<Vec<u8>, PictureError> {
         let paths: Vec<DrivenPath> =
-            runs.iter().map(|run| path(&name(run, runs), &run.trajectory)).collect();
+            runs.iter().map(|run| DrivenPath::of_run(&name(run, runs), &run.trajectory)).collect();
         let scene = Scene::from_maze(maze).with_paths(&paths).with_theme(self.theme);
         let width_px = self.width.unwrap_or_else(|| scene.width_within(SIDE_PX));
         match format {
@@ -116,41 +109,13 @@ fn shortened(text: &str, max: usize) -> String {
     }
 }
 
-/// Returns the curve of a run.
-pub(crate) fn path(name: &str, trajectory: &Trajectory) -> DrivenPath {
-    let pitch = 2.0 * trajectory.half_cell();
-    let point = |MotionState { time, x, y, heading, speed, .. }: MotionState| PathPoint {
-        time,
-        x: x / pitch,
-        y: y / pitch,
-        heading,
-        speed,
-    };
-    let states = trajectory.samples_along(pitch / POINTS_PER_CELL);
-    DrivenPath::new(name, states.map(point).collect())
-}
-
 #[cfg(test)]
 mod tests {
-    use mmsim_fastrun::{FastRun, Vehicle};
-    use mmsim_maze::Cell;
-
     use super::*;
 
     #[test]
     fn long_names_of_vehicles_leave_room_for_the_route() {
         assert_eq!(shortened("my-mouse", 8), "my-mouse");
         assert_eq!(shortened("my-mouse-2", 8), "my-mou..");
-    }
-
-    #[test]
-    fn the_path_of_a_run_has_its_duration_and_ends() {
-        let vehicle = Vehicle::expert();
-        for run in ["N 28", "N 2 45inR@1400 2 45outL@1700 2", "E 0"] {
-            let run = FastRun::parse(Cell::new(0, 0), run).unwrap();
-            let trajectory = run.drive(&vehicle).unwrap();
-            let path = path("a", &trajectory);
-            assert!((path.duration() - trajectory.duration()).abs() < 1e-12, "{run}");
-        }
     }
 }

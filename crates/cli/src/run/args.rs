@@ -24,7 +24,7 @@ simulator holds its reply to a state until the next step is due, so the mouse sh
 replies without a timeout.
 
 The exit code is that of the mouse, or 128 plus the number of the signal that killed it; 1 if the
-mouse did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
+mouse jumped, did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]

@@ -42,7 +42,7 @@ pub(crate) struct TrialArgs {
     pub(crate) mazes: Vec<PathBuf>,
     /// Bundled robot to run; may be repeated [default: champion, unless you run your own robot]
     #[arg(long, value_name = "NAME", value_parser = robots())]
-    robot: Vec<Option<BundledRobot>>,
+    robot: Vec<&'static [BundledRobot]>,
     /// Run swing step by step like the published program (with --robot swing)
     #[arg(long)]
     as_published: bool,
@@ -137,7 +137,7 @@ impl TrialArgs {
     /// Returns a usage error if an option does not match the robots or if a robot's file is missing.
     pub(crate) fn robots(&self) -> Result<Vec<TrialRobot>, UsageError> {
         let mut own = self.own_robots()?;
-        let mut robots = each_once(&self.robot, BundledRobot::ALL);
+        let mut robots = each_once(&self.robot);
         if robots.is_empty() && own.is_empty() {
             robots.push(BundledRobot::Champion);
         }
@@ -145,7 +145,7 @@ impl TrialArgs {
             let error = || UsageError::new("trial", "--as-published requires --robot swing");
             let swing = robots.iter_mut().find(|robot| **robot == BundledRobot::Swing);
             *swing.ok_or_else(error)? = BundledRobot::SwingAsPublished;
-            robots = each_once(&robots.into_iter().map(Some).collect::<Vec<_>>(), &[]);
+            robots = each_once(&[&robots]);
         }
         let settings = self.settings();
         let bundled = |robot| TrialRobot { kind: RobotKind::Bundled(robot), settings };
@@ -175,25 +175,25 @@ impl TrialArgs {
             let words = [python.into(), "-c".into(), PUBLISHED_ROBOT.into(), file.into()];
             programs.push(Program::new(&words));
         }
-        let mut own: Vec<TrialRobot> = Vec::new();
-        for program in programs {
-            let has_same_name = |other: &&TrialRobot| matches!(&other.kind, RobotKind::Own(robot) if robot.program.name == program.name);
-            let same = own.iter().filter(has_same_name).count();
+        let named = |(index, program): (usize, &Program)| {
+            let same = programs[..index].iter().filter(|other| other.name == program.name).count();
             let name = match same {
                 0 => program.name.clone(),
                 _ => format!("{} ({})", program.name, same + 1),
             };
-            let kind = RobotKind::Own(OwnRobot { name, program, answer_limit: self.answer_limit });
-            own.push(TrialRobot { kind, settings: self.settings() });
-        }
-        Ok(own)
+            let (program, answer_limit) = (program.clone(), self.answer_limit);
+            let kind = RobotKind::Own(OwnRobot { name, program, answer_limit });
+            TrialRobot { kind, settings: self.settings() }
+        };
+        Ok(programs.iter().enumerate().map(named).collect())
     }
 }
 
-fn robots() -> impl TypedValueParser<Value = Option<BundledRobot>> {
-    one_of(BundledRobot::ALL.iter().copied().map(Some).chain([None]), |robot| match robot {
-        Some(robot) => PossibleValue::new(robot.name()).help(robot.about()),
-        None => PossibleValue::new("all").help("all robots"),
+fn robots() -> impl TypedValueParser<Value = &'static [BundledRobot]> {
+    let all = BundledRobot::ALL;
+    one_of(all.chunks(1).chain([all]), |robots| match robots {
+        [robot] => PossibleValue::new(robot.name()).help(robot.about()),
+        _ => PossibleValue::new("all").help("all robots"),
     })
 }
 

@@ -77,7 +77,12 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
 fn end(result: &TrialResult) -> Outcome {
     let score = result.score().map(|score| format!("score {score}"));
     let (goal_reached, error) = (score.is_some(), result.reason().to_string());
-    let ending = if goal_reached { Ending::Finished } else { Ending::GaveUp };
+    let ending = match result.ending {
+        TrialOutcome::Scored(_) => Ending::Finished,
+        TrialOutcome::OutOfTime => Ending::StepLimit,
+        TrialOutcome::GaveUp => Ending::GaveUp,
+        TrialOutcome::Failed => Ending::Failed,
+    };
     let text = score.unwrap_or_else(|| error.clone());
     let error = Some(error).filter(|_| !goal_reached);
     Outcome { verdict: Verdict { goal_reached, ending, error }, text }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mmsim_compare::{Means, TrialJob, TrialResult, TrialRobot};
+use mmsim_compare::{Means, TrialJob, TrialResult};
 
 use crate::grid::{padded, widest};
 
@@ -49,18 +49,13 @@ impl ResultTable {
 
 /// Returns a summary line for each robot that ran in several mazes.
 pub(crate) fn summary(jobs: &[TrialJob<'_>], outcomes: &[TrialResult]) -> String {
-    let mut robots: Vec<&TrialRobot> = Vec::new();
-    for &(_, robot) in jobs {
-        if !robots.contains(&robot) {
-            robots.push(robot);
-        }
-    }
-    let summaries = robots.into_iter().filter_map(|robot| {
-        let all = jobs.iter().zip(outcomes).filter(|((_, other), _)| *other == robot);
-        let outcomes = all.map(|(_, outcome)| outcome);
-        (outcomes.clone().count() > 1).then(|| sum_up(robot.name(), outcomes))
+    // Each maze has the same robots.
+    let is_first = |(maze, _): &&TrialJob<'_>| std::ptr::eq(*maze, jobs[0].0);
+    let robots = jobs.iter().take_while(is_first).count();
+    let summaries = jobs.iter().take(robots).enumerate().map(|(index, (_, robot))| {
+        sum_up(robot.name(), outcomes.iter().skip(index).step_by(robots))
     });
-    summaries.collect()
+    summaries.filter(|_| robots < jobs.len()).collect()
 }
 
 fn sum_up<'a>(robot: &str, outcomes: impl Iterator<Item = &'a TrialResult> + Clone) -> String {

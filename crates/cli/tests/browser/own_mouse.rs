@@ -204,7 +204,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         assert!(!is_shown(browser, live, ".run [name=run]"));
         assert_eq!(act(&simulator.page, run), 409);
         click(live, "stop");
-        wait_for_result(live, "stopped; no states reported");
+        wait_for_result(live, "stopped; goal not reached, no states reported");
         assert!(is_shown(browser, live, ".run [name=run]"));
         live.set_pace("no limit");
         click(live, "run");
@@ -256,7 +256,7 @@ fn a_mouse_that_fails_is_reported() {
     let mouse = [MMSIM, "solve", "no-such-strategy"];
     with_mouse(&["--maze", "steps", "--stay"], &mouse, |browser, simulator| {
         let live = Panel::live(browser);
-        wait_for_result(live, "exited with code 2; no states reported");
+        wait_for_result(live, "exited with code 2; goal not reached, no states reported");
         assert_eq!(live.attribute(".run", "data-ending"), "failed");
         assert_eq!(simulator.info().states, 0);
     });

@@ -100,10 +100,11 @@ fn a_restart_makes_no_steps() {
             live.text(".announcement").contains("put back at the start").then_some(())
         });
         shown(4, "4", "Put back at the start once");
-        shown(5, "4", "Put back at the start once. Jumped to this cell");
+        let goal = "Goal not reached: jumped from (0, 1) to (9, 9), which no movement can reach";
+        shown(5, "4", &format!("Put back at the start once. Jumped to this cell. {goal}"));
         let events =
             "Put back at the start in this state (2 times so far). Jumped to another cell once";
-        shown(6, "4", events);
+        shown(6, "4", &format!("{events}. {goal}"));
     });
 }
 

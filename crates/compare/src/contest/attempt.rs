@@ -2,7 +2,9 @@
 
 use mmsim_fastrun::Planner;
 use mmsim_maze::Maze;
-use mmsim_run::{SearchFigures, SearchSpeed, plan, return_time, tenth_of_ms, time_at_start};
+use mmsim_run::{
+    Ending, SearchFigures, SearchSpeed, plan, return_time, tenth_of_ms, time_at_start,
+};
 use serde::Serialize;
 
 use super::rules::Rules;
@@ -42,6 +44,10 @@ pub struct Attempt {
     pub search_time_s: Option<f64>,
     /// True if the mouse was touched before its first fast run.
     pub touched: bool,
+    /// True if the mouse has reached the goal in its search.
+    pub goal_reached: bool,
+    /// How the search ended.
+    pub ending: Ending,
     /// The reason why the mouse made no fast run.
     pub error: Option<String>,
     /// The runs in order.
@@ -93,6 +99,8 @@ impl Attempt {
             score_s: scores.reduce(f64::min),
             search_time_s: performance.search_run.map(|_| tenth_of_ms(performance.search)),
             touched: performance.is_touched,
+            goal_reached: figures.goal_reached,
+            ending: figures.ending,
             error: error.filter(|_| !has_fast_run),
             runs,
         }

@@ -103,6 +103,8 @@ impl Standing {
 mod tests {
     use std::path::PathBuf;
 
+    use mmsim_run::Ending;
+
     use super::*;
 
     fn result(scores: &[(&str, Option<f64>)]) -> MazeResult {
@@ -110,8 +112,15 @@ mod tests {
         let maze = NamedMaze { path: PathBuf::from("a.txt"), name: "a".into(), maze };
         let attempt = |&(mouse, score_s): &(&str, Option<f64>)| {
             let (error, runs) = (None, Vec::new());
-            let attempt =
-                Attempt { score_s, search_time_s: Some(1.0), touched: false, error, runs };
+            let attempt = Attempt {
+                score_s,
+                search_time_s: Some(1.0),
+                touched: false,
+                goal_reached: true,
+                ending: Ending::Finished,
+                error,
+                runs,
+            };
             (mouse.to_string(), attempt)
         };
         MazeResult::new(&maze, "a", scores.iter().map(attempt).collect())

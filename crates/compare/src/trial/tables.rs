@@ -18,6 +18,7 @@ const RANDOM_TRIALS: u64 = 6;
 /// The result of a trial. The field names are JSON keys.
 #[derive(Serialize)]
 pub struct TrialRow {
+    /// The path of the maze, or its name if it has no path.
     maze: String,
     robot: String,
     ending: &'static str,
@@ -42,12 +43,12 @@ impl TrialRow {
     pub fn new(maze: &NamedMaze, robot: &TrialRobot, result: &TrialResult) -> Self {
         let TrialResult { ending, explore_steps, race_steps, race_optimum, .. } = *result;
         Self {
-            maze: maze.path.display().to_string(),
+            maze: maze.path_or_name(),
             robot: robot.name().into(),
             ending: match ending {
                 TrialOutcome::Scored(_) => "scored",
-                TrialOutcome::OutOfTime => "out of time",
-                TrialOutcome::GaveUp => "gave up",
+                TrialOutcome::OutOfTime => "out_of_time",
+                TrialOutcome::GaveUp => "gave_up",
                 TrialOutcome::Failed => "failed",
             },
             error: result.failure.clone(),

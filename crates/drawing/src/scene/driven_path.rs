@@ -1,6 +1,11 @@
 //! Curves that a mouse drives through a maze in time.
 
+use mmsim_fastrun::{MotionState, Trajectory};
+
 use crate::style::data_colours;
+
+/// The number of points of a run for each cell, so that they are 2 mm apart in a classic maze.
+const POINTS_PER_CELL: f64 = 90.0;
 
 /// The greatest distance in cells between a curve and the line that is drawn for it: 0.2 mm in a
 /// classic maze.
@@ -66,6 +71,32 @@ impl DrivenPath {
         let name = name.chars().take(Self::MAX_NAME_CHARS).collect();
         let stretches = stretches(&points, data_colours::Scale::up_to(top_speed(&points)));
         Self { name, label: None, points, stretches }
+    }
+
+    /// Creates the path of a fast run.
+    ///
+    /// ```
+    /// use mmsim_drawing::DrivenPath;
+    /// use mmsim_fastrun::{FastRun, Vehicle};
+    /// use mmsim_maze::Cell;
+    ///
+    /// let run = FastRun::parse(Cell::new(0, 0), "N 2 45inR@1400 2 45outL@1700 2")?;
+    /// let trajectory = run.drive(&Vehicle::expert())?;
+    /// let path = DrivenPath::of_run("expert", &trajectory);
+    /// assert!((path.duration() - trajectory.duration()).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_run(name: &str, trajectory: &Trajectory) -> Self {
+        let pitch = 2.0 * trajectory.half_cell();
+        let point = |MotionState { time, x, y, heading, speed, .. }: MotionState| PathPoint {
+            time,
+            x: x / pitch,
+            y: y / pitch,
+            heading,
+            speed,
+        };
+        let states = trajectory.samples_along(pitch / POINTS_PER_CELL);
+        Self::new(name, states.map(point).collect())
     }
 
     /// Creates a line of one colour from its corners: their distances to the east and to the north of

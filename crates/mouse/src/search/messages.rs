@@ -6,7 +6,7 @@ use std::sync::MutexGuard;
 
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_mms::{Environment, Response, SimulatedMouse};
-use mmsim_protocol::Request;
+use mmsim_protocol::{Annotation, Request};
 use mmsim_run::Judge;
 use mmsim_server::Simulation;
 use mmsim_zmtp::codec::ProtocolError;
@@ -166,6 +166,9 @@ impl Service for Requests {
         match Request::decode(request, self.simulation.maze().size()) {
             Ok(Request::Walls(pose)) => judge.read_walls(pose),
             Ok(Request::Reset) => self.is_reset = true,
+            Ok(Request::Annotations(list)) => {
+                self.is_reset |= list.iter().any(|one| one == Annotation::Restart);
+            }
             Ok(Request::State(state)) => {
                 if !progress.add(state.pose(), mem::take(&mut self.is_reset)) {
                     return refuse(reply, OVER);

@@ -43,8 +43,8 @@ def compare(
     """
     rows: list[dict[str, Any]] = _native.compare(
         _competition(
-            mazes, mice, max_states=max_states, vehicle=vehicle, search_speed=search_speed,
-            time_limit=time_limit,
+            _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
+            search_speed=search_speed, time_limit=time_limit,
         )
     )
     return rows
@@ -66,8 +66,8 @@ def contest(
     """
     results: dict[str, Any] = _native.compare(
         _competition(
-            mazes, mice, max_states=max_states, vehicle=vehicle, search_speed=search_speed,
-            time_limit=time_limit,
+            _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
+            search_speed=search_speed, time_limit=time_limit,
         ),
         rules,
     )
@@ -95,14 +95,12 @@ def trial(
     return _native.trial(_mazes(mazes), named, seed, noise, answer_limit)
 
 
-def _competition(
-    mazes: MazeLike | Iterable[MazeLike] | None, mice: Mice, **options: object
-) -> dict[str, object]:
+def _competition(mazes: list[Maze], mice: Mice, **options: object) -> dict[str, object]:
     named = _named(mice)
     for mouse in named.values():
         if not isinstance(mouse, str) and not callable(mouse):
             raise TypeError(f"expected a strategy or a function, found {type(mouse).__name__}")
-    return {"mazes": _mazes(mazes), "mice": list(named.items()), **options}
+    return {"mazes": mazes, "mice": list(named.items()), **options}
 
 
 def _named(mice: str | Iterable[str] | Mapping[str, Any]) -> dict[str, Any]:
@@ -121,7 +119,10 @@ def _mazes(mazes: MazeLike | Iterable[MazeLike] | None) -> list[Maze]:
         mazes = bundled_mazes()
     if isinstance(mazes, (Maze, str, os.PathLike)):
         mazes = [mazes]
-    return [maze for item in mazes for maze in _load(item)]
+    found: list[Maze] = []
+    for item in mazes:
+        found += _load(item)
+    return found
 
 
 def _load(item: MazeLike) -> list[Maze]:
@@ -130,7 +131,7 @@ def _load(item: MazeLike) -> list[Maze]:
     if os.path.isdir(item):
         mazes, errors = _native.load_folder(item)
         for error in errors:
-            warnings.warn(f"skipped {error}", stacklevel=5)
+            warnings.warn(f"skipped {error}", stacklevel=4)
         return mazes
     # A name has neither a folder nor an extension.
     is_name = isinstance(item, str) and os.path.splitext(os.path.basename(item)) == (item, "")

@@ -23,9 +23,9 @@ _ClientT = TypeVar("_ClientT", bound=Client)
 
 __all__ = [
     "Client",
-    "compare_strategies",
-    "history_row",
+    "compare",
     "load_folder",
+    "trial",
     "Connection",
     "FastRun",
     "History",
@@ -46,6 +46,7 @@ __all__ = [
 ]
 
 ROBOTS: Final[tuple[str, ...]]
+"""The names of the bundled robots of the two-run trial."""
 STRATEGIES: Final[tuple[str, ...]]
 """The names of the bundled strategies."""
 
