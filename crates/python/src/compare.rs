@@ -159,7 +159,7 @@ fn program(name: &str, text: &str, unknown: impl Display) -> PyResult<NamedMouse
     match mouse.program.missing_file() {
         None => Ok(mouse),
         Some(file) => {
-            let message = format_args!("{} does not exist", file.display());
+            let message = format!("{} does not exist", file.display());
             Err(io_error(io::ErrorKind::NotFound, message))
         }
     }
