@@ -8,7 +8,7 @@ use std::io::Write;
 use args::ContestArgs;
 use mmsim_compare::{ComparedMouse, Contest, ContestEntry, ContestRun, MazeColumns, MazeResult};
 use mmsim_maze::Escaped;
-use mmsim_run::Timing;
+use mmsim_run::{Ending, Timing};
 use serde::Serialize;
 
 use crate::inputs::Inputs;
@@ -48,6 +48,8 @@ struct EntryColumns<'a> {
     search_time_s: Option<f64>,
     runs: usize,
     touched: bool,
+    goal_reached: bool,
+    ending: Ending,
     error: Option<String>,
 }
 
@@ -71,6 +73,8 @@ fn write_csv(result: &MazeResult, csv: &mut csv::Writer<impl Write>) -> csv::Res
             search_time_s: attempt.search_time_s,
             runs: attempt.runs.len(),
             touched: attempt.touched,
+            goal_reached: attempt.goal_reached,
+            ending: attempt.ending,
             error: attempt.error.as_deref().map(escaped),
         };
         csv.serialize((&maze, columns))

@@ -14,7 +14,7 @@ use crate::connection::{KnownSimulator, ask_maze, connect};
 use crate::interrupt::Interrupt;
 use crate::local_server::{HOST, prepare};
 use crate::output::{note, own_command, warn};
-use crate::screen::{Screen, ending, pace};
+use crate::screen::{Screen, goal_text, pace};
 use crate::selection::Collection;
 use crate::usage::CommandResult;
 use args::DemoArgs;
@@ -69,13 +69,13 @@ fn search(
     let run = match result {
         Ok(run) => run,
         Err(BrokenRun { run, error: RunError::Search(error) }) => {
-            screen.finish(&mouse, &run, ending(&run), None)?;
+            screen.finish(&mouse, &run, &goal_text(&run), None)?;
             warn(format_args!("{STRATEGY}: {error}"));
             return Ok(Some(false));
         }
         Err(error) => return Err(error.into()),
     };
-    let ending = if interrupted { "interrupted" } else { ending(&run) };
-    screen.finish(&mouse, &run, ending, None)?;
+    let ending = if interrupted { "interrupted".into() } else { goal_text(&run) };
+    screen.finish(&mouse, &run, &ending, None)?;
     Ok((!interrupted).then(|| run.stats.goal_reached()))
 }

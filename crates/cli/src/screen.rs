@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use mmsim_client::SearchRun;
 use mmsim_maze::{Cell, KnownMaze, Pose, counted};
-use mmsim_run::PhaseReport;
+use mmsim_run::{Goal, PhaseReport};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
@@ -26,9 +26,9 @@ pub(crate) struct Screen {
     drawn: bool,
 }
 
-/// Returns how a search ended, as text for the summary line.
-pub(crate) fn ending(run: &SearchRun) -> &'static str {
-    if run.stats.goal_reached() { "goal reached" } else { "goal not reached" }
+/// Returns whether a search has reached the goal, as text for the summary line.
+pub(crate) fn goal_text(run: &SearchRun) -> String {
+    Goal { is_reached: run.stats.goal_reached(), error: None }.to_string()
 }
 
 /// Returns the delay after each step. For `None`, returns [`DEFAULT_PACE_MS`] if stdout is a terminal

@@ -11,7 +11,7 @@ use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
 use mmsim_compare::Exploration;
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
-use mmsim_run::{MovementRules, PhaseReport};
+use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{Mouse, Strategy, TimeBounds};
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
 use crate::retention::messages_unless;
-use crate::screen::{Screen, ending};
+use crate::screen::{Screen, goal_text};
 use crate::usage::CommandResult;
 use args::SolveArgs;
 
@@ -53,6 +53,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         Err(error) if args.json => {
             let report = SolveReport {
                 strategy: strategy.name(),
+                ending: Ending::Failed,
                 error: Some(error),
                 ..SolveReport::default()
             };
@@ -83,14 +84,25 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
     let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
     let bounds = strategy.uses_vehicle().then(|| exploration.bounds(mouse.map()));
+    // Some strategies continue after they reach the goal.
+    let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
+    let ending = match &error {
+        Some(error) if error.is_given_up() => Ending::GaveUp,
+        Some(_) => Ending::Failed,
+        None if run.states == max_steps && !is_in_goal => Ending::StepLimit,
+        None => Ending::Finished,
+    };
+    let reason = error.as_ref().map(ToString::to_string);
+    let mut verdict = Verdict::from_goal(run.stats.goal_reached(), ending, reason);
+    let has_succeeded = verdict.ending == Ending::Finished && recorded.is_ok();
     if args.json {
-        let error = error.as_ref().map(ToString::to_string).or_else(|| recorded.clone().err());
-        let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), error);
+        verdict.error = verdict.error.or_else(|| recorded.clone().err());
+        let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), verdict);
         report.fast_run = bounds.map(|bounds| FastRunReport::new(&exploration, bounds));
         print_json(&report)?;
     } else {
         if run.states > 0 {
-            screen.finish(&mouse, &run, ending(&run), times.report())?;
+            screen.finish(&mouse, &run, &goal_text(&run), times.report())?;
             if let Some(summary) = bounds.and_then(|bounds| exploration.summary(bounds)) {
                 print(&format!("{summary}\n"))?;
             }
@@ -101,15 +113,11 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     }
     match error {
         Some(error) if !args.json => Err(explain(&error).into()),
-        Some(_) => Ok(false),
-        None => {
-            // Some strategies continue after they reach the goal.
-            let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
-            let gave_up = run.states == max_steps && !is_in_goal;
-            if gave_up {
+        _ => {
+            if ending == Ending::StepLimit {
                 warn(format_args!("gave up at the limit of {max_steps} states (see --max-steps)"));
             }
-            Ok(run.stats.goal_reached() && !gave_up && recorded.is_ok())
+            Ok(has_succeeded)
         }
     }
 }
@@ -119,6 +127,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
 struct SolveReport<'a> {
     strategy: &'a str,
     goal_reached: bool,
+    ending: Ending,
     /// The steps of all phases.
     steps: u32,
     /// The quarter turns of all phases.
@@ -163,13 +172,14 @@ impl<'a> SolveReport<'a> {
         run: &SearchRun,
         mouse: &Mouse<S>,
         phases: Option<PhaseReport>,
-        error: Option<String>,
+        verdict: Verdict,
     ) -> Self {
         let Pose { cell, heading } = mouse.pose();
         let size = mouse.map().size();
         Self {
             strategy,
-            goal_reached: run.stats.goal_reached(),
+            goal_reached: verdict.goal_reached,
+            ending: verdict.ending,
             steps: run.stats.steps(),
             turns: run.stats.turns(),
             phases,
@@ -182,7 +192,7 @@ impl<'a> SolveReport<'a> {
             heading: Some(heading.letter()),
             map: Some(mouse.map().picture().to_string()),
             fast_run: None,
-            error,
+            error: verdict.error,
         }
     }
 }

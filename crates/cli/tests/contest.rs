@@ -111,7 +111,9 @@ fn csv_has_a_line_for_each_mouse_in_each_maze() {
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().collect::<Result<_, _>>().unwrap();
     assert_eq!(rows.len(), 2, "a maze with an unreachable goal has no line");
     for (row, entry) in rows.iter().zip(contest["mazes"][0]["entries"].as_array().unwrap()) {
-        for key in ["rank", "mouse", "score_s", "search_time_s", "touched"] {
+        for key in
+            ["rank", "mouse", "score_s", "search_time_s", "touched", "goal_reached", "ending"]
+        {
             let value = entry[key].as_str().map_or_else(|| entry[key].to_string(), String::from);
             assert_eq!(row[key], value, "{key}");
         }

@@ -91,6 +91,11 @@ impl RunError {
         }
     }
 
+    /// Returns true if the strategy has given up, so neither the simulator nor the mouse is at fault.
+    pub const fn is_given_up(&self) -> bool {
+        matches!(self, Self::Search(_))
+    }
+
     fn from_drive_error(error: DriveError<Self>, size: MazeSize) -> Self {
         match error {
             DriveError::Sensor(error) => error,

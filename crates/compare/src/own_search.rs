@@ -53,9 +53,7 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Verdict {
             let line = if line.is_empty() { hint } else { format!(": {line}") };
             (Ending::Failed, format!("{}{line}", exit_text(*status)))
         }
-        SearchEnd::Exited(..) | SearchEnd::Idle => {
-            (Ending::Finished, format!("exited without reaching the goal{hint}"))
-        }
+        SearchEnd::Exited(..) | SearchEnd::Idle => (Ending::Finished, hint),
         SearchEnd::TimeLimit => {
             let seconds = limits.time.as_secs_f64();
             (Ending::TimeLimit, format!("stopped after {seconds} s{hint}"))

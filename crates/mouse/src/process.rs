@@ -216,11 +216,8 @@ impl ExitCause {
             Self::NotStarted(error) => (error.clone(), Ending::Failed, 1),
             Self::Failed(error) => (format!("stopped: {error}"), Ending::Failed, 1),
         };
-        let error = match ending {
-            Ending::Finished => "exited without reaching the goal",
-            _ => &how,
-        };
-        let verdict = Verdict::new(phases, ending, Some(error.into()));
+        let error = Some(how.clone()).filter(|_| ending != Ending::Finished);
+        let verdict = Verdict::new(phases, ending, error);
         let was_started = !matches!(self, Self::NotStarted(_));
         let text = if was_started {
             let is_reached = verdict.goal_reached;

@@ -9,6 +9,7 @@ use mmsim_client::{
 };
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
+use mmsim_run::Goal;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -216,11 +217,8 @@ impl Search {
 
     fn __repr__(&self) -> String {
         let (name, strategy) = (&self.maze.get().name, self.strategy.name());
-        let ending = match &self.error {
-            Some(error) => error,
-            None if self.goal_reached() => "goal reached",
-            None => "goal not reached",
-        };
+        let goal = || Goal { is_reached: self.goal_reached(), error: None }.to_string();
+        let ending = self.error.clone().unwrap_or_else(goal);
         format!("<Search of {name:?} with {strategy}: {}, {ending}>", self.run.stats)
     }
 

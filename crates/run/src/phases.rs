@@ -36,7 +36,7 @@ use crate::movement::{MovementRules, Transition};
 pub struct Phases {
     /// The number of states.
     pub states: u32,
-    /// The pose in the newest state.
+    /// The newest valid pose.
     pub pose: Option<Pose>,
     /// The phase in which the mouse is.
     pub phase: RunPhase,
@@ -160,16 +160,16 @@ impl Phases {
             if transition == Transition::Jump {
                 self.first_jump.get_or_insert([before.cell, pose.cell]);
             }
-        } else if state == 0 && pose.cell != rules.start().cell {
+        } else if pose.cell != rules.start().cell {
             self.first_jump = Some([rules.start().cell, pose.cell]);
         }
         self.arrive(rules, pose);
     }
 
-    /// Counts a state whose pose is invalid.
+    /// Counts a state whose pose is invalid. The mouse counts as unmoved.
     pub const fn skip(&mut self) {
         self.states = self.states.saturating_add(1);
-        self.pose = None;
+        self.transition = None;
     }
 
     /// Returns true if the mouse has reached the goal.

@@ -9,7 +9,7 @@ use mmsim_solvers::{
 };
 
 use crate::figures::{SearchFigures, SearchOutcome};
-use crate::verdict::Ending;
+use crate::verdict::{Ending, Verdict};
 
 /// Searches the maze until the strategy stops or has made `max_states` decisions, and returns the
 /// figures. `clock` returns the processor time so far; the time of the search covers creating the
@@ -69,13 +69,14 @@ pub fn search<S: Strategy>(
     let ending = match &error {
         Some(DriveError::Search(_)) => Ending::GaveUp,
         Some(_) => Ending::Failed,
-        None if has_stopped && is_in_goal => Ending::Finished,
-        None if has_stopped => Ending::GaveUp,
+        None if has_stopped => Ending::Finished,
         None => Ending::StepLimit,
     };
+    let error = error.as_ref().map(ToString::to_string);
+    let verdict = Verdict::from_goal(stats.goal_reached(), ending, error);
+    let ending = verdict.ending;
     let count = u32::try_from(poses.len() + route.len() - 1).unwrap_or(u32::MAX);
-    Some(SearchFigures {
-        goal_reached: stats.goal_reached(),
+    let figures = SearchFigures {
         steps_to_goal: stats.steps_to_goal,
         steps_until_proven: steps_until_proven(maze, &poses),
         steps_in_all: stats.exploration().steps,
@@ -85,8 +86,6 @@ pub fn search<S: Strategy>(
         visited_cells: driver.mouse().map().visited().len(),
         states: count,
         time_us: Some((time.as_secs_f64() * 1e9).round() / 1e3),
-        error: error.as_ref().map(ToString::to_string),
-        ending,
         fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
         crashes: Some(0),
         is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
@@ -100,8 +99,9 @@ pub fn search<S: Strategy>(
             touches: 0,
             touches_to_goal: 0,
         },
-        times: None,
-    })
+        ..SearchFigures::default()
+    };
+    Some(figures.with_verdict(verdict))
 }
 
 #[cfg(test)]

@@ -65,25 +65,31 @@ impl Ending {
 }
 
 impl Verdict {
-    /// Returns the verdict on a mouse that did this. `ending` is [`Finished`](Ending::Finished) if the
-    /// mouse stopped by itself; then `error` is the reason for giving up. A mouse that jumped has
-    /// failed, however its run ended.
+    /// Returns the verdict on a mouse that did this. A mouse that jumped has failed, however its run
+    /// ended. See [`from_goal`](Self::from_goal).
     pub fn new(phases: &Phases, ending: Ending, error: Option<String>) -> Self {
         let goal_reached = phases.is_goal_reached();
-        let (ending, error) = match (phases.jump_error(), ending) {
-            (Some(jump), _) => (Ending::Failed, Some(jump)),
-            (None, Ending::Finished) if goal_reached => (ending, None),
-            (None, Ending::Finished) => {
-                let left = || "exited without reaching the goal".into();
-                (Ending::GaveUp, Some(error.unwrap_or_else(left)))
+        match phases.jump_error() {
+            Some(jump) => Self { goal_reached, ending: Ending::Failed, error: Some(jump) },
+            None => Self::from_goal(goal_reached, ending, error),
+        }
+    }
+
+    /// Returns the verdict on a mouse that has not jumped. `ending` is [`Finished`](Ending::Finished) if
+    /// the mouse stopped by itself. If it then has not reached the goal, it gave up, and `error` is
+    /// appended to the statement of that.
+    pub fn from_goal(goal_reached: bool, ending: Ending, error: Option<String>) -> Self {
+        let (ending, error) = match ending {
+            Ending::Finished if goal_reached => (ending, None),
+            Ending::Finished => {
+                let error = error.unwrap_or_default();
+                (Ending::GaveUp, Some(format!("exited without reaching the goal{error}")))
             }
-            (None, ending) => (ending, error),
+            ending => (ending, error),
         };
         Self { goal_reached, ending, error }
     }
-}
 
-impl Verdict {
     /// Returns the goal in words, with the reason if the mouse has not finished.
     pub fn goal(&self) -> Goal<'_> {
         Goal { is_reached: self.goal_reached, error: self.error.as_deref() }

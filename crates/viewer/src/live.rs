@@ -7,9 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use mmsim_client::{
-    BUNDLED_MOUSE_NAME, BrokenRun, Exchange, InMemory, Named, RunError, search_run,
-};
+use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Exchange, InMemory, Named, search_run};
 use mmsim_maze::{Maze, counted};
 use mmsim_mouse::{MouseControl, MouseStatus, Outcome, StartReason};
 use mmsim_protocol::ERROR_PREFIX;
@@ -170,8 +168,7 @@ fn search(
             (broken.run, Ending::Stopped, Some(how.into()))
         }
         (Err(BrokenRun { run, error }), _) => {
-            let has_given_up = matches!(error, RunError::Search(_));
-            let ending = if has_given_up { Ending::Finished } else { Ending::Failed };
+            let ending = if error.is_given_up() { Ending::GaveUp } else { Ending::Failed };
             (run, ending, Some(error.to_string()))
         }
     };
