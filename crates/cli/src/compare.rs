@@ -93,6 +93,6 @@ fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<&Vehicle>
         let mut planner = planner.borrow_mut();
         let trajectory = plan(&mut planner, maze, &figures.outcome)?;
         let trajectory = trajectory.drive(planner.vehicle()).ok()?;
-        Some(MousePath { maze, points: DrivenPath::of_run("", &trajectory).outline() })
+        Some(MousePath { maze, points: DrivenPath::from_trajectory("", &trajectory).outline() })
     })
 }

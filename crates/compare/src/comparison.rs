@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mmsim_maze::Escaped;
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
-use mmsim_run::{Ending, SearchFigures, Times, Timing};
+use mmsim_run::{Ending, SearchFigures, SearchTimes, Timing};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
@@ -23,7 +23,7 @@ pub struct SearchRow {
     pub figures: SearchFigures,
     /// The times of a vehicle, if one was given.
     #[serde(flatten)]
-    pub times: Option<Times>,
+    pub times: Option<SearchTimes>,
 }
 
 /// The maze of a row. The field names are JSON keys and CSV column names.

@@ -5,7 +5,7 @@ use mmsim_run::SearchFigures;
 /// A measure of a search in which the mouse reached the goal.
 #[derive(Clone, Copy, Debug)]
 pub struct SearchMeasure {
-    /// The JSON key, which is also that of [`SearchFigures`] or [`Times`](mmsim_run::Times).
+    /// The JSON key, which is also that of [`SearchFigures`] or [`SearchTimes`](mmsim_run::SearchTimes).
     pub(crate) key: &'static str,
     pub(crate) name: &'static str,
     pub(crate) unit: &'static str,

@@ -279,7 +279,7 @@ pub(crate) struct LastLine(Receiver<String>);
 
 impl LastLine {
     /// Reads the stderr of a mouse from now on, and copies it to another stream, if any.
-    pub(crate) fn of(
+    pub(crate) fn from_stderr(
         stderr: Option<ChildStderr>,
         copy: Option<impl Write + Send + 'static>,
     ) -> Result<Self, String> {

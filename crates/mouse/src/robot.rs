@@ -107,7 +107,7 @@ impl Running {
         let (sender, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
         spawn("stdout", move || read_lines(BufReader::new(stdout), &sender))?;
         let (stderr, stream) = (process.0.stderr.take(), shows_stderr.then(io::stderr));
-        let last_line = LastLine::of(stderr, stream)?;
+        let last_line = LastLine::from_stderr(stderr, stream)?;
         // A robot that has exited is reported when it does not answer.
         let _ = stdin.write_all(first_line.as_bytes());
         Ok(Self { process, stdin, lines, last_line })

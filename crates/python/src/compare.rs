@@ -184,7 +184,7 @@ fn run_function(
         result => result.err().map(|error| error.to_string()),
     };
     let connection = simulator.as_super().get();
-    let judge = |history: &_| Judge::of_history(&maze.get().maze, history);
+    let judge = |history: &_| Judge::from_history(&maze.get().maze, history);
     let mut judge = read_simulation(connection, py, judge)?;
     let ending = match error {
         None => Ending::Finished,
@@ -222,7 +222,7 @@ pub(crate) fn trial(
                 Ok((name, TrialRobot { kind, settings }))
             };
             let rows = robots.into_iter().map(row).collect::<PyResult<_>>()?;
-            vec![TrialTable { rows, ..TrialTable::of_robots([]) }]
+            vec![TrialTable { rows, ..TrialTable::from_robots([]) }]
         }
     };
     let mazes: Vec<NamedMaze> = mazes.iter().map(|maze| maze.get().named()).collect();

@@ -99,7 +99,7 @@ impl FastRun {
 
     fn _repr_svg_(&self) -> String {
         Scene::from_maze(&self.maze)
-            .with_paths(&[DrivenPath::of_run(&self.vehicle, &self.trajectory)])
+            .with_paths(&[DrivenPath::from_trajectory(&self.vehicle, &self.trajectory)])
             .svg()
     }
 }

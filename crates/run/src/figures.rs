@@ -3,7 +3,7 @@
 use mmsim_maze::{Cell, Walls, counted};
 use serde::Serialize;
 
-use crate::times::Times;
+use crate::times::SearchTimes;
 use crate::verdict::{Ending, Verdict};
 
 /// The statistics of a search, excluding the fast run unless stated otherwise. The field names
@@ -57,7 +57,7 @@ pub struct SearchFigures {
     pub outcome: SearchOutcome,
     /// The times of a vehicle, if one was given.
     #[serde(skip)]
-    pub times: Option<Times>,
+    pub times: Option<SearchTimes>,
 }
 
 /// What a mouse knows and where it is when it stops or begins its fast run.

@@ -252,7 +252,7 @@ impl Judge {
 impl Judge {
     /// Judges the states of a history. A client that has not read any walls through the simulator knows
     /// the walls that it claims correctly.
-    pub fn of_history(maze: &Maze, history: &mmsim_recording::History) -> Self {
+    pub fn from_history(maze: &Maze, history: &mmsim_recording::History) -> Self {
         use mmsim_recording::Block;
 
         let (mut judge, unexplored) = (Self::new(maze), KnownMaze::unexplored(maze));

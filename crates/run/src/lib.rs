@@ -52,7 +52,7 @@ pub use search::search;
 pub use search_speed::SearchSpeed;
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures};
-pub use times::{Times, Timing, loss, plan, return_time, tenth_of_ms, time_at_start};
+pub use times::{SearchTimes, Timing, loss, plan, return_time, tenth_of_ms, time_at_start};
 pub use trail::Trail;
 #[cfg(feature = "recording")]
 pub use trial_report::{TrialReport, trial_status};

@@ -11,7 +11,7 @@ use crate::search_speed::SearchSpeed;
 /// values except that of the search and the fastest run of the maze are `None` unless the mouse
 /// reached the goal and completed its search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Times {
+pub struct SearchTimes {
     /// The time of the search run and the return run, in s.
     pub search_time_s: f64,
     /// The time of the fast run from rest to rest, in s.
@@ -27,7 +27,7 @@ pub struct Times {
     pub optimal_time_s: Option<f64>,
 }
 
-impl Times {
+impl SearchTimes {
     /// Returns true if the fast run takes as little time as the fastest run of the true maze.
     pub fn is_optimal(&self) -> bool {
         self.fast_run_loss_percent == Some(0.0)
@@ -50,7 +50,7 @@ impl Timing {
         planner: &mut Planner,
         maze: &Maze,
         searches: impl Iterator<Item = &'f SearchFigures>,
-    ) -> Vec<Times> {
+    ) -> Vec<SearchTimes> {
         let optimal = self.fastest(planner, maze, maze.walls());
         let times = searches.map(|figures| {
             let search_time = self.search_speed.time(figures.steps_in_all, figures.turns);
@@ -60,7 +60,7 @@ impl Timing {
             let run = outcome.and_then(|outcome| plan(planner, maze, outcome));
             let time = run.and_then(|run| run.time(&self.vehicle).ok());
             let known_walls = outcome.and_then(|outcome| outcome.known_walls.as_ref());
-            Times {
+            SearchTimes {
                 search_time_s: tenth_of_ms(search_time),
                 fast_run_time_s: time.map(tenth_of_ms),
                 fast_run_loss_percent: time.zip(optimal).map(|(time, optimal)| loss(time, optimal)),
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::search::search;
 
-    fn times(drawing: &str, strategy: impl Strategy) -> Times {
+    fn times(drawing: &str, strategy: impl Strategy) -> SearchTimes {
         let maze: Maze = drawing.parse().unwrap();
         let figures =
             search(&maze, || strategy, 1000, || std::time::Duration::ZERO, || false).unwrap();
@@ -204,7 +204,7 @@ o---o---o---o---o---o
     #[test]
     fn there_is_no_fast_run_without_a_goal() {
         let times = times("o---o---o\n| S | G |\no---o---o\n", FloodFill::new());
-        let expected = Times {
+        let expected = SearchTimes {
             search_time_s: 0.0,
             fast_run_time_s: None,
             fast_run_loss_percent: None,

@@ -63,8 +63,10 @@ impl PictureArgs {
         runs: &[&Driven<'_>],
         format: PictureFormat,
     ) -> Result<Vec<u8>, PictureError> {
-        let paths: Vec<DrivenPath> =
-            runs.iter().map(|run| DrivenPath::of_run(&name(run, runs), &run.trajectory)).collect();
+        let paths: Vec<DrivenPath> = runs
+            .iter()
+            .map(|run| DrivenPath::from_trajectory(&name(run, runs), &run.trajectory))
+            .collect();
         let scene = Scene::from_maze(maze).with_paths(&paths).with_theme(self.theme);
         let width_px = self.width.unwrap_or_else(|| scene.width_within(SIDE_PX));
         match format {

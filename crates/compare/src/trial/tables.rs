@@ -80,7 +80,7 @@ pub struct TrialTable {
 
 impl TrialTable {
     /// Returns the table of these robots.
-    pub fn of_robots(robots: impl IntoIterator<Item = TrialRobot>) -> Self {
+    pub fn from_robots(robots: impl IntoIterator<Item = TrialRobot>) -> Self {
         let rows = robots.into_iter().map(|robot| (robot.name().to_string(), robot));
         Self { title: "Robots", key: "robots", rows: rows.collect() }
     }
@@ -115,7 +115,7 @@ impl TrialTable {
             table("Benchmarks", "benchmarks", benchmarks.collect()),
             table("Variants of swing", "variants", variants.collect()),
             table("Swing by number of key points", "key-points", key_points.collect()),
-            Self::of_robots(bundled.chain(own)),
+            Self::from_robots(bundled.chain(own)),
         ]
     }
 }

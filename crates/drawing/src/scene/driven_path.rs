@@ -82,11 +82,11 @@ impl DrivenPath {
     ///
     /// let run = FastRun::parse(Cell::new(0, 0), "N 2 45inR@1400 2 45outL@1700 2")?;
     /// let trajectory = run.drive(&Vehicle::expert())?;
-    /// let path = DrivenPath::of_run("expert", &trajectory);
+    /// let path = DrivenPath::from_trajectory("expert", &trajectory);
     /// assert!((path.duration() - trajectory.duration()).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn of_run(name: &str, trajectory: &Trajectory) -> Self {
+    pub fn from_trajectory(name: &str, trajectory: &Trajectory) -> Self {
         let pitch = 2.0 * trajectory.half_cell();
         let point = |MotionState { time, x, y, heading, speed, .. }: MotionState| PathPoint {
             time,
