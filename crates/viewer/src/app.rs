@@ -185,6 +185,21 @@ impl AppState {
         found.ok_or_else(|| source_not_found(id))
     }
 
+    /// Indexes a run up to a state that exists. If that takes long, does so as a job, which ends when the
+    /// request is cancelled.
+    pub(crate) async fn index_run(
+        &self,
+        source: &Arc<Source>,
+        run: u32,
+        at: usize,
+    ) -> ApiResult<()> {
+        if source.is_trail_long(run, at) {
+            let source = Arc::clone(source);
+            self.run_jobs.run(move |cancel| source.run_to(run, at, cancel).map(drop)).await?;
+        }
+        Ok(())
+    }
+
     /// Returns the IDs of the open recordings.
     pub(crate) fn open_recordings(&self) -> Vec<String> {
         self.recordings().by_id.keys().map(u32::to_string).collect()

@@ -180,9 +180,8 @@ async fn state_view(
     Query(StateQuery { run, at }): Query<StateQuery>,
 ) -> ApiResult<Json<StateView>> {
     let source = state.source(&id)?;
-    if at < source.states(run)? && source.is_trail_long(run, at) {
-        let source = Arc::clone(&source);
-        state.run_jobs.run(move |cancel| source.run_to(run, at, cancel).map(drop)).await?;
+    if at < source.states(run)? {
+        state.index_run(&source, run, at).await?;
     }
     run_blocking(move || Ok(Json(StateView::new(&source, run, at)?))).await
 }

@@ -114,11 +114,15 @@ pub(crate) async fn find_state(
         }
         None => Target::Steps(steps),
     };
+    let source = state.source(&id)?;
+    let states = source.states(run)?;
+    if let Some(last) = states.checked_sub(1) {
+        state.index_run(&source, run, last).await?;
+    }
     run_blocking(move || {
-        let source = state.source(&id)?;
         let index = source.index(run)?;
         let phases = |state| index.phases(state, |state| source.peek_block(run, state));
-        let found = find(target, source.states(run)?, phases)?;
+        let found = find(target, states, phases)?;
         found.map(Json).ok_or_else(|| ApiError::not_found("the run has no states"))
     })
     .await
