@@ -19,14 +19,17 @@ def test_the_verdict_is_that_of_the_command(case: dict[str, Any]) -> None:
 
     def mouse(simulator: mm.Simulator) -> None:
         empty = [[0] * maze.height] * maze.width
-        poses = [(int(pose[0]), int(pose[1]), pose[2]) for pose in case["poses"].split()]
-        for pose in poses:
+        for word in case["poses"].split():
+            if word in ("reset", "restart"):
+                getattr(simulator, word)()
+                continue
+            pose = (int(word[0]), int(word[1]), word[2])
             simulator.walls(*pose)
             simulator.state(*pose, empty, empty)
         if case["name"] == "crashes":
             raise RuntimeError("a bad day")
         while case["name"] == "hangs":
-            simulator.state(*poses[-1], empty, empty)
+            simulator.state(*pose, empty, empty)
 
     [row] = mm.compare(maze, {case["name"]: mouse}, max_states=50)
     # A function has a limit of states instead of a time limit, and raises instead of exiting.

@@ -411,6 +411,25 @@ sys.exit(int(width))
     assert!(wrong.stderr.contains("use --goal server"), "{wrong:?}");
 }
 
+#[test]
+fn a_mouse_can_reset_another_simulator() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let server = home.serve(&["small.txt", "--port", "0"]);
+    let mouse = r"
+ask('moveForward 2'), ask('turnRight'), ask('ackReset')
+ask('moveForward 2'), ask('turnRight'), ask('moveForward 3')
+";
+    let options = ["--connect", &server.address, "--goal", "server", "--json"];
+    let Some(python) = python() else { return };
+    home.write("mouse.py", PREAMBLE.to_string() + mouse);
+    let ended = home.run(&arguments(&options, &[python, "mouse.py"]));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let report = ended.json();
+    let verdict = (&report["goal_reached"], &report["ending"], &report["error"]);
+    assert_eq!(verdict, (&json!(true), &json!("finished"), &json!(null)), "{report}");
+}
+
 #[cfg(unix)]
 #[test]
 fn another_client_cannot_change_the_run_of_the_mouse() {

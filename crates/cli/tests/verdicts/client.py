@@ -1,6 +1,7 @@
 """A client that reports poses and ends in a given way: client.py POSES ENDING.
 
-POSES are separated by spaces, such as `00N 01N`. It needs no ZeroMQ library.
+POSES are separated by spaces, such as `00N 01N`. Among them, `reset` resets the simulation, and
+`restart` reports that the mouse was put back. It needs no ZeroMQ library.
 """
 import json
 import os
@@ -44,6 +45,9 @@ info = json.loads(ask(b"info"))
 cells = info["width"] * info["height"]
 ask(b"reset")
 for pose in poses.split():
+    if pose in ("reset", "restart"):
+        ask(b"reset" if pose == "reset" else b"AR")
+        continue
     x, y, heading = int(pose[0]), int(pose[1]), pose[2].encode()
     ask(b"W" + bytes([x, y]) + heading)
     ask(b"S" + bytes([x, y]) + heading + b"C" + bytes(cells) + b"C" + bytes(cells))
