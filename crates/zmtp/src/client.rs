@@ -294,13 +294,14 @@ fn is_connected(stream: &TcpStream, keepalive: Duration) -> io::Result<bool> {
     }
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
-    use super::*;
-
+    #[cfg(target_os = "linux")]
     #[test]
     fn connection_to_itself_is_refused() {
         use socket2::{Domain, Socket, Type};
+
+        use super::*;
 
         let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
         socket.bind(&"127.0.0.1:0".parse::<SocketAddr>().unwrap().into()).unwrap();

@@ -209,7 +209,7 @@ mod tests {
 
     use super::*;
     use crate::codec::handshake::{GREETING, READY};
-    use crate::testing::{Echo, Wire};
+    use crate::connection::{Echo, Wire};
 
     const CONFIG: ServerConfig = ServerConfig { max_request_bytes: 5000, ..ServerConfig::DEFAULT };
     const HANDSHAKE_TIME: Duration = CONFIG.handshake_time;

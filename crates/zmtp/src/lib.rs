@@ -86,8 +86,6 @@ mod eviction;
 mod req_connection;
 mod server;
 mod service;
-#[cfg(test)]
-mod testing;
 mod timers;
 
 pub use client::ReqClient;

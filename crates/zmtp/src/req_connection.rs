@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use crate::buffered::READ_BYTES;
     use crate::codec::{GREETING, READY, REQ_READY};
-    use crate::testing::Wire;
+    use crate::connection::Wire;
 
     const MAX_REPLY_BYTES: usize = 200_000;
     const CONFIG: ClientConfig =

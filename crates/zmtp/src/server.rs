@@ -267,8 +267,8 @@ mod tests {
 
     use super::*;
     use crate::codec::handshake::{GREETING, READY, REQ_READY};
+    use crate::connection::Echo;
     use crate::endpoint::listen;
-    use crate::testing::Echo;
 
     /// Reads all bytes until the server closes the connection. Panics if no bytes arrive for 20 s.
     fn read_to_end(mut stream: TcpStream) -> Vec<u8> {

@@ -192,13 +192,15 @@ impl Decoder {
 }
 
 #[cfg(test)]
+pub(super) use tests::events;
+
+#[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
     use crate::codec::frame::{COMMAND, push_last_frame, push_pong};
     use crate::codec::handshake::GREETING;
-    use crate::testing::events;
 
     const MAX_REQUEST_BYTES: usize = ServerConfig::DEFAULT.max_request_bytes;
     const MAX_KEPT_BYTES: usize = ServerConfig::DEFAULT.max_kept_bytes;
@@ -209,6 +211,26 @@ mod tests {
     /// Returns the bytes that a REQ peer sends for the handshake.
     fn handshake() -> Vec<u8> {
         [&GREETING[..], REQ].concat()
+    }
+
+    /// Decodes `input`. Returns the events as text. If decoding fails, the last element is the
+    /// error.
+    pub(crate) fn events(decoder: &mut Decoder, mut input: &[u8]) -> Vec<String> {
+        let mut events = Vec::new();
+        loop {
+            match decoder.decode(input) {
+                Ok((_, Event::Incomplete)) => return events,
+                Ok((consumed, event)) => {
+                    assert!(consumed > 0, "{event:?}");
+                    events.push(format!("{event:?}"));
+                    input = &input[consumed..];
+                }
+                Err(error) => {
+                    events.push(error.to_string());
+                    return events;
+                }
+            }
+        }
     }
 
     /// Decodes `input` in chunks, cycling through `lengths` for their lengths. Skips the

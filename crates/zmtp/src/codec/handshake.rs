@@ -147,8 +147,7 @@ impl Handshake {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::decoder::{Decoder, Phase};
-    use crate::testing::events;
+    use crate::codec::decoder::{Decoder, Phase, events};
 
     #[test]
     fn handshake_sends_greeting_and_ready() {
