@@ -140,7 +140,7 @@ mod tests {
     use crate::scene::Layers;
     use crate::shapes::{AGES, centre, units};
     use crate::style::colour::Theme;
-    use crate::style::colour::tests::contrast;
+    use crate::style::colour::contrast;
     use crate::style::data_colours::{colour, heat_ramp};
 
     fn maze() -> Maze {

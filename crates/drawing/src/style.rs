@@ -247,7 +247,7 @@ pub(crate) fn file_style(theme: Theme, widths: WallWidths, is_truth_alone: bool)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::style::colour::tests::contrast;
+    use crate::style::colour::contrast;
     use crate::style::data_colours::heat_ramp;
 
     #[test]

@@ -353,7 +353,7 @@ fn key(cell: Cell, heading: Heading) -> String {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use mmsim_maze::{KnownMaze, Maze, MazeSize, WallState, Walls};
 
     use super::*;

@@ -204,7 +204,7 @@ mod tests {
 
     use super::*;
     use crate::style::colour::Rgb;
-    use crate::style::colour::tests::contrast;
+    use crate::style::colour::contrast;
 
     /// A wall segment: its start, and whether it runs east (true) or south (false).
     type Piece = (i32, i32, bool);

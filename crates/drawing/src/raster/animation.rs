@@ -304,7 +304,7 @@ o---o---o---o
 
     #[test]
     fn a_race_ends_like_a_picture_of_its_end() {
-        use crate::scene::driven_path::tests::path;
+        use crate::scene::driven_path::path;
         let maze = maze();
         for (theme, names) in [(Theme::Light, &["a"][..]), (Theme::Dark, &["a", "b", "c"])] {
             let paths: Vec<_> = names.iter().map(|name| path(name)).collect();

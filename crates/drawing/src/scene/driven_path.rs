@@ -226,7 +226,10 @@ pub(crate) fn seconds(time: f64) -> String {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub(crate) use tests::path;
+
+#[cfg(test)]
+mod tests {
     use std::f64::consts::PI;
 
     use super::*;

@@ -91,7 +91,10 @@ fn srgb([l, a, b]: Lab) -> Rgb {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub(crate) use tests::contrast;
+
+#[cfg(test)]
+mod tests {
     use super::*;
 
     /// Returns the contrast ratio, from 1 to 21, as defined by the Web Content Accessibility

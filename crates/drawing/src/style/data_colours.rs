@@ -176,8 +176,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::style::colour::contrast;
     use crate::style::colour::luminance;
-    use crate::style::colour::tests::contrast;
 
     #[test]
     fn speeds_are_visible_and_get_lighter() {

@@ -201,7 +201,7 @@ mod tests {
     use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 
     use super::*;
-    use crate::scene::driven_path::tests::path;
+    use crate::scene::driven_path::path;
 
     fn maze(width: usize, height: usize) -> Maze {
         let walls = Walls::open(MazeSize::new(width, height).unwrap());

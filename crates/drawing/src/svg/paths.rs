@@ -154,7 +154,7 @@ mod tests {
 
     use super::*;
     use crate::scene::Scene;
-    use crate::scene::driven_path::tests::path;
+    use crate::scene::driven_path::path;
     use crate::shapes::units;
     use crate::style::colour::Theme;
     use crate::svg::tests::maze;
