@@ -96,10 +96,9 @@ impl Decoder {
     /// then disconnect the peer.
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         if self.handshake != Handshake::Complete {
-            let (consumed, event);
             let max_command = self.config.max_command_bytes;
-            (consumed, self.handshake, event) =
-                self.handshake.decode(input, Role::Rep, max_command)?;
+            let (consumed, next, event) = self.handshake.decode(input, Role::Rep, max_command)?;
+            self.handshake = next;
             return Ok((consumed, event));
         }
         if let Some(long) = self.long.take() {

@@ -55,9 +55,8 @@ impl ReplyDecoder {
     pub fn decode<'i>(&mut self, input: &'i [u8]) -> Result<(usize, Event<'i>), ProtocolError> {
         let (max, max_command) = (self.config.max_reply_bytes, self.config.max_command_bytes);
         if !self.is_ready() {
-            let (consumed, event);
-            (consumed, self.handshake, event) =
-                self.handshake.decode(input, Role::Req, max_command)?;
+            let (consumed, next, event) = self.handshake.decode(input, Role::Req, max_command)?;
+            self.handshake = next;
             return Ok((consumed, event));
         }
         let Some(header) = Header::read(input, max, max_command)? else {
