@@ -86,7 +86,6 @@ mod eviction;
 mod req_connection;
 mod server;
 mod service;
-mod timers;
 
 pub use client::ReqClient;
 pub use config::{ClientConfig, ConfigError, ServerConfig};
