@@ -83,7 +83,7 @@ pub(crate) enum Handshake {
 }
 
 /// The number of bytes consumed, the next state of the handshake, and the event.
-type Next<'i> = (usize, Handshake, Event<'i>);
+type HandshakeStep<'i> = (usize, Handshake, Event<'i>);
 
 impl Handshake {
     /// Decodes the next part of the handshake from the beginning of `input`. `max_command` is the
@@ -93,7 +93,7 @@ impl Handshake {
         input: &[u8],
         role: Role,
         max_command: usize,
-    ) -> Result<Next<'i>, ProtocolError> {
+    ) -> Result<HandshakeStep<'i>, ProtocolError> {
         let incomplete = Ok((0, self, Event::Incomplete));
         match self {
             Self::Signature => {

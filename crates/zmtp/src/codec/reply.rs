@@ -14,12 +14,12 @@ use crate::config::ClientConfig;
 pub struct ReplyDecoder {
     config: ClientConfig,
     handshake: Handshake,
-    stage: Stage,
+    stage: ReplyStage,
 }
 
 /// After the handshake, the part of a reply that the decoder expects next.
 #[derive(Debug, Default)]
-enum Stage {
+enum ReplyStage {
     /// The empty delimiter frame.
     #[default]
     Delimiter,
@@ -42,7 +42,7 @@ impl ReplyDecoder {
     /// Returns true if the handshake is complete and no part of a reply has been decoded since the
     /// previous reply.
     pub fn is_idle(&self) -> bool {
-        self.is_ready() && matches!(self.stage, Stage::Delimiter)
+        self.is_ready() && matches!(self.stage, ReplyStage::Delimiter)
     }
 
     /// Decodes the next event from the beginning of `input`. Returns the number of bytes consumed
@@ -65,21 +65,21 @@ impl ReplyDecoder {
         let Some(frame) = Frame::split(input, header) else { return Ok((0, Event::Incomplete)) };
         let event = match self.stage {
             _ if frame.header.is_command() => decode_command(frame.body)?,
-            Stage::Delimiter if frame.body.is_empty() && frame.header.has_more() => {
-                self.stage = Stage::Body { frames: 0, bytes: frame.whole.len() };
+            ReplyStage::Delimiter if frame.body.is_empty() && frame.header.has_more() => {
+                self.stage = ReplyStage::Body { frames: 0, bytes: frame.whole.len() };
                 Event::Ignored
             }
-            Stage::Delimiter => return Err(ProtocolError::Delimiter),
-            Stage::Body { frames, bytes } => {
+            ReplyStage::Delimiter => return Err(ProtocolError::Delimiter),
+            ReplyStage::Body { frames, bytes } => {
                 let (frames, bytes) = (frames + 1, bytes + frame.whole.len());
                 if bytes > max {
                     return Err(ProtocolError::ReplyTooLong { max });
                 }
                 if frame.header.has_more() {
-                    self.stage = Stage::Body { frames, bytes };
+                    self.stage = ReplyStage::Body { frames, bytes };
                     Event::Ignored
                 } else {
-                    self.stage = Stage::Delimiter;
+                    self.stage = ReplyStage::Delimiter;
                     Event::Message { last: frame.body.into(), frames }
                 }
             }
