@@ -5,8 +5,8 @@ use std::cmp::Reverse;
 use mmsim_maze::Escaped;
 use serde::Serialize;
 
+use crate::statistics::Values;
 use crate::summary::MeasureStatistics;
-use crate::values::Values;
 
 /// A comparison of candidates, such as mice or robots, in the same mazes.
 ///

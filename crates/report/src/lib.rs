@@ -42,18 +42,15 @@
 mod charts;
 mod comparison;
 mod html;
-mod number;
 mod statistics;
 mod summary;
 mod text;
-mod values;
 
 pub use charts::{Bar, BarChart, BarGroup, Chart};
 pub use comparison::{Candidate, Comparison, Failure, FailureReason, Measure};
 pub use html::MousePath;
-pub use statistics::{Difference, Distribution, Interval, Statistics};
+pub use statistics::{Difference, Distribution, Interval, Statistics, Values};
 pub use summary::{CandidateStatistics, MeasureStatistics};
-pub use values::Values;
 
 /// Runs the code in the README of this crate.
 #[cfg(doctest)]

@@ -4,10 +4,8 @@ use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use crate::comparison::{Comparison, Measure};
-use crate::number::NumberFormat;
-use crate::statistics::{Difference, Distribution, Interval, Statistics};
-use crate::text::shortened;
-use crate::values::Values;
+use crate::statistics::{Difference, Distribution, Interval, Statistics, Values};
+use crate::text::{NumberFormat, shortened};
 
 /// The statistics of all candidates for one measure. The field names are JSON keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]

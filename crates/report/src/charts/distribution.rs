@@ -7,10 +7,9 @@ use maud::{Markup, html};
 use super::axis::Axis;
 use super::{Chart, LINE, MARGIN, WIDTH, count, decimals, file_name, mazes};
 use crate::comparison::{Comparison, Measure};
-use crate::statistics::Distribution;
+use crate::statistics::{Distribution, Values};
 use crate::summary::MeasureStatistics;
 use crate::text::shortened;
-use crate::values::Values;
 
 /// The height of a candidate's name, box and dots.
 const ROW: f64 = 50.0;

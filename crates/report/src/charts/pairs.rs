@@ -7,8 +7,8 @@ use maud::{Markup, html};
 use super::axis::Axis;
 use super::{Chart, LINE, MARGIN, WIDTH, count, decimals, file_name, mazes, text_width};
 use crate::comparison::{Comparison, Measure};
+use crate::statistics::Values;
 use crate::text::{clean, shortened};
-use crate::values::Values;
 
 /// The top of the legend.
 const LEGEND: f64 = MARGIN + 2.0 * LINE + 6.0;

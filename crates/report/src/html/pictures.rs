@@ -5,9 +5,8 @@ use mmsim_drawing::{PATH_COLOURS, two_paths};
 
 use super::MousePath;
 use crate::comparison::{Comparison, Measure};
-use crate::number::NumberFormat;
-use crate::text::{clean, shortened};
-use crate::values::Values;
+use crate::statistics::Values;
+use crate::text::{NumberFormat, clean, shortened};
 
 /// The maximum number of mazes in which the other candidate is better.
 const MAX_LOSSES: usize = 6;

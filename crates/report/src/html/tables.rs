@@ -3,11 +3,9 @@
 use maud::{Markup, html};
 
 use crate::comparison::{Comparison, Measure};
-use crate::number::NumberFormat;
-use crate::statistics::{Difference, Distribution, Interval};
+use crate::statistics::{Difference, Distribution, Interval, Values};
 use crate::summary::MeasureStatistics;
-use crate::text::clean;
-use crate::values::Values;
+use crate::text::{NumberFormat, clean};
 
 /// Returns a table of the distributions and, if there are several candidates, a table of the
 /// differences to the reference.
