@@ -1,6 +1,5 @@
 //! Reports as HTML.
 
-mod failures;
 mod pictures;
 mod tables;
 
