@@ -130,7 +130,7 @@ impl SearchComparison {
             measures.splice(..0, TIMED_MEASURES);
             let name = Escaped(vehicle.name());
             let note = format!("Fast runs with the vehicle {name}; searches at {search_speed}.");
-            comparison = comparison.with_note(note);
+            comparison.notes.push(note);
         }
         for SearchMeasure { key, name, unit, verb, value, .. } in &measures {
             let measure = Measure::new(*key, *name, *unit).with_verb(*verb);
@@ -156,7 +156,7 @@ impl SearchComparison {
             MouseSummary::new(mouse, statistics.collect(), shortest_path, searches)
         });
         let mice: Vec<MouseSummary> = mice.collect();
-        let comparison = comparison.with_overview(MouseSummary::rows(&mice));
+        comparison.overview = MouseSummary::rows(&mice);
         Self { comparison: comparison.with_limiting_candidate(), measures, statistics, mice }
     }
 }

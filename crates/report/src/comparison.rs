@@ -25,10 +25,16 @@ use crate::summary::MeasureStatistics;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    title: String,
-    notes: Vec<String>,
-    overview: Vec<Vec<String>>,
-    pictures_caption: String,
+    /// The title.
+    pub title: String,
+    /// Paragraphs for the reader of a report, for example where the mazes come from.
+    pub notes: Vec<String>,
+    /// A table for the beginning of a report, for example with the number of mazes in which each
+    /// candidate succeeded. The first row is the header, and the first column contains the names of
+    /// the candidates. Without rows, there is no table.
+    pub overview: Vec<Vec<String>>,
+    /// Sentences that state which paths the pictures of a report show, or an empty string.
+    pub pictures_caption: String,
     candidates: Vec<Candidate>,
     mazes: Vec<String>,
     measures: Vec<(Measure, Values)>,
@@ -153,12 +159,6 @@ impl Comparison {
         self
     }
 
-    /// Adds a paragraph for the reader of a report, for example where the mazes come from.
-    pub fn with_note(mut self, note: impl Into<String>) -> Self {
-        self.notes.push(note.into());
-        self
-    }
-
     /// Adds a note that names the candidate without which the means of the first measure would cover
     /// at least twice as many mazes, if there is such a candidate.
     ///
@@ -171,11 +171,11 @@ impl Comparison {
     ///         (mouse < 2 || maze == 0).then_some(7.0)
     ///     })
     ///     .with_limiting_candidate();
-    /// assert_eq!(comparison.notes(), ["Without c, the means would cover 3 mazes instead of 1."]);
+    /// assert_eq!(comparison.notes, ["Without c, the means would cover 3 mazes instead of 1."]);
     /// ```
-    pub fn with_limiting_candidate(self) -> Self {
-        let note = self.limiting_candidate();
-        note.into_iter().fold(self, Self::with_note)
+    pub fn with_limiting_candidate(mut self) -> Self {
+        self.notes.extend(self.limiting_candidate());
+        self
     }
 
     fn limiting_candidate(&self) -> Option<String> {
@@ -196,38 +196,10 @@ impl Comparison {
         })
     }
 
-    /// Sets a table for the beginning of a report, for example with the number of mazes in which each
-    /// candidate succeeded. The first row is the header, and the first column contains the names of
-    /// the candidates.
-    pub fn with_overview(mut self, rows: Vec<Vec<String>>) -> Self {
-        self.overview = rows;
-        self
-    }
-
     /// Sets the sentences that state which paths the pictures of a report show.
     pub fn with_pictures_caption(mut self, caption: impl Into<String>) -> Self {
         self.pictures_caption = caption.into();
         self
-    }
-
-    /// Returns the title.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
-    /// Returns the paragraphs for the reader of a report.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
-    }
-
-    /// Returns the table for the beginning of a report, or no rows.
-    pub fn overview(&self) -> &[Vec<String>] {
-        &self.overview
-    }
-
-    /// Returns the sentences that state which paths the pictures of a report show, or an empty string.
-    pub fn pictures_caption(&self) -> &str {
-        &self.pictures_caption
     }
 
     /// Returns the candidates.

@@ -72,7 +72,7 @@ impl Comparison {
                 head {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width,initial-scale=1";
-                    title { (clean(self.title())) }
+                    title { (clean(&self.title)) }
                     style { (PreEscaped(STYLE)) (PreEscaped(CHART_STYLE)) }
                 }
                 body {
@@ -97,8 +97,8 @@ impl Comparison {
         let described = self.candidates().iter().filter(|one| !one.description.is_empty());
         let described: Vec<&Candidate> = described.collect();
         html! {
-            h1 { (clean(self.title())) }
-            @for note in self.notes() { p { (clean(note)) } }
+            h1 { (clean(&self.title)) }
+            @for note in &self.notes { p { (clean(note)) } }
             @if let Some(first) = statistics.first() { (sentences(first)) }
             (self.overview_table())
             @if !described.is_empty() {
@@ -117,7 +117,7 @@ impl Comparison {
     }
 
     fn overview_table(&self) -> Markup {
-        let Some((head, rows)) = self.overview().split_first() else { return html! {} };
+        let Some((head, rows)) = self.overview.split_first() else { return html! {} };
         let head = html! { @for cell in head { th { (clean(cell)) } } };
         let rows = html! {
             @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
@@ -228,8 +228,7 @@ mod tests {
             let is_solved = one != 2 && (one + maze) % 4 != 3;
             is_solved.then(|| factor * crate::charts::count(40 + (7 * maze + 11 * one) % 29))
         };
-        Comparison::new("Mice & <mazes>", candidates, mazes)
-            .with_note("Made-up \u{1b} values")
+        let mut comparison = Comparison::new("Mice & <mazes>", candidates, mazes)
             .with_measure(Measure::new("steps", "steps to the goal", "steps"), |one, maze| {
                 value(one, maze, 1.0)
             })
@@ -237,7 +236,9 @@ mod tests {
             .with_measure(Measure::new("time_us", "processor time", "µs"), |one, maze| {
                 value(one, maze, 1.0 / 3.0)
             })
-            .with_failures(|one, maze| value(one, maze, 1.0).is_none().then(|| "crashed".into()))
+            .with_failures(|one, maze| value(one, maze, 1.0).is_none().then(|| "crashed".into()));
+        comparison.notes.push("Made-up \u{1b} values".into());
+        comparison
     }
 
     const NAMES: [&str; 4] = ["mine", "<script>alert(1)</script>", "]]>\u{0}", "\" onload=\"x"];

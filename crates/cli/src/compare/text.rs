@@ -15,9 +15,9 @@ pub(super) fn text(report: &SearchComparison) -> String {
         };
         format!("{}{}{differences}\n", aligned(&statistics.table()), statistics.caption())
     });
-    let notes = report.comparison.notes().iter().map(|note| format!("{note}\n"));
+    let notes = report.comparison.notes.iter().map(|note| format!("{note}\n"));
     let failures = (0..report.mice.len()).filter_map(|mouse| failures(report, mouse));
-    let overview = aligned(report.comparison.overview());
+    let overview = aligned(&report.comparison.overview);
     [overview].into_iter().chain(notes).chain(tables).chain(failures).collect::<Vec<_>>().join("\n")
 }
 

@@ -47,7 +47,7 @@ impl Comparison {
                 section class="pictures" {
                     h2 { "Mazes with the largest differences in " (clean(&measure.name)) }
                     p class="quiet" {
-                        (clean(self.pictures_caption()))
+                        (clean(&self.pictures_caption))
                         " A ring marks the start of a path, and a disc marks its end."
                     }
                     @for (index, gallery) in galleries.iter().enumerate() {

@@ -179,13 +179,13 @@ impl Comparison {
             (mazes.len(), shortened(text, 300), self.examples(mazes))
         });
         html! {
-            @for (index, (count, reason, examples)) in listed.chain(others).enumerate() {
+            @for (index, (mazes, reason, examples)) in listed.chain(others).enumerate() {
                 tr {
                     @if index == 0 {
                         th { (clean(candidate)) }
-                        td { data class="failures" value=(total) { (total) } }
+                        td { (count("failures", total)) }
                     } @else { th {} td {} }
-                    td { (count) }
+                    td { (mazes) }
                     td class="text" { (reason) }
                     td class="text" { (examples) }
                 }
