@@ -1,13 +1,13 @@
 //! The control of a mouse: why its runs start, stop and end, and its orders from other threads.
 
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use mmsim_run::Verdict;
 use serde::Serialize;
 
-use crate::lock;
 use crate::throttle::{Next, Pace, Throttle};
+use crate::{lock, wait_while};
 
 /// The user's own mouse, which the program that serves the page can run again and again.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -203,17 +203,6 @@ impl MouseControl {
         changed
     }
 
-    /// Waits while a condition holds, but at most for the given time.
-    fn wait_while<'s>(
-        &self,
-        state: MutexGuard<'s, ControlState>,
-        timeout: Duration,
-        condition: impl FnMut(&mut ControlState) -> bool,
-    ) -> MutexGuard<'s, ControlState> {
-        let waited = self.changed.wait_timeout_while(state, timeout, condition);
-        waited.unwrap_or_else(PoisonError::into_inner).0
-    }
-
     /// Blocks the mouse until it may take its next step. Returns true if the mouse must stop instead,
     /// or if its run has ended.
     pub fn wait_for_step(&self) -> bool {
@@ -253,8 +242,7 @@ impl MouseControl {
             !state.is_closed
                 && if state.may_start() { state.requested.is_none() && stays } else { true }
         };
-        let waited = self.changed.wait_while(lock(&self.state), is_idle);
-        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        let mut state = wait_while(&self.changed, lock(&self.state), Duration::MAX, is_idle);
         if state.is_closed {
             return None;
         }
@@ -306,7 +294,7 @@ impl MouseControl {
         if !timeout.is_zero() {
             let time_left = state.throttle.time_left(Instant::now());
             let timeout = time_left.map_or(timeout, |left| left.min(timeout));
-            state = self.wait_while(state, timeout, |state| state.stop.is_none());
+            state = wait_while(&self.changed, state, timeout, |state| state.stop.is_none());
         }
         let time_left = state.throttle.time_left(Instant::now());
         let is_over = time_left.is_some_and(|left| left.is_zero());
@@ -396,7 +384,7 @@ impl MouseControl {
     /// Waits until the run with this number has ended, but at most for the given time.
     pub fn wait_for_end(&self, run: u64, timeout: Duration) {
         let is_running = |state: &mut ControlState| state.runs == run && state.is_running();
-        drop(self.wait_while(lock(&self.state), timeout, is_running));
+        drop(wait_while(&self.changed, lock(&self.state), timeout, is_running));
     }
 
     /// Returns the status of the most recently started mouse.
@@ -416,7 +404,7 @@ impl MouseControl {
             state.is_running()
         });
         let is_busy = |state: &mut ControlState| state.is_held || state.is_running();
-        let mut state = self.wait_while(lock(&self.state), timeout, is_busy);
+        let mut state = wait_while(&self.changed, lock(&self.state), timeout, is_busy);
         if is_busy(&mut state) {
             // The maze does not change.
             state.holds -= 1;

@@ -30,7 +30,8 @@ mod session;
 mod simulator;
 mod throttle;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
 pub use gateway::{Gateway, Progress};
@@ -51,6 +52,17 @@ pub const ENDPOINT_PLACEHOLDER: &str = "{endpoint}";
 /// Locks a mutex, also after another thread has panicked.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Waits while a condition holds, but at most for the given time.
+fn wait_while<'s, T>(
+    changed: &Condvar,
+    state: MutexGuard<'s, T>,
+    timeout: Duration,
+    condition: impl FnMut(&mut T) -> bool,
+) -> MutexGuard<'s, T> {
+    let waited = changed.wait_timeout_while(state, timeout, condition);
+    waited.unwrap_or_else(PoisonError::into_inner).0
 }
 
 /// Compiles and runs the example in the README of this crate.

@@ -8,15 +8,15 @@ use std::os::fd::OwnedFd as Handle;
 #[cfg(windows)]
 use std::os::windows::io::OwnedHandle as Handle;
 use std::process::ChildStderr;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
 use anstream::adapter::strip_str;
 use mmsim_maze::{counted, needs_escape};
 use mmsim_protocol::MAX_LOG_BYTES;
 
-use crate::lock;
 use crate::process::{cut, spawn};
+use crate::{lock, wait_while};
 
 /// The capacity of a pipe. One read of this size returns everything that a pipe contains.
 const PIPE_BYTES: usize = 1 << 16;
@@ -54,7 +54,8 @@ impl MouseLog {
     pub(crate) fn take(&self) -> Vec<String> {
         let lines = self.lock();
         let reads = lines.reads;
-        self.wait_while(lines, |lines| lines.reads == reads && lines.is_behind()).take()
+        let is_late = |lines: &mut Lines| lines.reads == reads && lines.is_behind();
+        wait_while(&self.0.1, lines, MAX_DELAY, is_late).take()
     }
 
     /// Returns true if there are no lines to take.
@@ -66,7 +67,7 @@ impl MouseLog {
     /// Waits until the stderr of the mouse is closed. If the mouse has started a process that keeps
     /// its stderr open, waits for a short time.
     pub(crate) fn wait_for_end(&self) {
-        drop(self.wait_while(self.lock(), |lines| lines.pipe.is_some()));
+        drop(wait_while(&self.0.1, self.lock(), MAX_DELAY, |lines| lines.pipe.is_some()));
     }
 
     fn copy(&self, pipe: &File, terminal: &mut impl Write) {
@@ -100,15 +101,6 @@ impl MouseLog {
 
     fn lock(&self) -> MutexGuard<'_, Lines> {
         lock(&self.0.0)
-    }
-
-    fn wait_while<'l>(
-        &'l self,
-        lines: MutexGuard<'l, Lines>,
-        condition: impl Fn(&Lines) -> bool,
-    ) -> MutexGuard<'l, Lines> {
-        let waited = self.0.1.wait_timeout_while(lines, MAX_DELAY, |lines| condition(lines));
-        waited.unwrap_or_else(PoisonError::into_inner).0
     }
 }
 
