@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 use std::{env, iter, thread};
@@ -278,13 +278,15 @@ pub(crate) const fn signal(_: ExitStatus) -> Option<i32> {
 pub(crate) struct LastLine(Receiver<String>);
 
 impl LastLine {
-    /// Reads the stderr of a mouse from now on, and copies it to another stream, if any.
-    pub(crate) fn from_stderr(
-        stderr: Option<ChildStderr>,
-        copy: Option<impl Write + Send + 'static>,
+    /// Reads the stderr of a mouse from now on. If `is_copied` is true, copies it to the stderr of this
+    /// process.
+    pub(crate) fn from_process(
+        process: &mut MouseProcess,
+        is_copied: bool,
     ) -> Result<Self, String> {
         let (sender, line) = mpsc::channel();
-        if let Some(stderr) = stderr {
+        if let Some(stderr) = process.0.stderr.take() {
+            let copy = is_copied.then(io::stderr);
             spawn("stderr", move || {
                 // Nobody may be interested in it.
                 let _ = sender.send(read_last_line(stderr, copy));

@@ -1,6 +1,6 @@
 //! Runs a robot of the user in another process.
 
-use std::io::{self, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::process::{ChildStdin, Stdio};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -11,7 +11,7 @@ use mmsim_maze::KnownMaze;
 use mmsim_mms::excerpt;
 use mmsim_trial::{Action, Robot};
 
-use crate::commands::{Line, MAX_LINE_BYTES, read_lines};
+use crate::commands::{InvalidLine, Line, read_lines};
 use crate::process::{LastLine, MouseProcess, Program, exit_text, no_status, spawn};
 
 /// The interval between checks for Ctrl-C.
@@ -106,8 +106,7 @@ impl Running {
             MouseProcess::start_piped(command.stderr(Stdio::piped()))?;
         let (sender, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
         spawn("stdout", move || read_lines(BufReader::new(stdout), &sender))?;
-        let (stderr, stream) = (process.0.stderr.take(), shows_stderr.then(io::stderr));
-        let last_line = LastLine::from_stderr(stderr, stream)?;
+        let last_line = LastLine::from_process(&mut process, shows_stderr)?;
         // A robot that has exited is reported when it does not answer.
         let _ = stdin.write_all(first_line.as_bytes());
         Ok(Self { process, stdin, lines, last_line })
@@ -154,12 +153,7 @@ fn parse(line: &Line) -> Result<Action, String> {
     let line = match line {
         // The last line may lack its newline.
         Line::Whole(line) | Line::Unfinished(line) => line.trim_ascii(),
-        Line::TooLong(start) => {
-            let start = excerpt(start);
-            return Err(format!(
-                "expected at most {MAX_LINE_BYTES} bytes, found a longer line that starts with {start}"
-            ));
-        }
+        Line::TooLong(start) => return Err(InvalidLine::TooLong(start).to_string()),
     };
     let text = str::from_utf8(line).unwrap_or_default();
     if text.eq_ignore_ascii_case("reset") {

@@ -118,7 +118,7 @@ impl Running {
         command.env(ENDPOINT_VARIABLE, endpoint.address()).stderr(Stdio::piped());
         let started = Instant::now();
         let (mut process, stdin, stdout) = MouseProcess::start_piped(&mut command)?;
-        let last_line = LastLine::from_stderr(process.0.stderr.take(), None::<io::Sink>)?;
+        let last_line = LastLine::from_process(&mut process, false)?;
         let (maze, progress) = (maze.clone(), Arc::clone(progress));
         spawn("stdout", move || messages::execute_commands(stdout, stdin, &maze, &progress))?;
         Ok(Self { process, last_line, started, endpoint })
