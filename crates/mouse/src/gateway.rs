@@ -117,10 +117,9 @@ impl Tracker {
         self.progress.requests += 1;
         if reply.starts_with(ERROR_PREFIX.as_bytes()) {
             self.progress.refused += 1;
-        } else if request == b"reset" {
-            self.is_reset = true;
         } else {
             match Request::decode(request, *size) {
+                Ok(Request::Reset) => self.is_reset = true,
                 Ok(Request::State(state)) => {
                     let is_restart = mem::take(&mut self.is_reset);
                     self.progress.phases.add(rules, state.pose(), is_restart);

@@ -128,6 +128,15 @@ impl<'a, T: Transport> Simulator<'a, T> {
         self.has_changes = false;
         Ok(())
     }
+
+    /// Sends the state of a mouse that has moved or was put back at the start, and waits until it may
+    /// go on.
+    fn show_move(&mut self, mouse: &SimulatedMouse, is_restart: bool) -> Result<(), ExitCause> {
+        let lines = self.take_lines();
+        self.send(mouse, &lines)?;
+        self.phases.add(&self.rules, mouse.pose(), is_restart);
+        if self.control.wait_for_step() { ExitCause::check(self.control) } else { Ok(()) }
+    }
 }
 
 impl<T: Transport> Environment for Simulator<'_, T> {
@@ -154,17 +163,6 @@ impl<T: Transport> Environment for Simulator<'_, T> {
     fn on_restart(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
         self.is_restart = true;
         self.show_move(mouse, true)
-    }
-}
-
-impl<T: Transport> Simulator<'_, T> {
-    /// Sends the state of a mouse that has moved or was put back at the start, and waits until it may
-    /// go on.
-    fn show_move(&mut self, mouse: &SimulatedMouse, is_restart: bool) -> Result<(), ExitCause> {
-        let lines = self.take_lines();
-        self.send(mouse, &lines)?;
-        self.phases.add(&self.rules, mouse.pose(), is_restart);
-        if self.control.wait_for_step() { ExitCause::check(self.control) } else { Ok(()) }
     }
 }
 
