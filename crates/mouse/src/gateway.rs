@@ -36,11 +36,11 @@ pub struct Progress {
 /// An endpoint for the mouse, which is served by a separate thread.
 pub struct Gateway {
     endpoint: Endpoint,
-    simulator: Arc<Simulator>,
+    state: Arc<GatewayState>,
 }
 
-/// The simulator behind a gateway.
-struct Simulator {
+/// The simulator behind a gateway, the control of its mouse, and the progress of the mouse.
+struct GatewayState {
     monitor: Monitor,
     control: Arc<MouseControl>,
     tracker: Mutex<Tracker>,
@@ -65,9 +65,9 @@ impl Gateway {
         monitor: Monitor,
         control: Arc<MouseControl>,
     ) -> io::Result<Self> {
-        let simulator = Arc::new(Simulator { monitor, control, tracker: Mutex::default() });
-        let forwarder = Forwarder { simulator: Arc::clone(&simulator), others: BTreeSet::new() };
-        Ok(Self { endpoint: Endpoint::start(listener, forwarder)?, simulator })
+        let state = Arc::new(GatewayState { monitor, control, tracker: Mutex::default() });
+        let forwarder = Forwarder { state: Arc::clone(&state), others: BTreeSet::new() };
+        Ok(Self { endpoint: Endpoint::start(listener, forwarder)?, state })
     }
 
     /// Returns the address for the mouse, such as `tcp://127.0.0.1:6574`.
@@ -80,9 +80,9 @@ impl Gateway {
     /// # Errors
     /// Returns an error if the simulator has stopped.
     pub fn begin_run(&self) -> Result<(), MonitorError> {
-        let Simulator { monitor, tracker, .. } = &*self.simulator;
+        let GatewayState { monitor, tracker, .. } = &*self.state;
         monitor.answer(None, b"reset", 1)?;
-        self.simulator.name_mouse()?;
+        self.state.name_mouse()?;
         let maze = monitor.served()?.maze;
         let maze = Some((maze.size(), MovementRules::from_maze(&maze)));
         *lock(tracker) = Tracker { maze, ..Tracker::default() };
@@ -91,11 +91,11 @@ impl Gateway {
 
     /// Returns what the mouse has sent so far.
     pub fn progress(&self) -> Progress {
-        lock(&self.simulator.tracker).progress
+        lock(&self.state.tracker).progress
     }
 }
 
-impl Simulator {
+impl GatewayState {
     /// Adds the name of the mouse to its next state. The mouse may send another name.
     fn name_mouse(&self) -> Result<(), MonitorError> {
         let mut buffer = [0; MAX_NAME_BYTES + 16];
@@ -135,7 +135,7 @@ impl Tracker {
 
 /// Forwards the requests of the mouse. Other clients may use the address between two runs.
 struct Forwarder {
-    simulator: Arc<Simulator>,
+    state: Arc<GatewayState>,
     /// The connected clients that have used the address between two runs, and so are not the mouse.
     others: BTreeSet<ClientId>,
 }
@@ -149,7 +149,7 @@ impl Forwarder {
         frames: usize,
         reply: &mut Vec<u8>,
     ) -> Result<bool, Box<dyn std::error::Error>> {
-        let Simulator { monitor, control, tracker } = &*self.simulator;
+        let GatewayState { monitor, control, tracker } = &*self.state;
         let run = control.runs();
         if !control.is_own_running() {
             self.others.insert(client);
@@ -171,7 +171,7 @@ impl Forwarder {
         }
         if is_own && reply == b"ok" {
             if request == b"reset" {
-                self.simulator.name_mouse()?;
+                self.state.name_mouse()?;
             } else if request.first() == Some(&b'S') && control.wait_for_step() {
                 control.wait_for_end(run, MAX_KILL_TIME);
             }
@@ -195,7 +195,7 @@ impl Service for Forwarder {
     fn disconnected(&mut self, client: ClientId) {
         self.others.remove(&client);
         // A server that has stopped has no clients.
-        let _ = self.simulator.monitor.disconnect(client);
+        let _ = self.state.monitor.disconnect(client);
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {

@@ -31,12 +31,12 @@ pub type StopCheck = Arc<dyn Fn() -> bool + Send + Sync>;
 /// The first line describes the maze. Each further line contains the readings of the three sensors,
 /// and the robot answers it with a rotation and a movement, or with `reset`.
 pub struct RobotProcess {
-    state: Result<Running, String>,
+    state: Result<RunningRobot, String>,
     limit: Duration,
     must_stop: StopCheck,
 }
 
-struct Running {
+struct RunningRobot {
     process: MouseProcess,
     stdin: ChildStdin,
     lines: Receiver<Line>,
@@ -54,7 +54,7 @@ impl RobotProcess {
         must_stop: StopCheck,
         shows_stderr: bool,
     ) -> Self {
-        let state = Running::start(program, &first_line(unexplored), shows_stderr);
+        let state = RunningRobot::start(program, &first_line(unexplored), shows_stderr);
         Self { state, limit, must_stop }
     }
 
@@ -99,7 +99,7 @@ impl Robot for RobotProcess {
     }
 }
 
-impl Running {
+impl RunningRobot {
     fn start(program: &Program, first_line: &str, shows_stderr: bool) -> Result<Self, String> {
         let mut command = program.command();
         let (mut process, mut stdin, stdout) =

@@ -17,7 +17,7 @@ use mmsim_server::{Simulation, listen};
 pub use self::messages::MAX_INVALID_BYTES;
 use self::messages::Requests;
 pub use self::progress::{MouseKind, SearchEnd};
-use self::progress::{Progress, SharedProgress};
+use self::progress::{SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
 use crate::process::{LastLine, MouseProcess, Program, no_status, spawn};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
@@ -71,10 +71,10 @@ pub fn search(
     must_stop: &dyn Fn() -> bool,
 ) -> SearchReport {
     let (wake, woken) = mpsc::channel();
-    let progress = Arc::new(Mutex::new(Progress::new(Judge::new(maze), limits.states, wake)));
-    let end = Running::start(program, maze, &progress).map(|mut running| {
+    let progress = Arc::new(Mutex::new(SearchProgress::new(Judge::new(maze), limits.states, wake)));
+    let end = RunningMouse::start(program, maze, &progress).map(|mut running| {
         let mut end = running.wait(limits, &progress, &woken, release, must_stop);
-        let Running { process, last_line, endpoint, .. } = running;
+        let RunningMouse { process, last_line, endpoint, .. } = running;
         // Killing the process and its child processes ends their output.
         drop(process);
         if let SearchEnd::Exited(status, line) = &mut end {
@@ -102,14 +102,14 @@ fn serve(maze: &Maze, progress: &SharedProgress) -> io::Result<Endpoint> {
 }
 
 /// A running mouse and what it needs.
-struct Running {
+struct RunningMouse {
     process: MouseProcess,
     last_line: LastLine,
     started: Instant,
     endpoint: Endpoint,
 }
 
-impl Running {
+impl RunningMouse {
     fn start(program: &Program, maze: &Maze, progress: &SharedProgress) -> Result<Self, String> {
         let endpoint = serve(maze, progress)
             .map_err(|error| format!("cannot listen for the mouse: {error}"))?;
@@ -193,7 +193,7 @@ mod tests {
 
     fn start(max_states: u32) -> (Maze, SharedProgress, Receiver<()>) {
         let ((wake, woken), maze) = (mpsc::channel(), MAZE.parse().unwrap());
-        let progress = Progress::new(Judge::new(&maze), max_states, wake);
+        let progress = SearchProgress::new(Judge::new(&maze), max_states, wake);
         (maze, Arc::new(Mutex::new(progress)), woken)
     }
 

@@ -92,12 +92,12 @@ impl Session<'_> {
     ) -> (ExitCause, u64, u64) {
         let (lines, invalid_lines) = (0, InvalidLines::default());
         let mut commands =
-            Commands { session: self, simulator, pipes, lines, crashes: 0, invalid_lines };
+            SessionCommands { session: self, simulator, pipes, lines, crashes: 0, invalid_lines };
         let executed = match commands.simulator.update(mouse) {
             Ok(()) => execute_all(mouse, &mut commands),
             Err(cause) => Err(cause),
         };
-        let Commands { simulator, mut pipes, crashes, invalid_lines, .. } = commands;
+        let SessionCommands { simulator, mut pipes, crashes, invalid_lines, .. } = commands;
         let mut cause = match executed {
             Ok(()) => {
                 // Closes the stdin of the mouse after all replies have been written.
@@ -124,7 +124,7 @@ impl Session<'_> {
 }
 
 /// The commands of a running mouse, which change its simulator.
-struct Commands<'a, 's, T> {
+struct SessionCommands<'a, 's, T> {
     session: &'a Session<'a>,
     simulator: &'a mut Simulator<'s, T>,
     pipes: Pipes,
@@ -133,7 +133,7 @@ struct Commands<'a, 's, T> {
     invalid_lines: InvalidLines,
 }
 
-impl<T: Transport> Commands<'_, '_, T> {
+impl<T: Transport> SessionCommands<'_, '_, T> {
     /// Reports an incomplete or invalid line, because the mouse may be waiting for a reply to it.
     fn explain_silence(&mut self, incomplete: &[u8]) {
         if !incomplete.is_empty() {
@@ -151,7 +151,7 @@ impl<T: Transport> Commands<'_, '_, T> {
     }
 }
 
-impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for Commands<'_, 's, T> {
+impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, 's, T> {
     fn environment(&mut self) -> &mut Simulator<'s, T> {
         self.simulator
     }

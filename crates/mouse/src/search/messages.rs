@@ -12,7 +12,7 @@ use mmsim_server::Simulation;
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{ClientId, Service};
 
-use super::progress::{MouseKind, Progress, SearchEnd, SharedProgress};
+use super::progress::{MouseKind, SearchEnd, SearchProgress, SharedProgress};
 use crate::commands::{CommandSource, InvalidLine, Line, execute_all, read_line};
 use crate::endpoint::refuse;
 use crate::lock;
@@ -30,7 +30,7 @@ pub(super) fn execute_commands(
     progress: &SharedProgress,
 ) {
     let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals());
-    let mut commands = Commands {
+    let mut commands = SearchCommands {
         locked: None,
         output: BufReader::new(Limited { output, left: MAX_INVALID_BYTES }),
         replies: BufWriter::new(input),
@@ -44,17 +44,17 @@ pub(super) fn execute_commands(
 }
 
 /// The commands of a mouse in a search.
-struct Commands<'p, R, W: Write> {
+struct SearchCommands<'p, R, W: Write> {
     /// The progress while a line is executed, which is locked only once for each line. Dropped before
     /// the last replies are sent.
-    locked: Option<MutexGuard<'p, Progress>>,
+    locked: Option<MutexGuard<'p, SearchProgress>>,
     output: BufReader<Limited<R>>,
     replies: BufWriter<W>,
     progress: &'p SharedProgress,
 }
 
-impl<R: Read, W: Write> CommandSource<Progress> for Commands<'_, R, W> {
-    fn environment(&mut self) -> &mut Progress {
+impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, W> {
+    fn environment(&mut self) -> &mut SearchProgress {
         self.locked.get_or_insert_with(|| lock(self.progress))
     }
 
@@ -124,7 +124,7 @@ impl<R: Read> Read for Limited<R> {
 #[derive(Debug)]
 pub(super) struct SearchOver;
 
-impl Environment for Progress {
+impl Environment for SearchProgress {
     type Error = SearchOver;
 
     fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, SearchOver> {

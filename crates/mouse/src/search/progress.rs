@@ -37,7 +37,7 @@ pub enum SearchEnd {
 }
 
 /// The progress of a search.
-pub(super) struct Progress {
+pub(super) struct SearchProgress {
     /// `None` once the search is over.
     pub(super) judge: Option<Judge>,
     /// `None` until the mouse has sent a command or a request.
@@ -58,9 +58,9 @@ pub(super) struct Progress {
 }
 
 /// The progress of a search, shared by its threads.
-pub(super) type SharedProgress = Arc<Mutex<Progress>>;
+pub(super) type SharedProgress = Arc<Mutex<SearchProgress>>;
 
-impl Progress {
+impl SearchProgress {
     /// Returns the progress of a search that begins. `wake` is notified when the output or the search
     /// ends.
     pub(super) fn new(judge: Judge, max_states: u32, wake: Sender<()>) -> Self {
