@@ -15,11 +15,9 @@
 mod compared_mouse;
 mod comparison;
 mod contest;
-mod cpu_time;
 mod exploration;
 mod measures;
 mod named_maze;
-mod own_search;
 mod parallel;
 mod searches;
 mod trial;
@@ -32,9 +30,8 @@ pub use contest::{
 pub use exploration::Exploration;
 pub use measures::SearchMeasure;
 pub use named_maze::NamedMaze;
-pub use own_search::own_figures;
 pub use parallel::{Slot, map_each, map_waiting};
-pub use searches::{Searches, measure_times};
+pub use searches::{Searches, measure_times, own_figures};
 pub use trial::{
     Means, OwnRobot, RobotKind, RunContext, TableRow, TrialJob, TrialResult, TrialRobot, TrialRow,
     TrialTable, TrialTables, run_trials,

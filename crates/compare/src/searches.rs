@@ -1,17 +1,19 @@
 //! The searches of several mice in several mazes.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use mmsim_fastrun::Planner;
-use mmsim_maze::Maze;
-use mmsim_mouse::SearchLimits;
-use mmsim_run::{Ending, Judge, SearchFigures, Timing, search};
+use mmsim_maze::{Maze, counted};
+use mmsim_mouse::{
+    ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
+    SearchReport, exit_text,
+};
+use mmsim_run::{Ending, Judge, SearchFigures, Timing, Verdict, search};
 
 use crate::compared_mouse::ComparedMouse;
-use crate::cpu_time::thread_time;
 use crate::exploration::Exploration;
 use crate::named_maze::NamedMaze;
-use crate::own_search;
 use crate::parallel::{Slot, map_each, map_waiting};
 
 /// If a mouse reaches the time limit in each of its first mazes, its further searches are skipped.
@@ -60,7 +62,7 @@ impl Searches<'_> {
                     search(selected, new, max_states, thread_time, &must_stop).unwrap_or_default()
                 }
                 ComparedMouse::Own(mouse) => {
-                    own_search::search(&mouse.program, selected, self.limits, slot, &must_stop)
+                    search_own(&mouse.program, selected, self.limits, slot, &must_stop)
                 }
             };
             let is_stuck = found.ending == Ending::TimeLimit && !found.goal_reached;
@@ -90,6 +92,88 @@ fn skip(maze: &Maze) -> SearchFigures {
     SearchFigures { ending: Ending::Skipped, error: Some(reason), ..Judge::new(maze).figures() }
 }
 
+/// Runs the mouse in the maze until it exits or reaches a limit. If the mouse needs no processor,
+/// releases the slot, so that another search can use it.
+fn search_own(
+    program: &Program,
+    maze: &Maze,
+    limits: SearchLimits,
+    slot: &mut Slot,
+    must_stop: &dyn Fn() -> bool,
+) -> SearchFigures {
+    let mut report = mmsim_mouse::search(program, maze, limits, &mut || slot.release(), must_stop);
+    let verdict = verdict(&report, limits);
+    let figures = own_figures(&mut report.judge, verdict);
+    SearchFigures {
+        crashes: figures.crashes.filter(|_| report.kind != Some(MouseKind::Client)),
+        // A program that does nothing does not know that the goal is unreachable.
+        is_rightly_given_up: figures.is_rightly_given_up && report.kind.is_some(),
+        ..figures
+    }
+}
+
+/// Returns the figures of a mouse of the user from what a judge has seen of its search.
+pub fn own_figures(judge: &mut Judge, verdict: Verdict) -> SearchFigures {
+    let ending = verdict.ending;
+    let figures = judge.figures().with_verdict(verdict);
+    SearchFigures {
+        is_rightly_given_up: figures.shortest_path.is_none() && ending == Ending::GaveUp,
+        is_complete: figures.is_complete || ending == Ending::Finished,
+        ..figures
+    }
+}
+
+/// Returns the verdict on the mouse.
+fn verdict(report: &SearchReport, limits: SearchLimits) -> Verdict {
+    let SearchReport { judge, end, kind, fault } = report;
+    let unheard =
+        format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})");
+    let unheard = if kind.is_none() { unheard } else { String::new() };
+    let fault = fault.as_ref().filter(|_| !judge.phases().is_goal_reached());
+    let hint = unheard + &fault.map(|fault| format!("; {fault}")).unwrap_or_default();
+    let (ending, error) = match end {
+        SearchEnd::Exited(status, line) if !status.success() => {
+            let line = if line.is_empty() { hint } else { format!(": {line}") };
+            (Ending::Failed, format!("{}{line}", exit_text(*status)))
+        }
+        SearchEnd::Exited(..) | SearchEnd::Idle => (Ending::Finished, hint),
+        SearchEnd::TimeLimit => {
+            let seconds = limits.time.as_secs_f64();
+            (Ending::TimeLimit, format!("stopped after {seconds} s{hint}"))
+        }
+        SearchEnd::StepLimit => {
+            let limit = counted(judge.phases().states, "state");
+            (Ending::StepLimit, format!("stopped after {limit}"))
+        }
+        SearchEnd::Flood => {
+            let limit = MAX_INVALID_BYTES >> 20;
+            (Ending::Failed, format!("wrote {limit} MiB without a valid command{hint}"))
+        }
+        SearchEnd::Failed(reason) => (Ending::Failed, reason.clone()),
+        SearchEnd::Interrupted => (Ending::Stopped, "interrupted".into()),
+    };
+    Verdict::new(judge.phases(), ending, Some(error))
+}
+
+/// Returns the processor time that this thread has used so far.
+#[cfg(unix)]
+fn thread_time() -> Duration {
+    use rustix::time::{ClockId, clock_gettime};
+
+    clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap_or_default()
+}
+
+/// Returns the wall-clock time since the first call, because Windows measures the processor time
+/// only in steps of 16 ms.
+#[cfg(not(unix))]
+fn thread_time() -> Duration {
+    use std::sync::LazyLock;
+    use std::time::Instant;
+
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGIN.elapsed()
+}
+
 /// Adds the times of all searches to their figures. Each mouse has figures in each maze.
 pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], timing: &Timing) {
     let planner = Planner::new(timing.vehicle.clone());
@@ -108,7 +192,6 @@ pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], ti
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-    use std::time::Duration;
 
     use mmsim_fastrun::Vehicle;
     use mmsim_run::SearchSpeed;
@@ -161,5 +244,24 @@ mod tests {
         };
         assert_eq!(endings(run(Some(1), false).0), [Ending::StepLimit; 2]);
         assert_eq!(endings(run(None, true).0), [Ending::Skipped; 2]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn waiting_for_another_thread_does_not_count() {
+        let spent = Duration::from_millis(50);
+        let begin = thread_time();
+        std::thread::spawn(move || while thread_time() < spent {}).join().unwrap();
+        let time = thread_time().saturating_sub(begin);
+        assert!(time < spent, "{time:?}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn computing_counts() {
+        let spent = Duration::from_millis(1);
+        let begin = thread_time();
+        while thread_time() < begin + spent {}
+        assert!(thread_time() >= begin + spent);
     }
 }
