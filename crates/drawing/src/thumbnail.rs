@@ -134,7 +134,7 @@ pub fn two_paths(maze: &Maze, paths: [&[(f64, f64)]; 2]) -> String {
 }
 
 /// A point in hundredths of a cell, to the east and to the south of the north-west corner.
-type GridPoint = (i32, i32);
+type PicturePoint = (i32, i32);
 
 /// Draws a path, or returns `None` if no point of the path is inside the maze.
 fn draw(
@@ -149,9 +149,9 @@ fn draw(
     #[expect(clippy::cast_possible_truncation, reason = "inside the maze")]
     let hundredths = |number: f64| (number * 100.0).round() as i32;
     let to_grid = |&(x, y): &(f64, f64)| (hundredths(x), hundredths(height - y));
-    let points: Vec<GridPoint> = points.iter().filter(inside).map(to_grid).collect();
+    let points: Vec<PicturePoint> = points.iter().filter(inside).map(to_grid).collect();
     let (&first, &last) = (points.first()?, points.last()?);
-    let place = |(x, y): GridPoint| [x, y].map(|place| decimals(cells(place) + offset));
+    let place = |(x, y): PicturePoint| [x, y].map(|place| decimals(cells(place) + offset));
     let ([start_x, start_y], [end_x, end_y]) = (place(first), place(last));
     let line = line(&points);
     Some(format!(
@@ -168,11 +168,11 @@ fn cells(hundredths: i32) -> f64 {
 
 /// Returns the lines between the points as path commands relative to the first point. Each command
 /// ends where the mouse turns.
-fn line(points: &[GridPoint]) -> String {
-    let mut corners: Vec<GridPoint> = Vec::new();
+fn line(points: &[PicturePoint]) -> String {
+    let mut corners: Vec<PicturePoint> = Vec::new();
     for pair in points.windows(2) {
         let (east, south) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
-        let continues = |(x, y): GridPoint| {
+        let continues = |(x, y): PicturePoint| {
             // The lines are parallel, and neither is a step back.
             x * south == y * east && x * east + y * south > 0
         };

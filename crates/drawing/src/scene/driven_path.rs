@@ -69,7 +69,7 @@ impl DrivenPath {
     pub fn new(name: &str, mut points: Vec<PathPoint>) -> Self {
         points.retain(PathPoint::is_finite);
         let name = name.chars().take(Self::MAX_NAME_CHARS).collect();
-        let stretches = stretches(&points, data_colours::Scale::up_to(top_speed(&points)));
+        let stretches = stretches(&points, data_colours::SpeedScale::up_to(top_speed(&points)));
         Self { name, label: None, points, stretches }
     }
 
@@ -144,8 +144,8 @@ impl DrivenPath {
     }
 
     /// Returns the scale of its speeds.
-    pub(crate) fn scale(&self) -> data_colours::Scale {
-        data_colours::Scale::up_to(top_speed(&self.points))
+    pub(crate) fn scale(&self) -> data_colours::SpeedScale {
+        data_colours::SpeedScale::up_to(top_speed(&self.points))
     }
 
     /// Returns the state at a time in s. Times outside of the path count as its beginning or end.
@@ -179,7 +179,7 @@ fn top_speed(points: &[PathPoint]) -> f64 {
 }
 
 /// Divides a path where its colour changes.
-fn stretches(points: &[PathPoint], scale: data_colours::Scale) -> Vec<Stretch> {
+fn stretches(points: &[PathPoint], scale: data_colours::SpeedScale) -> Vec<Stretch> {
     let level = |pair: &[PathPoint]| scale.level(f64::midpoint(pair[0].speed, pair[1].speed));
     let mut stretches = Vec::new();
     let mut begin = 0;

@@ -62,14 +62,14 @@ pub(crate) fn faint(Rgb(red, green, blue): Rgb, floor: Rgb) -> Rgb {
 
 /// A scale of speeds from 0 to a round number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Scale {
+pub(crate) struct SpeedScale {
     /// The distance between two ticks, in mm/s.
     step: f64,
     /// The number of steps.
     steps: u32,
 }
 
-impl Scale {
+impl SpeedScale {
     /// The maximum number of steps.
     const MAX_STEPS: f64 = 8.0;
 
@@ -279,7 +279,7 @@ mod tests {
             (3100.0, "3.5", 8),
             (0.0, "0.001", 2),
         ] {
-            let ticks: Vec<_> = Scale::up_to(speed).ticks().collect();
+            let ticks: Vec<_> = SpeedScale::up_to(speed).ticks().collect();
             assert_eq!((ticks[0].1.as_str(), ticks[0].0), ("0", 0.0));
             assert_eq!(
                 (ticks[ticks.len() - 1].1.as_str(), ticks.len()),
@@ -287,10 +287,10 @@ mod tests {
                 "{ticks:?}"
             );
         }
-        let scale = Scale::up_to(2500.0);
+        let scale = SpeedScale::up_to(2500.0);
         let levels = [-1.0, 0.0, 1250.0, 2499.9, 2500.0, 1e12].map(|speed| scale.level(speed));
         assert_eq!(levels, [0, 0, 12, 23, 23, 23]);
-        assert!(Scale::up_to(1e300).ticks().count() <= 9);
+        assert!(SpeedScale::up_to(1e300).ticks().count() <= 9);
     }
 
     #[test]

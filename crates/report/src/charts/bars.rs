@@ -71,7 +71,7 @@ impl BarChart {
     /// Returns the chart as an SVG file that adapts to the reader's preference for light or dark
     /// colours.
     pub fn svg(&self) -> String {
-        let scale = Scale::for_chart(self);
+        let scale = BarScale::for_chart(self);
         let mut bottom = MARGIN + 2.0 * LINE;
         let mut tops = Vec::new();
         for group in &self.groups {
@@ -110,13 +110,13 @@ impl BarChart {
 }
 
 /// The origin and the scale of the bars.
-struct Scale {
+struct BarScale {
     left: f64,
     /// The width of a bar of length 1, in viewBox units.
     unit: f64,
 }
 
-impl Scale {
+impl BarScale {
     /// Chooses the largest scale that leaves enough space for the text beside the bars.
     fn for_chart(chart: &BarChart) -> Self {
         let bars = || chart.groups.iter().flat_map(|group| &group.bars);
@@ -217,7 +217,7 @@ mod tests {
         let scale = |name: &str| {
             let mut chart = chart();
             chart.groups[0].bars[0].name = name.into();
-            Scale::for_chart(&chart)
+            BarScale::for_chart(&chart)
         };
         let (wide, narrow) = (scale("全日本決勝"), scale("10 letters"));
         assert_eq!((wide.left, wide.unit), (narrow.left, narrow.unit));
