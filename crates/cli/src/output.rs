@@ -1,6 +1,5 @@
 //! Printing data to stdout and messages to stderr, and writing files.
 
-use std::cmp::Reverse;
 use std::error::Error;
 use std::fmt::Display;
 use std::fs::{File, Permissions};
@@ -10,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, process};
 
 use mmsim_maze::{Escaped, counted, needs_escape};
-use mmsim_report::Comparison;
+use mmsim_report::{Comparison, group_by_reason};
 use serde::Serialize;
 use serde_json::Serializer;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
@@ -184,14 +183,7 @@ pub(crate) fn list_reasons<'a>(
     title: &str,
     all: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> Option<String> {
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
-    for (reason, maze) in all {
-        match reasons.iter_mut().find(|(other, _)| *other == reason) {
-            Some((_, mazes)) => mazes.push(maze),
-            None => reasons.push((reason, vec![maze])),
-        }
-    }
-    reasons.sort_by_key(|(_, mazes)| Reverse(mazes.len()));
+    let reasons = group_by_reason(all);
     let count = |mazes: usize| counted(mazes, "maze");
     let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
     let mut lines = vec![format!("{} in {}:\n", Escaped(title), count(total))];

@@ -120,13 +120,25 @@ pub struct Failure {
     pub reason: String,
 }
 
-/// The mazes in which a candidate failed for the same reason.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FailureReason<'a> {
-    /// Why the candidate failed.
-    pub text: &'a str,
-    /// The indices of the mazes.
-    pub mazes: Vec<usize>,
+/// Groups mazes by the reason that belongs to each of them, the most frequent reasons first.
+///
+/// ```
+/// let mazes = [("lost", "one"), ("stuck", "two"), ("stuck", "three")];
+/// let reasons = mmsim_report::group_by_reason(mazes);
+/// assert_eq!(reasons, [("stuck", vec!["two", "three"]), ("lost", vec!["one"])]);
+/// ```
+pub fn group_by_reason<'a, M>(
+    mazes: impl IntoIterator<Item = (&'a str, M)>,
+) -> Vec<(&'a str, Vec<M>)> {
+    let mut reasons: Vec<(&str, Vec<M>)> = Vec::new();
+    for (reason, maze) in mazes {
+        match reasons.iter_mut().find(|(other, _)| *other == reason) {
+            Some((_, mazes)) => mazes.push(maze),
+            None => reasons.push((reason, vec![maze])),
+        }
+    }
+    reasons.sort_by_key(|(_, mazes)| Reverse(mazes.len()));
+    reasons
 }
 
 impl Comparison {
@@ -222,7 +234,8 @@ impl Comparison {
         &self.failures
     }
 
-    /// Returns the failures of a candidate by reason, the most frequent reasons first.
+    /// Returns the reasons why a candidate failed, the most frequent ones first, each with the indices
+    /// of the mazes.
     ///
     /// ```
     /// use mmsim_report::Comparison;
@@ -230,19 +243,11 @@ impl Comparison {
     /// let comparison = Comparison::new("Mice", vec!["a".into()], mazes)
     ///     .with_failures(|_, maze| Some(["lost", "stuck", "stuck"][maze].into()));
     /// let reasons = comparison.failure_reasons(0);
-    /// assert_eq!((reasons[0].text, &reasons[0].mazes[..]), ("stuck", &[1, 2][..]));
+    /// assert_eq!(reasons, [("stuck", vec![1, 2]), ("lost", vec![0])]);
     /// ```
-    pub fn failure_reasons(&self, candidate: usize) -> Vec<FailureReason<'_>> {
-        let mut reasons: Vec<FailureReason<'_>> = Vec::new();
+    pub fn failure_reasons(&self, candidate: usize) -> Vec<(&str, Vec<usize>)> {
         let failures = self.failures.iter().filter(|failure| failure.candidate == candidate);
-        for Failure { maze, reason, .. } in failures {
-            match reasons.iter_mut().find(|other| other.text == reason) {
-                Some(known) => known.mazes.push(*maze),
-                None => reasons.push(FailureReason { text: reason, mazes: vec![*maze] }),
-            }
-        }
-        reasons.sort_by_key(|reason| Reverse(reason.mazes.len()));
-        reasons
+        group_by_reason(failures.map(|failure| (&*failure.reason, failure.maze)))
     }
 
     /// Returns the statistics of each measure.

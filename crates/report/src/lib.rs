@@ -47,7 +47,7 @@ mod summary;
 mod text;
 
 pub use charts::{Bar, BarChart, BarGroup, Chart};
-pub use comparison::{Candidate, Comparison, Failure, FailureReason, Measure};
+pub use comparison::{Candidate, Comparison, Failure, Measure, group_by_reason};
 pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics, Values};
 pub use summary::{CandidateStatistics, MeasureStatistics};

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use crate::comparison::{Comparison, FailureReason, Measure};
+use crate::comparison::{Comparison, Measure};
 use crate::statistics::{Difference, Distribution, Interval, Values};
 use crate::summary::MeasureStatistics;
 use crate::text::{NumberFormat, clean, shortened};
@@ -165,19 +165,19 @@ impl Comparison {
         }
     }
 
-    fn reason_rows(&self, candidate: &str, reasons: &[FailureReason<'_>]) -> Markup {
-        let total: usize = reasons.iter().map(|reason| reason.mazes.len()).sum();
+    fn reason_rows(&self, candidate: &str, reasons: &[(&str, Vec<usize>)]) -> Markup {
+        let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
         let (listed, others) = reasons.split_at(MAX_REASONS.min(reasons.len()));
-        let other_mazes: usize = others.iter().map(|reason| reason.mazes.len()).sum();
+        let other_mazes: usize = others.iter().map(|(_, mazes)| mazes.len()).sum();
         let others = match others.len() {
             0 => None,
             1 => Some("another reason".into()),
             count => Some(format!("{count} other reasons")),
         };
         let others = others.map(|text| (other_mazes, text, String::new()));
-        let listed = listed.iter().map(|FailureReason { text, mazes }| {
-            (mazes.len(), shortened(text, 300), self.examples(mazes))
-        });
+        let listed = listed
+            .iter()
+            .map(|(text, mazes)| (mazes.len(), shortened(text, 300), self.examples(mazes)));
         html! {
             @for (index, (mazes, reason, examples)) in listed.chain(others).enumerate() {
                 tr {
