@@ -136,17 +136,17 @@ fn stretched(piece: &[u8], size: MazeSize) -> Option<Vec<u8>> {
     Some(message)
 }
 
-/// Returns the input that consists of this first byte and these requests, or `None` if a request
-/// contains [`CUT`].
-pub fn input<'a>(first: u8, requests: impl IntoIterator<Item = &'a [u8]>) -> Option<Vec<u8>> {
+/// Returns the input that consists of this first byte and these pieces, each with its count, or
+/// `None` if a piece contains [`CUT`].
+pub fn input<'a>(first: u8, pieces: impl IntoIterator<Item = (&'a [u8], u8)>) -> Option<Vec<u8>> {
     let mut input = vec![first];
-    for request in requests {
-        if request.windows(CUT.len()).any(|bytes| bytes == CUT) {
+    for (piece, count) in pieces {
+        if piece.windows(CUT.len()).any(|bytes| bytes == CUT) {
             return None;
         }
-        input.extend_from_slice(request);
+        input.extend_from_slice(piece);
         input.extend_from_slice(&CUT);
-        input.push(0);
+        input.push(count);
     }
     Some(input)
 }

@@ -14,7 +14,7 @@ use mcap::read::LinearReader;
 use mcap::records::Record;
 use mcap::{Compression, McapError, MessageStream, WriteOptions};
 use mmsim_formats::Format;
-use mmsim_fuzz::requests::{self, CUT, SIZES};
+use mmsim_fuzz::requests::{self, SIZES};
 use mmsim_fuzz::zmtp::WITH_HANDSHAKE;
 use mmsim_recording::RecordingWriter;
 use mmsim_server::Simulation;
@@ -125,13 +125,9 @@ fn write_generated_requests(seeds: &mut SeedFolder) -> io::Result<()> {
         seeds.write_requests(number, annotations)?;
         let pieces: [(&[u8], u8); 4] =
             [(b"S\0\0NC\0\x01\x02F", 255), (b"S\0\0SFF", 40), (b"info", 0), (b"reset", 0)];
-        let mut input = vec![number];
-        for (piece, count) in pieces {
-            input.extend_from_slice(piece);
-            input.extend_from_slice(&CUT);
-            input.push(count);
+        if let Some(input) = requests::input(number, pieces) {
+            seeds.write(&input)?;
         }
-        seeds.write(&input)?;
     }
     Ok(())
 }
@@ -245,6 +241,7 @@ impl SeedFolder {
         requests: impl IntoIterator<Item = &'a [u8]>,
     ) -> io::Result<()> {
         // Requests that contain the separator are skipped.
-        requests::input(size, requests).map_or(Ok(()), |input| self.write(&input))
+        let pieces = requests.into_iter().map(|request| (request, 0));
+        requests::input(size, pieces).map_or(Ok(()), |input| self.write(&input))
     }
 }

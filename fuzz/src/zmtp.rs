@@ -10,12 +10,9 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use mmsim_zmtp::codec::{GREETING, ProtocolError, READY};
+use mmsim_zmtp::codec::{GREETING, ProtocolError, READY, REQ_READY};
 use mmsim_zmtp::connection::Connection;
 use mmsim_zmtp::{ClientId, ServerConfig, Service};
-
-/// The READY command of a REQ socket.
-const REQ_READY: &[u8] = b"\x04\x19\x05READY\x0bSocket-Type\0\0\0\x03REQ";
 
 /// Limits that inputs of the fuzzer can exceed.
 const CONFIG: ServerConfig = ServerConfig {
