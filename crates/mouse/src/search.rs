@@ -2,7 +2,6 @@
 //! so that searches cannot disturb each other.
 
 mod messages;
-mod progress;
 
 use std::process::Stdio;
 use std::sync::mpsc::{self, Receiver};
@@ -14,10 +13,8 @@ use mmsim_maze::Maze;
 use mmsim_run::Judge;
 use mmsim_server::{Simulation, listen};
 
-pub use self::messages::MAX_INVALID_BYTES;
-use self::messages::Requests;
-pub use self::progress::{MouseKind, SearchEnd};
-use self::progress::{SearchProgress, SharedProgress};
+pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
+use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
 use crate::process::{LastLine, MouseProcess, Program, no_status, spawn};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
