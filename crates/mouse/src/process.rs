@@ -132,9 +132,10 @@ impl MouseProcess {
         }
     }
 
-    /// Returns the exit status of the mouse if it has exited.
-    pub(crate) fn status(&mut self) -> io::Result<Option<ExitStatus>> {
-        self.0.try_wait()
+    /// Returns the exit status of the mouse if it has exited, or a message if there is no status.
+    pub(crate) fn status(&mut self) -> Result<Option<ExitStatus>, String> {
+        let status = self.0.try_wait();
+        status.map_err(|error| format!("cannot get the exit status of the mouse: {error}"))
     }
 
     /// Kills the process and its child processes, which may keep its pipes open after it has exited.
@@ -155,7 +156,7 @@ impl MouseProcess {
             match status {
                 Ok(Some(status)) => return ExitCause::Exited(status),
                 Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
-                Err(error) => return ExitCause::Failed(no_status(&error)),
+                Err(error) => return ExitCause::Failed(error),
             }
         }
     }
@@ -256,10 +257,6 @@ pub fn exit_text(status: ExitStatus) -> String {
         Some(signal) => format!("killed by signal {signal}"),
         None => format!("exited with code {}", exit_code(status)),
     }
-}
-
-pub(crate) fn no_status(error: &io::Error) -> String {
-    format!("cannot get the exit status of the mouse: {error}")
 }
 
 /// Returns the signal that killed a process.

@@ -12,7 +12,7 @@ use mmsim_mms::excerpt;
 use mmsim_trial::{Action, Robot};
 
 use crate::commands::{InvalidLine, Line, read_lines};
-use crate::process::{LastLine, MouseProcess, Program, exit_text, no_status, spawn};
+use crate::process::{LastLine, MouseProcess, Program, exit_text, spawn};
 
 /// The interval between checks for Ctrl-C.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
@@ -127,7 +127,7 @@ impl RunningRobot {
                     thread::sleep(Duration::from_millis(1));
                 }
                 Ok(None) => return "closed its stdout".into(),
-                Err(error) => return no_status(&error),
+                Err(error) => return error,
             }
         }
     }

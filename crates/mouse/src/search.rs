@@ -16,7 +16,7 @@ use mmsim_server::{Simulation, listen};
 pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
-use crate::process::{LastLine, MouseProcess, Program, no_status, spawn};
+use crate::process::{LastLine, MouseProcess, Program, spawn};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
 
 /// The interval between checks of a search in which nothing has ended.
@@ -160,7 +160,7 @@ impl RunningMouse {
                 }
                 Ok(Some(_)) => continue,
                 Ok(None) => {}
-                Err(error) => return SearchEnd::Failed(no_status(&error)),
+                Err(error) => return SearchEnd::Failed(error),
             }
             if is_late {
                 return SearchEnd::TimeLimit;
