@@ -51,19 +51,15 @@ impl fmt::Display for Endpoint {
 }
 
 impl Endpoint {
-    /// Returns the addresses of the host, IPv4 addresses first.
+    /// Returns the addresses of the host. IPv4 addresses come first, because most ZeroMQ peers try
+    /// IPv4 first.
     pub(crate) fn resolve(&self) -> io::Result<Vec<SocketAddr>> {
-        resolve(&self.host, self.port)
+        let host = self.host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
+        let host = host.unwrap_or(&self.host);
+        let mut addresses: Vec<_> = (host, self.port).to_socket_addrs()?.collect();
+        addresses.sort_by_key(SocketAddr::is_ipv6);
+        Ok(addresses)
     }
-}
-
-/// Returns the addresses of `host`, which may be an IPv6 address in brackets. IPv4 addresses come
-/// first, because most ZeroMQ peers try IPv4 first.
-fn resolve(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
-    let host = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
-    let mut addresses: Vec<_> = (host, port).to_socket_addrs()?.collect();
-    addresses.sort_by_key(SocketAddr::is_ipv6);
-    Ok(addresses)
 }
 
 /// An error from [`listen`].
@@ -118,7 +114,8 @@ pub fn listen(host: &str, port: u16) -> Result<TcpListener, BindError> {
 /// Returns the address to listen on. If the host has IPv4 and IPv6 addresses, it is an IPv4 address.
 fn address_of(host: &str, port: u16) -> io::Result<SocketAddr> {
     let host = if host == "*" { "0.0.0.0" } else { host };
-    resolve(host, port)?.into_iter().next().ok_or(ErrorKind::NotFound.into())
+    let addresses = Endpoint { host: host.into(), port }.resolve()?;
+    addresses.into_iter().next().ok_or(ErrorKind::NotFound.into())
 }
 
 #[cfg(test)]
