@@ -16,8 +16,8 @@ use mmsim_run::{Ending, Goal, Phases, Verdict};
 use crate::commands::MAX_LINE_BYTES;
 use crate::control::{MouseControl, Outcome, StopReason};
 
-/// The maximum interval between checks whether a mouse has exited.
-const MAX_POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// The maximum interval between checks whether a mouse has exited or must stop.
+pub(crate) const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The maximum time to wait for the last line of stderr of a process that has exited.
 const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -155,7 +155,7 @@ impl MouseProcess {
             }
             match status {
                 Ok(Some(status)) => return ExitCause::Exited(status),
-                Ok(None) => interval = MAX_POLL_INTERVAL.min(2 * interval),
+                Ok(None) => interval = CHECK_INTERVAL.min(2 * interval),
                 Err(error) => return ExitCause::Failed(error),
             }
         }

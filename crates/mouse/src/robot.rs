@@ -12,10 +12,7 @@ use mmsim_mms::excerpt;
 use mmsim_trial::{Action, Robot};
 
 use crate::commands::{InvalidLine, Line, read_lines};
-use crate::process::{LastLine, MouseProcess, Program, exit_text, spawn};
-
-/// The interval between checks for Ctrl-C.
-const CHECK_INTERVAL: Duration = Duration::from_millis(50);
+use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, exit_text, spawn};
 
 /// The maximum time between the end of a robot's output and its exit.
 const EXIT_TIMEOUT: Duration = Duration::from_millis(500);

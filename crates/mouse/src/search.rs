@@ -16,11 +16,8 @@ use mmsim_server::{Simulation, listen};
 pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
-use crate::process::{LastLine, MouseProcess, Program, spawn};
+use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, spawn};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
-
-/// The interval between checks of a search in which nothing has ended.
-const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.

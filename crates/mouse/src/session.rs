@@ -25,14 +25,11 @@ use crate::commands::{
 use crate::control::{MouseControl, StopReason};
 use crate::lock;
 use crate::log::MouseLog;
-use crate::process::{ExitCause, MouseProcess, Program, RunEnd, signal, spawn};
+use crate::process::{CHECK_INTERVAL, ExitCause, MouseProcess, Program, RunEnd, signal, spawn};
 use crate::simulator::Simulator;
 
-/// The interval between checks for Ctrl-C while the mouse computes.
-const POLL_INTERVAL: Duration = Duration::from_millis(50);
-
 /// The time after which a line that the mouse waits for is reported. Must be a multiple of
-/// [`POLL_INTERVAL`].
+/// [`CHECK_INTERVAL`].
 const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The maximum number of lines that are queued for execution.
@@ -162,7 +159,7 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
         loop {
             ExitCause::check(self.session.control)?;
             self.simulator.show_changes(mouse)?;
-            match self.pipes.lines.recv_timeout(POLL_INTERVAL) {
+            match self.pipes.lines.recv_timeout(CHECK_INTERVAL) {
                 Ok(line) => {
                     self.lines += 1;
                     return Ok(Some(line));
@@ -176,7 +173,7 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
                 Err(Timeout) => {
                     let incomplete = lock(&self.pipes.incomplete_line).clone();
                     let may_wait = !incomplete.is_empty() || self.invalid_lines.has_withheld();
-                    silence = if may_wait { silence + POLL_INTERVAL } else { Duration::ZERO };
+                    silence = if may_wait { silence + CHECK_INTERVAL } else { Duration::ZERO };
                     if silence == SILENCE_TIMEOUT {
                         self.explain_silence(&incomplete);
                     }

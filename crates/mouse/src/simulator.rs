@@ -16,7 +16,7 @@ use crate::process::ExitCause;
 
 /// The interval between two checks whether a mouse that does not move displays something new. A
 /// viewer does not notice a delay of up to two intervals.
-const CHECK_INTERVAL: Duration = Duration::from_millis(100);
+const DISPLAY_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A connection to a simulator. Each wall is requested only once.
 pub(crate) struct Simulator<'a, T> {
@@ -86,7 +86,7 @@ impl<'a, T: Transport> Simulator<'a, T> {
     /// called repeatedly. A change is sent only if it was found at the previous check too, so a mouse
     /// that is about to move has time to finish what it displays.
     pub(crate) fn show_changes(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {
-        if self.checked.elapsed() < CHECK_INTERVAL {
+        if self.checked.elapsed() < DISPLAY_INTERVAL {
             return Ok(());
         }
         self.checked = Instant::now();
