@@ -75,7 +75,6 @@
 //! The README of this crate compares the server with other ZeroMQ servers under attack.
 #![forbid(unsafe_code)]
 
-mod buffered;
 mod client;
 pub mod codec;
 mod config;

@@ -2,10 +2,9 @@
 
 use std::io::{Read, Write};
 
-use crate::buffered::BufferedStream;
 use crate::codec::{Event, ReplyDecoder, SIGNATURE, push_pong};
 use crate::config::ClientConfig;
-use crate::connection::DisconnectReason;
+use crate::connection::{BufferedStream, DisconnectReason};
 
 /// The maximum number of reads in one call of [`ReqConnection::turn`].
 const MAX_READS: usize = 16;
@@ -105,9 +104,8 @@ mod tests {
     use std::io::ErrorKind;
 
     use super::*;
-    use crate::buffered::READ_BYTES;
     use crate::codec::{GREETING, READY, REQ_READY};
-    use crate::connection::Wire;
+    use crate::connection::{READ_BYTES, Wire};
 
     const MAX_REPLY_BYTES: usize = 200_000;
     const CONFIG: ClientConfig =
