@@ -78,7 +78,7 @@ impl Vehicle {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -90,6 +90,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "std")]
     fn doubtful_vehicles_are_explained() {
         let warnings = |text: &str| -> Vec<String> {
             let vehicle = Vehicle::from_toml(&format!("base = 'expert'\n{text}"), "mine").unwrap();

@@ -181,7 +181,7 @@ mod tests {
     use crate::driver::SearchDriver;
     use crate::mouse::Mouse;
     use crate::stats::SearchStats;
-    use crate::testing::{Outcome, random_mazes, search};
+    use crate::tests::{Outcome, random_mazes, search};
 
     #[test]
     fn proves_the_fastest_run_and_drives_it() {

@@ -277,8 +277,12 @@ mod tests {
     use mmsim_maze::{Heading, Maze, Pose};
     use proptest::prelude::*;
 
-    use super::dispatch::available;
     use super::*;
+
+    /// Returns the available instruction sets.
+    pub(super) fn available() -> impl Iterator<Item = Instructions> {
+        Instructions::ALL.iter().copied().filter(|instructions| instructions.is_available())
+    }
 
     #[test]
     fn distances_go_around_walls() {

@@ -55,7 +55,7 @@ impl Strategy for FloodFill {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Outcome, search};
+    use crate::tests::{Outcome, search};
 
     #[test]
     fn learns_from_dead_ends_and_reaches_the_goal() {

@@ -40,7 +40,7 @@ impl Strategy for LeftWall {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::search;
+    use crate::tests::search;
 
     #[test]
     fn reaches_a_goal_on_the_outer_wall() {

@@ -96,7 +96,7 @@ mod tests {
     use crate::Distances;
     use crate::driver::SearchDriver;
     use crate::mouse::Mouse;
-    use crate::testing::{Outcome, random_mazes, search};
+    use crate::tests::{Outcome, random_mazes, search};
 
     fn steps(maze: &str) -> (Result<Move, SearchError>, u32) {
         let Outcome { result, steps, .. } = search(ShortestPathSearch::new(), maze, 1000);

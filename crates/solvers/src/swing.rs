@@ -101,7 +101,7 @@ impl Strategy for Swing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Outcome, search};
+    use crate::tests::{Outcome, search};
 
     #[test]
     fn visits_the_key_points_and_runs_to_the_goal() {

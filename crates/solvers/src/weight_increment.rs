@@ -57,7 +57,7 @@ impl Strategy for WeightIncrement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::search;
+    use crate::tests::search;
 
     const MAZE: &str = "\
 o---o---o---o

@@ -48,3 +48,31 @@ pub use trial::{Score, Trial, TrialOutcome, TrialPhase};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+#[cfg(test)]
+mod tests {
+    use mmsim_maze::Maze;
+
+    use super::{Robot, SensorNoise, run_observed_trial};
+
+    /// Returns the actions of a robot in a trial with noise-free sensors.
+    pub(crate) fn actions(maze: &Maze, robot: &mut impl Robot) -> Vec<String> {
+        let mut actions = Vec::new();
+        run_observed_trial(maze, robot, &mut SensorNoise::none(), |_, _, action| {
+            actions.push(action.to_string());
+        });
+        actions
+    }
+
+    /// Checks that a robot with noisy sensors neither panics nor leaves the maze.
+    pub(crate) fn check_noisy_trials<R: Robot>(new_robot: impl Fn(&Maze) -> R) {
+        let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
+        let maze: Maze = text.parse().unwrap();
+        for seed in 0..50 {
+            let mut noise = SensorNoise::new(0.3, seed);
+            run_observed_trial(&maze, &mut new_robot(&maze), &mut noise, |trial, _, _| {
+                assert!(maze.size().contains(trial.pose().cell));
+            });
+        }
+    }
+}

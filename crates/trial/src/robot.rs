@@ -78,29 +78,3 @@ pub fn run_observed_trial(
         }
     }
 }
-
-#[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-
-    /// Returns the actions of a robot in a trial with noise-free sensors.
-    pub(crate) fn actions(maze: &Maze, robot: &mut impl Robot) -> Vec<String> {
-        let mut actions = Vec::new();
-        run_observed_trial(maze, robot, &mut SensorNoise::none(), |_, _, action| {
-            actions.push(action.to_string());
-        });
-        actions
-    }
-
-    /// Checks that a robot with noisy sensors neither panics nor leaves the maze.
-    pub(crate) fn check_noisy_trials<R: Robot>(new_robot: impl Fn(&Maze) -> R) {
-        let text = "o---o---o---o\n|         G |\no   o---o   o\n| S         |\no---o---o---o\n";
-        let maze: Maze = text.parse().unwrap();
-        for seed in 0..50 {
-            let mut noise = SensorNoise::new(0.3, seed);
-            run_observed_trial(&maze, &mut new_robot(&maze), &mut noise, |trial, _, _| {
-                assert!(maze.size().contains(trial.pose().cell));
-            });
-        }
-    }
-}

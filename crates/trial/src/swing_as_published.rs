@@ -137,7 +137,7 @@ mod tests {
 
     use super::*;
     use crate::robot::run_trial;
-    use crate::robot::tests::{actions, check_noisy_trials};
+    use crate::tests::{actions, check_noisy_trials};
     use crate::trial::TrialOutcome;
 
     fn maze(text: &str) -> Maze {

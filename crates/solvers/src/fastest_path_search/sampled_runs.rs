@@ -124,7 +124,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::testing::random_walls;
+    use crate::tests::random_walls;
 
     #[test]
     fn samples_agree_with_the_known_walls() {

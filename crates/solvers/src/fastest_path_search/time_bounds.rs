@@ -195,7 +195,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::testing::random_walls;
+    use crate::tests::random_walls;
 
     proptest! {
         #[test]

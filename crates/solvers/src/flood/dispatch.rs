@@ -169,9 +169,3 @@ unsafe fn run_avx2<H: ParityPlane, T: Task>(task: T) -> T::Output {
 unsafe fn run_avx512<H: ParityPlane, T: Task>(task: T) -> T::Output {
     task.run::<H>()
 }
-
-/// Returns the available instruction sets.
-#[cfg(test)]
-pub(super) fn available() -> impl Iterator<Item = Instructions> {
-    Instructions::ALL.iter().copied().filter(|instructions| instructions.is_available())
-}

@@ -109,8 +109,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::flood::dispatch::{available, run_with};
-    use crate::flood::tests::{any_targets, any_walls};
+    use crate::flood::dispatch::run_with;
+    use crate::flood::tests::{any_targets, any_walls, available};
 
     proptest! {
         #[test]

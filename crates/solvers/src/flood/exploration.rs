@@ -68,9 +68,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::flood::dispatch::{available, run_with};
+    use crate::flood::dispatch::run_with;
     use crate::flood::only;
-    use crate::flood::tests::{any_targets, any_walls};
+    use crate::flood::tests::{any_targets, any_walls, available};
 
     #[test]
     fn explores_narrow_layers_without_a_visited_cell() {
