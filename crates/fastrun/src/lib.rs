@@ -28,7 +28,6 @@
 extern crate alloc;
 
 mod arc;
-mod lattice;
 mod naive;
 mod no_run;
 mod planner;
@@ -46,7 +45,7 @@ mod vehicle;
 mod vehicle_file;
 mod warning;
 
-pub use lattice::{Direction, Point};
+pub use mmsim_maze::{Direction, Point};
 pub use naive::dijkstra;
 pub use no_run::NoRun;
 pub use planner::{Planner, fastest};

@@ -4,9 +4,8 @@ use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 
-use mmsim_maze::{Cell, CellSet, Walls};
+use mmsim_maze::{Cell, CellSet, Direction, Point, Walls};
 
-use crate::lattice::{Direction, Point};
 use crate::run::{FastRun, Turn};
 use crate::turn::{Side, TurnKind};
 use crate::vehicle::Vehicle;

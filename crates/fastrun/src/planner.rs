@@ -10,9 +10,8 @@ mod search;
 mod tables;
 mod targets;
 
-use mmsim_maze::{Cell, CellSet, Walls};
+use mmsim_maze::{Cell, CellSet, Direction, Walls};
 
-use crate::lattice::Direction;
 use crate::no_run::NoRun;
 use crate::run::{FastRun, Turn};
 use crate::turn::{Side, TurnKind};

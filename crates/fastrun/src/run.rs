@@ -3,9 +3,8 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use mmsim_maze::{Cell, CellSet, Walls};
+use mmsim_maze::{Cell, CellSet, Direction, Point, Walls};
 
-use crate::lattice::{Direction, Point};
 use crate::turn::{Side, TurnKind};
 
 /// A run from rest in the start cell to rest in a goal cell: straight, turn, straight, turn, …,

@@ -4,9 +4,8 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use libm::{cos, fabs, sin};
-use mmsim_maze::{Cell, CellSet};
+use mmsim_maze::{Cell, CellSet, Point};
 
-use crate::lattice::Point;
 use crate::run::{FastRun, Turn};
 use crate::segment::{MotionState, Segment, Shape};
 use crate::straight::StraightLimits;

@@ -3,7 +3,7 @@
 use core::f64::consts::{FRAC_PI_4, SQRT_2};
 use core::fmt;
 
-use crate::lattice::{Direction, Point};
+use mmsim_maze::{Direction, Point};
 
 /// A slalom turn, which a mouse drives without stopping.
 ///

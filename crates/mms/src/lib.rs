@@ -32,14 +32,12 @@
 
 mod command;
 mod display;
-mod grid_point;
 mod mouse;
 mod response;
 mod scores;
 
 pub use command::{Command, CommandError, excerpt};
 pub use display::{CellText, Display};
-pub use grid_point::{CompassDirection, GridPoint, GridPointKind};
 pub use mouse::{Environment, SimulatedMouse};
 pub use response::{GeneralFormat, Response};
 pub use scores::{ScoreRules, Scores, Stat, TravelStats};

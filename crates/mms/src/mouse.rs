@@ -2,11 +2,12 @@
 
 use std::convert::Infallible;
 
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Wall, WallState, Walls};
+use mmsim_maze::{
+    Cell, CellSet, Direction, Heading, KnownMaze, MazeSize, Point, Pose, Wall, WallState, Walls,
+};
 
 use crate::command::Command;
 use crate::display::Display;
-use crate::grid_point::{CompassDirection, GridPoint, GridPointKind};
 use crate::response::Response;
 use crate::scores::{ScoreRules, Scores};
 
@@ -52,8 +53,8 @@ impl Environment for Walls {
 /// A simulated mouse that executes commands.
 #[derive(Clone, Debug)]
 pub struct SimulatedMouse {
-    point: GridPoint,
-    direction: CompassDirection,
+    point: Point,
+    direction: Direction,
     /// The walls that were sensed or marked, and the visited cells.
     map: KnownMaze,
     /// The walls that the mouse has marked. A sensed wall does not overwrite a marked wall.
@@ -72,8 +73,8 @@ impl SimulatedMouse {
         let mut map = KnownMaze::new(size, start, goals);
         map.visit(start);
         Self {
-            point: GridPoint::centre(start),
-            direction: CompassDirection::NORTH,
+            point: Point::centre(start),
+            direction: Direction::North,
             map,
             marked: Walls::open(size),
             display: Display::new(size),
@@ -91,15 +92,19 @@ impl SimulatedMouse {
         self
     }
 
-    /// Returns the position.
-    pub const fn point(&self) -> GridPoint {
+    /// Returns the position: the centre of a cell or the middle of an absent wall.
+    pub const fn point(&self) -> Point {
         self.point
     }
 
-    /// Returns the pose: the cell ([`GridPoint::cell`]) and the heading
-    /// ([`CompassDirection::heading`]).
+    /// Returns the pose. As in mms, a point between two cells belongs to the northern or eastern
+    /// cell. On a diagonal, the heading is the next one counterclockwise.
     pub const fn pose(&self) -> Pose {
-        Pose::new(self.point.cell(), self.direction.heading())
+        Pose::new(self.cell(), Heading::ALL[self.direction as usize / 2])
+    }
+
+    const fn cell(&self) -> Cell {
+        Cell::new(self.point.i / 2, self.point.j / 2)
     }
 
     /// Returns the map to display. The map contains the visited cells and the walls that the mouse
@@ -157,8 +162,8 @@ impl SimulatedMouse {
             }
             Command::WasReset => Ok(Some(Response::Bool(self.is_reset_pressed))),
             Command::AckReset => {
-                self.point = GridPoint::centre(self.map.start().cell);
-                self.direction = CompassDirection::NORTH;
+                self.point = Point::centre(self.map.start().cell);
+                self.direction = Direction::North;
                 self.is_reset_pressed = false;
                 self.score(Scores::reset);
                 environment.on_restart(self).map(|()| Some(Response::Ack))
@@ -185,7 +190,7 @@ impl SimulatedMouse {
         half_steps: u64,
         environment: &mut E,
     ) -> Result<Response, E::Error> {
-        let is_at_start = self.point.cell() == self.map.start().cell;
+        let is_at_start = self.cell() == self.map.start().cell;
         let mut moved = 0;
         while moved < half_steps
             && let Some(point) = self.free_point_ahead(self.point, self.direction, environment)?
@@ -193,10 +198,10 @@ impl SimulatedMouse {
             if moved == 0 && is_at_start {
                 self.score(Scores::begin_run);
             }
-            let before = self.point.cell();
+            let before = self.cell();
             (self.point, moved) = (point, moved + 1);
-            if self.point.cell() != before {
-                self.map.visit(self.point.cell());
+            if self.cell() != before {
+                self.map.visit(self.cell());
                 environment.on_pose_change(self)?;
             }
         }
@@ -210,7 +215,7 @@ impl SimulatedMouse {
     /// Completes or cancels the current run, depending on the cell in which the movement or
     /// turn ended.
     fn update_run(&mut self) {
-        let cell = self.point.cell();
+        let cell = self.cell();
         if self.map.goals().contains(cell) {
             self.score(Scores::complete_run);
         } else if cell == self.map.start().cell {
@@ -225,7 +230,7 @@ impl SimulatedMouse {
 
     fn is_blocked_within<E: Environment>(
         &mut self,
-        direction: CompassDirection,
+        direction: Direction,
         half_steps: u64,
         environment: &mut E,
     ) -> Result<bool, E::Error> {
@@ -243,15 +248,15 @@ impl SimulatedMouse {
     /// Returns the point half a step ahead, or `None` if a wall or post is there.
     fn free_point_ahead<E: Environment>(
         &mut self,
-        point: GridPoint,
-        direction: CompassDirection,
+        point: Point,
+        direction: Direction,
         environment: &mut E,
-    ) -> Result<Option<GridPoint>, E::Error> {
-        let Some(next) = point.ahead(direction) else { return Ok(None) };
-        let is_free = match next.kind() {
-            GridPointKind::Centre => self.map.size().contains(next.cell()),
-            GridPointKind::Post => false,
-            GridPointKind::Wall(wall) => !self.sense_wall(wall, environment)?,
+    ) -> Result<Option<Point>, E::Error> {
+        let Some(next) = point.advanced(direction, 1) else { return Ok(None) };
+        let is_free = match (next.cell(), next.wall()) {
+            (Some(cell), _) => self.map.size().contains(cell),
+            (None, Some((cell, side))) => !self.sense_wall(Wall::new(cell, side), environment)?,
+            (None, None) => false,
         };
         Ok(is_free.then_some(next))
     }
@@ -328,7 +333,7 @@ o---o---o---o
         let (mouse, poses) =
             execute(&["moveForward 9", "turnRight", "moveForwardHalf 3", "turnLeft45"]);
         assert_eq!(poses.join(" "), "0,1N 0,2N 0,2E 1,2E 2,2E 2,2N");
-        assert_eq!(mouse.point(), GridPoint { x: 4, y: 5 });
+        assert_eq!(mouse.point(), Point { i: 4, j: 5 });
         let (_, poses) =
             execute(&["moveForward", "ackReset", "moveForward 0", "turnLeft", "moveForward"]);
         assert_eq!(poses.join(" "), "0,1N 0,0N 0,0W");

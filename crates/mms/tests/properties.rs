@@ -1,8 +1,8 @@
 //! Property tests that use random mazes to compare the mouse with an independent model of the mms
 //! rules.
 
-use mmsim_maze::{Cell, Heading, MazeSize, WallState, Walls};
-use mmsim_mms::{Command, GeneralFormat, GridPoint, ScoreRules, SimulatedMouse, Stat};
+use mmsim_maze::{Cell, Heading, MazeSize, Point, WallState, Walls};
+use mmsim_mms::{Command, GeneralFormat, ScoreRules, SimulatedMouse, Stat};
 use proptest::prelude::*;
 
 /// The east and north components of half a step in each direction, clockwise from north.
@@ -245,7 +245,7 @@ proptest! {
                 if moved == requested { "ack".into() } else { "crash".into() }
             };
             prop_assert_eq!(response.map(|response| response.to_string()), Some(expected), "{}", line);
-            let point = GridPoint { x: u8::try_from(at.0).unwrap(), y: u8::try_from(at.1).unwrap() };
+            let point = Point { i: u8::try_from(at.0).unwrap(), j: u8::try_from(at.1).unwrap() };
             prop_assert_eq!(mouse.point(), point, "{}", line);
             prop_assert!(size.contains(mouse.pose().cell));
         }

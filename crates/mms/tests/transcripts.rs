@@ -229,7 +229,7 @@ fn a_diagonal_along_a_staircase() {
          turnLeft45 -> ack
          getStat total-effective-distance -> 3",
     );
-    assert_eq!(fixture.mouse.point(), mmsim_mms::GridPoint { x: 6, y: 7 });
+    assert_eq!(fixture.mouse.point(), mmsim_maze::Point { i: 6, j: 7 });
 }
 
 #[test]

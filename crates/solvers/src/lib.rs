@@ -109,7 +109,8 @@ mod tests {
         while driver.advance_in(&maze) == Ok(true) {}
         let (result, steps) = (driver.decision().unwrap(), driver.stats().steps());
         let weight = |cell| mouse.weight(cell);
-        let drawing = mouse.map().picture().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
+        let drawing =
+            mouse.map().picture().with_numbers(&weight).with_mouse(mouse.pose()).to_string();
         Outcome { result, steps, drawing }
     }
 
@@ -127,8 +128,9 @@ mod tests {
 
     /// Generates mazes whose sides are at most `max_side`, with any start and up to four goals.
     pub(crate) fn random_mazes(max_side: usize) -> impl Generator<Value = Maze> {
-        let walls = (1..=max_side, 1..=max_side)
-            .prop_flat_map(|(width, height)| random_walls(MazeSize::new(width, height).unwrap(), 0.7));
+        let walls = (1..=max_side, 1..=max_side).prop_flat_map(|(width, height)| {
+            random_walls(MazeSize::new(width, height).unwrap(), 0.7)
+        });
         let goals = prop::collection::vec((0u8..32, 0u8..32), 0..5);
         (walls, (0u8..32, 0u8..32), goals).prop_map(|(walls, start, goals)| {
             let size = walls.size();

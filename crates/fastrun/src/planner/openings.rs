@@ -203,11 +203,10 @@ fn diagonal_turns<L: Line, const N: usize>(
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Heading, MazeSize};
+    use mmsim_maze::{Direction, Heading, MazeSize, Point};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::lattice::{Direction, Point};
     use crate::planner::classes::ORDER;
     use crate::turn::{Side, TurnKind};
     use crate::vehicle::Vehicle;

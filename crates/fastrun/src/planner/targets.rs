@@ -2,7 +2,7 @@
 
 use core::array::from_fn;
 
-use crate::lattice::Direction;
+use mmsim_maze::Direction;
 
 /// The nodes at centres come first, one for each direction and cell, then those at the walls ahead
 /// of the cells.
@@ -166,8 +166,9 @@ pub(super) fn place(node: usize, n: usize) -> (Direction, Cell) {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::Point;
+
     use super::*;
-    use crate::lattice::Point;
     use crate::planner::classes::ORDER;
     use crate::turn::Side;
 

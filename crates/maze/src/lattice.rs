@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use mmsim_maze::{Cell, Heading, Walls};
+use crate::cell::Cell;
+use crate::heading::Heading;
+use crate::walls::Walls;
 
 /// A point of the lattice with a spacing of half a cell.
 ///
@@ -25,11 +27,11 @@ pub struct Point {
 }
 
 impl Point {
-    /// Returns the centre of a cell.
+    /// Returns the centre of a cell. If a coordinate of the cell is above 127, that coordinate of
+    /// the result is 255.
     ///
     /// ```
-    /// use mmsim_fastrun::Point;
-    /// use mmsim_maze::Cell;
+    /// use mmsim_maze::{Cell, Point};
     /// assert_eq!(Point::centre(Cell::new(3, 0)), Point { i: 7, j: 1 });
     /// ```
     pub const fn centre(Cell { x, y }: Cell) -> Self {
@@ -49,8 +51,7 @@ impl Point {
     /// and the side of that cell. Returns `None` for centres and posts.
     ///
     /// ```
-    /// use mmsim_fastrun::Point;
-    /// use mmsim_maze::{Cell, Heading};
+    /// use mmsim_maze::{Cell, Heading, Point};
     /// assert_eq!(Point { i: 2, j: 1 }.wall(), Some((Cell::new(1, 0), Heading::West)));
     /// ```
     pub const fn wall(self) -> Option<(Cell, Heading)> {
@@ -64,6 +65,7 @@ impl Point {
 
     /// Returns true if a mouse can be at this point: the centre of a cell of the maze, or the
     /// middle of an absent wall.
+    #[inline]
     pub fn is_free(self, walls: &Walls) -> bool {
         match (self.cell(), self.wall()) {
             (Some(cell), _) => walls.size().contains(cell),
@@ -74,13 +76,17 @@ impl Point {
 
     /// Returns the point `steps` lattice steps away in the given direction, or `None` if a
     /// coordinate would be less than 0 or greater than 255.
+    #[inline]
     pub fn advanced(self, direction: Direction, steps: u8) -> Option<Self> {
         let (east, north) = direction.vector();
         let steps = i16::from(steps);
         self.shifted(i16::from(east) * steps, i16::from(north) * steps)
     }
 
-    pub(crate) fn shifted(self, east: i16, north: i16) -> Option<Self> {
+    /// Returns the point that many half cells to the east and north, or `None` if a coordinate
+    /// would be less than 0 or greater than 255.
+    #[inline]
+    pub fn shifted(self, east: i16, north: i16) -> Option<Self> {
         let i = u8::try_from(i16::from(self.i) + east).ok()?;
         let j = u8::try_from(i16::from(self.j) + north).ok()?;
         Some(Self { i, j })
@@ -131,13 +137,13 @@ impl Direction {
     /// turn left.
     ///
     /// ```
-    /// use mmsim_fastrun::Direction;
+    /// use mmsim_maze::Direction;
     /// assert_eq!(Direction::North.turned(3), Direction::SouthEast);
     /// assert_eq!(Direction::North.turned(-1), Direction::NorthWest);
     /// ```
     #[must_use]
     pub const fn turned(self, eighths: i8) -> Self {
-        Self::ALL[(self as i8 + eighths).rem_euclid(8) as usize]
+        Self::ALL[(self as i8).wrapping_add(eighths).rem_euclid(8) as usize]
     }
 
     /// Returns the lattice step in this direction as (east, north), each -1, 0 or 1.
@@ -172,9 +178,8 @@ impl fmt::Display for Direction {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::MazeSize;
-
     use super::*;
+    use crate::cell::MazeSize;
 
     #[test]
     fn points_are_free_where_there_is_no_wall() {
@@ -193,10 +198,23 @@ mod tests {
     }
 
     #[test]
+    fn points_match_the_drawing() {
+        let place = |i, j| (Point { i, j }.cell(), Point { i, j }.wall());
+        assert_eq!(place(3, 1), (Some(Cell::new(1, 0)), None), "a centre");
+        assert_eq!(place(2, 0), (None, None), "a post");
+        assert_eq!(place(0, 1), (None, Some((Cell::new(0, 0), Heading::West))));
+        assert_eq!(place(4, 1), (None, Some((Cell::new(2, 0), Heading::West))));
+        assert_eq!(place(3, 2), (None, Some((Cell::new(1, 1), Heading::South))));
+        assert_eq!(Point::centre(Cell::new(31, 0)), Point { i: 63, j: 1 });
+    }
+
+    #[test]
     fn directions_turn_and_point_clockwise() {
         for (index, direction) in Direction::ALL.into_iter().enumerate() {
             assert_eq!(direction as usize, index);
-            assert_eq!(direction.turned(8), direction);
+            for full_turns in [8, -8, 120, i8::MIN] {
+                assert_eq!(direction.turned(full_turns), direction);
+            }
             let (east, north) = direction.vector();
             let (sin, cos) = direction.angle().sin_cos();
             let scale = if direction.is_diagonal() { 2_f64.sqrt() } else { 1.0 };
