@@ -1,8 +1,8 @@
-//! Sets of cells.
+//! Sets of cells, and values for cells.
 
 use core::array::from_fn;
 use core::fmt;
-use core::ops::{BitAnd, BitOr, Sub};
+use core::ops::{BitAnd, BitOr, Index, IndexMut, Sub};
 
 use crate::cell::{Cell, MazeSize};
 
@@ -180,6 +180,40 @@ impl fmt::Debug for CellSet {
     }
 }
 
+/// A value for each cell of the largest maze, stored without allocation.
+///
+/// Indexing panics if the cell is outside the largest maze.
+///
+/// ```
+/// use mmsim_maze::{Cell, CellMap};
+/// let mut visits = CellMap::new(0);
+/// visits[Cell::new(7, 8)] += 1;
+/// assert_eq!((visits[Cell::new(7, 8)], visits[Cell::new(8, 7)]), (1, 0));
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CellMap<T>([[T; SIDE]; SIDE]);
+
+impl<T: Copy> CellMap<T> {
+    /// Creates a map that has the same value for each cell.
+    pub const fn new(value: T) -> Self {
+        Self([[value; SIDE]; SIDE])
+    }
+}
+
+impl<T> Index<Cell> for CellMap<T> {
+    type Output = T;
+
+    fn index(&self, cell: Cell) -> &T {
+        &self.0[usize::from(cell.y)][usize::from(cell.x)]
+    }
+}
+
+impl<T> IndexMut<Cell> for CellMap<T> {
+    fn index_mut(&mut self, cell: Cell) -> &mut T {
+        &mut self.0[usize::from(cell.y)][usize::from(cell.x)]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -258,5 +292,14 @@ mod tests {
         assert!(extended.remove(cells[1]) && !extended.remove(cells[1]));
         let text = "{Cell { x: 1, y: 2 }, Cell { x: 31, y: 31 }}";
         assert_eq!(format!("{extended:?}"), text);
+    }
+
+    #[test]
+    fn each_cell_has_its_own_value() {
+        let mut map = CellMap::new(None);
+        for cell in MazeSize::LARGEST.cells() {
+            assert_eq!(map[cell].replace(cell), None);
+        }
+        assert!(MazeSize::LARGEST.cells().all(|cell| map[cell] == Some(cell)));
     }
 }

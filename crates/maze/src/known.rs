@@ -1,10 +1,9 @@
 //! A mouse's map of a maze.
 
-use crate::cell::{Cell, MazeSize};
+use crate::cell::{Cell, MazeSize, Pose};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
 use crate::maze::Maze;
-use crate::pose::Pose;
 use crate::walls::{Sides, Walls, WallsAround};
 
 /// A mouse's map of a maze. The map contains the size, the start, the goal cells, the visited

@@ -46,7 +46,6 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod cell;
-mod cell_map;
 mod cell_set;
 mod escaped;
 mod heading;
@@ -55,14 +54,11 @@ mod lattice;
 mod maze;
 mod parse;
 mod picture;
-mod pose;
-mod wall;
 mod walls;
 mod wy_rand;
 
-pub use cell::{Cell, MazeSize, SizeError};
-pub use cell_map::CellMap;
-pub use cell_set::{CellSet, CellSetIter, Row};
+pub use cell::{Cell, MazeSize, Pose, SizeError};
+pub use cell_set::{CellMap, CellSet, CellSetIter, Row};
 pub use escaped::{Counted, Escaped, Excerpt, counted, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};
@@ -70,9 +66,7 @@ pub use lattice::{Direction, Point};
 pub use maze::{Maze, MazeError};
 pub use parse::ParseMazeError;
 pub use picture::TextPicture;
-pub use pose::Pose;
-pub use wall::Wall;
-pub use walls::{Sides, Walls, WallsAround};
+pub use walls::{Sides, Wall, Walls, WallsAround};
 pub use wy_rand::WyRand;
 
 /// Runs the README examples as doctests.

@@ -1,9 +1,8 @@
 //! The true maze.
 
-use crate::cell::{Cell, MazeSize};
+use crate::cell::{Cell, MazeSize, Pose};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
-use crate::pose::Pose;
 use crate::walls::Walls;
 
 /// The true maze: all walls, the start and the goal. Only a simulator knows the true maze; a mouse

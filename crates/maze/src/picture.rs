@@ -2,12 +2,11 @@
 
 use core::fmt::{self, Formatter, Result, Write};
 
-use crate::cell::{Cell, MazeSize};
+use crate::cell::{Cell, MazeSize, Pose};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
 use crate::known::{KnownMaze, Unknown, WallState};
 use crate::maze::Maze;
-use crate::pose::Pose;
 use crate::walls::Walls;
 
 /// A text picture of a maze or of a mouse's map, with north at the top.
