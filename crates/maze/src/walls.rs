@@ -134,8 +134,15 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
-    /// Combines the bits of two mazes of the same size. Outer walls stay present.
-    pub(crate) fn combine(&self, other: &Self, bits: impl Fn(Row, Row) -> Row) -> Self {
+    /// Combines the walls of two mazes of the same size, as rows of bits. Outer walls stay present.
+    ///
+    /// ```
+    /// use mmsim_maze::{MazeSize, Walls};
+    /// let (open, closed) = (Walls::open(MazeSize::CLASSIC), Walls::closed(MazeSize::CLASSIC));
+    /// assert_eq!(open.combine(&closed, |one, other| one & other), open);
+    /// ```
+    #[must_use]
+    pub fn combine(&self, other: &Self, bits: impl Fn(Row, Row) -> Row) -> Self {
         let rows = |one: &[Row; SIDE], other: &[Row; SIDE]| {
             core::array::from_fn(|y| bits(one[y], other[y]))
         };

@@ -1,7 +1,7 @@
 //! The fastest-path search, which explores until the fastest run is proven.
 
 use mmsim_fastrun::{Planner, Vehicle};
-use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Step, Unknown};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Step, Unknown};
 
 use crate::flood::{Distances, only};
 use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
@@ -134,14 +134,15 @@ impl Objective for LeastTime {
         let cost = |cell: Cell| {
             let steps = i32::from(from_mouse.at(cell)?);
             let home = i32::from(from_start.at(cell)?);
-            let others = if optimistic.contains(cell) { 0 } else { runs - counts.at(cell) };
+            let others = if optimistic.contains(cell) { 0 } else { runs - i32::from(counts[cell]) };
             let detour = DETOUR * others;
             Some((
                 runs.max(1) * (STEPS_FROM_START * steps - home) + STEPS_FROM_START * detour,
                 steps,
             ))
         };
-        let candidates = (optimistic | counts.cells(map.size())) - *map.visited();
+        let counted: CellSet = map.size().cells().filter(|&cell| counts[cell] > 0).collect();
+        let candidates = (optimistic | counted) - *map.visited();
         let costs = candidates.iter().filter_map(|cell| Some((cost(cell)?, cell)));
         costs.min_by_key(|&(cost, _)| cost).map(|(_, cell)| cell)
     }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use mmsim_maze::Step;
+use mmsim_maze::{Step, counted};
 
 use crate::strategy::Phase;
 
@@ -81,7 +81,7 @@ impl SearchStats {
 impl fmt::Display for SearchStats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let steps = self.steps();
-        write!(f, "{steps} step{}", if steps == 1 { "" } else { "s" })?;
+        write!(f, "{}", counted(steps, "step"))?;
         if steps == self.search_run.steps {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! Fastest runs in random completions of a partly known maze.
 
 use mmsim_fastrun::Planner;
-use mmsim_maze::{Cell, CellMap, CellSet, KnownMaze, MazeSize, Unknown, Walls, WyRand};
+use mmsim_maze::{CellMap, KnownMaze, MazeSize, Unknown, Walls, WyRand};
 
 use super::time_bounds::PlannedRun;
 
@@ -41,33 +41,18 @@ impl SampledRuns {
 
     /// Returns the number of runs, and for each unvisited cell beside an unknown wall the number of
     /// runs that cross this wall. Samples in which the goal is unreachable have no run.
-    pub(crate) fn count(&self, map: &KnownMaze) -> (i32, CellCounts) {
-        let mut counts = CellCounts(CellMap::new(0));
+    pub(crate) fn count(&self, map: &KnownMaze) -> (i32, CellMap<u8>) {
+        let mut counts = CellMap::new(0);
         let runs = self.samples.iter().filter_map(|sample| sample.run.as_ref());
         let mut number = 0;
         for run in runs {
             number += 1;
             let unvisited = run.cells_beside_unknown_walls(map) - *map.visited();
             for cell in &unvisited {
-                counts.0[cell] += 1;
+                counts[cell] += 1;
             }
         }
         (number, counts)
-    }
-}
-
-/// A number for each cell.
-pub(crate) struct CellCounts(CellMap<u8>);
-
-impl CellCounts {
-    /// Returns the number of a cell of the maze.
-    pub(crate) fn at(&self, cell: Cell) -> i32 {
-        self.0[cell].into()
-    }
-
-    /// Returns the cells of a maze whose number is not 0.
-    pub(crate) fn cells(&self, size: MazeSize) -> CellSet {
-        size.cells().filter(|&cell| self.at(cell) > 0).collect()
     }
 }
 
@@ -87,7 +72,8 @@ impl Sample {
 
     fn update(&mut self, planner: &mut Planner, map: &KnownMaze) {
         let walls = combined(map, &self.random);
-        let has_only_gained = |before: &Walls| are_subset(before, &walls);
+        let has_only_gained =
+            |before: &Walls| before.combine(&walls, |before, now| before | now) == walls;
         let is_possible = self.run.as_ref().is_none_or(|run| run.is_possible(&walls));
         // Further walls make no run faster.
         if !(is_possible && self.walls.as_ref().is_some_and(has_only_gained)) {
@@ -97,30 +83,17 @@ impl Sample {
     }
 }
 
-/// Returns true if all walls of `some` are also walls of `all`.
-fn are_subset(some: &Walls, all: &Walls) -> bool {
-    let rows = |walls: &Walls| [*walls.north_rows(), *walls.east_rows()];
-    rows(some)
-        .as_flattened()
-        .iter()
-        .zip(rows(all).as_flattened())
-        .all(|(some, all)| some & !all == 0)
-}
-
 /// Returns the known walls, and those of `random` where the map is unknown.
 fn combined(map: &KnownMaze, random: &Walls) -> Walls {
     let (certain, possible) = (map.walls(Unknown::Open), map.walls(Unknown::Closed));
-    let rows = |rows: fn(&Walls) -> &[u32; 32]| {
-        let (certain, possible, random) = (rows(certain), rows(possible), rows(random));
-        core::array::from_fn(|y| certain[y] | possible[y] & random[y])
-    };
-    Walls::from_rows(map.size(), rows(Walls::north_rows), rows(Walls::east_rows))
+    let unknown = possible.combine(random, |possible, random| possible & random);
+    certain.combine(&unknown, |certain, unknown| certain | unknown)
 }
 
 #[cfg(test)]
 mod tests {
     use mmsim_fastrun::Vehicle;
-    use mmsim_maze::{Heading, Maze, Pose, Wall, WallState};
+    use mmsim_maze::{Cell, Heading, Maze, Pose, Wall, WallState};
     use proptest::prelude::*;
 
     use super::*;
@@ -214,8 +187,10 @@ o---o---o---o---o
         runs.update(&mut planner, &map);
         let (number, counts) = runs.count(&map);
         assert!(number > 0, "all samples close the last wall");
-        assert_eq!([(2, 1), (3, 1)].map(|(x, y)| counts.at(Cell::new(x, y))), [number; 2]);
-        assert_eq!(counts.at(Cell::new(2, 0)), 0, "visited");
-        assert!(counts.cells(map.size()).iter().eq([Cell::new(2, 1), Cell::new(3, 1)]));
+        for cell in map.size().cells() {
+            let is_counted = [Cell::new(2, 1), Cell::new(3, 1)].contains(&cell);
+            let expected = if is_counted { number } else { 0 };
+            assert_eq!(i32::from(counts[cell]), expected, "{cell}");
+        }
     }
 }
