@@ -8,8 +8,7 @@ use walkdir::{DirEntry, WalkDir};
 
 use mmsim_maze::Maze;
 
-use crate::file::{ReadError, read_content};
-use crate::read::parse_maze;
+use crate::read::{ReadError, parse_maze, read_content};
 
 /// A collection of mazes.
 ///

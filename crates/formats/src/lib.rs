@@ -27,13 +27,11 @@ mod catalogue;
 mod csv;
 mod detect;
 mod error;
-mod file;
 mod format;
 mod grid;
 mod hex;
 mod maz;
 mod num;
-mod oshwdem;
 mod parsed_maze;
 mod read;
 mod rows;
@@ -43,10 +41,9 @@ mod write;
 
 pub use catalogue::{Catalogue, Entry};
 pub use error::{Location, ParseError, ParseErrorKind};
-pub use file::{MAX_FILE_BYTES, ReadError, read_content, read_content_from, read_maze};
 pub use format::{Format, FormatNameError};
 pub use parsed_maze::ParsedMaze;
-pub use read::parse_maze;
+pub use read::{MAX_FILE_BYTES, ReadError, parse_maze, read_content, read_content_from, read_maze};
 pub use write::WriteError;
 
 /// Compiles and runs the example in the README of this crate.
