@@ -3,9 +3,8 @@
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Wall, Walls, WyRand};
 use mmsim_solvers::Distances;
 
-use crate::perfect::{START, closed_around};
+use crate::perfect::{PassageParams, START, closed_around, open_winding_tree};
 use crate::posts::{Post, walls_to_outer_wall};
-use crate::tree::{self, PassageParams};
 
 /// The minimum side length, in cells, of a maze in which the goal does not touch the outer wall.
 pub(crate) const MIN_SIDE: u8 = 3;
@@ -81,7 +80,7 @@ impl Draft {
         };
         let root = (Cell::new(START.x, START.y + 1), Heading::North);
         self.walls.set(START, Heading::North, false);
-        tree::winding(&mut self.walls, root, free, params, rng);
+        open_winding_tree(&mut self.walls, root, free, params, rng);
         let entrances = self.room_walls();
         let entrance = entrances[rng.index(entrances.len())];
         self.walls.set(entrance.cell, entrance.heading, false);
