@@ -3,7 +3,6 @@
 mod belief_state;
 mod contest;
 mod exploration_value;
-mod hypothesis;
 mod maze_batch;
 mod maze_samples;
 mod unknown_stretch;
@@ -11,9 +10,8 @@ mod wall_prior;
 
 use mmsim_maze::{Cell, Heading, KnownMaze, Pose, Unknown, WallState};
 
-use crate::action::{Action, Rotation};
 use crate::race::{RaceSteps, race_optimum};
-use crate::robot::Robot;
+use crate::robot::{Action, Robot, Rotation};
 use crate::survey::Survey;
 use crate::trial::Trial;
 use belief_state::BeliefState;
@@ -229,10 +227,8 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::noise::SensorNoise;
     use crate::race::race_optimum;
-    use crate::robot::{run_observed_trial, run_trial};
-    use crate::trial::TrialOutcome;
+    use crate::trial::{SensorNoise, TrialOutcome, run_observed_trial, run_trial};
 
     /// A maze with two paths to the goal. The shorter path leads away from the goal at first.
     const MAZE: &str = "\

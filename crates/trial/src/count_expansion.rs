@@ -3,10 +3,9 @@
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_solvers::centre;
 
-use crate::action::{Action, Rotation};
 use crate::one_sided_walls::OneSidedWalls;
 use crate::race::straight;
-use crate::robot::Robot;
+use crate::robot::{Action, Robot, Rotation};
 use crate::survey::Survey;
 
 /// The published benchmark robot, which plans like the published
@@ -75,9 +74,8 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::robot::run_trial;
     use crate::tests::{actions, check_noisy_trials};
-    use crate::trial::TrialOutcome;
+    use crate::trial::{TrialOutcome, run_trial};
 
     fn robot(maze: &Maze) -> CountExpansion {
         CountExpansion::new(KnownMaze::unexplored(maze))

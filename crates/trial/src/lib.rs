@@ -15,11 +15,9 @@
 //! from seeds, so a trial gives the same result on every machine.
 #![forbid(unsafe_code)]
 
-mod action;
 mod bundled;
 mod champion;
 mod count_expansion;
-mod noise;
 mod one_sided_walls;
 mod progress;
 mod race;
@@ -30,19 +28,19 @@ mod swing;
 mod swing_as_published;
 mod trial;
 
-pub use action::{Action, Rotation};
 pub use bundled::{BundledRobot, Settings, UnknownRobot};
 pub use champion::{Champion, StoppingRule, WallPrior};
 pub use count_expansion::CountExpansion;
-pub use noise::SensorNoise;
 pub use progress::{TrialProgress, TrialStatus};
 pub use race::{RaceSteps, race_optimum};
 pub use random_walk::RandomWalk;
-pub use robot::{Robot, run_observed_trial, run_trial};
+pub use robot::{Action, Robot, Rotation};
 pub use survey::Survey;
 pub use swing::{KeyPoints, KeyPointsError, SwingRobot, UnknownVariant, Variant};
 pub use swing_as_published::SwingAsPublished;
-pub use trial::{Score, Trial, TrialOutcome, TrialPhase};
+pub use trial::{
+    Score, SensorNoise, Trial, TrialOutcome, TrialPhase, run_observed_trial, run_trial,
+};
 
 /// Runs the code in the README of this crate.
 #[cfg(doctest)]

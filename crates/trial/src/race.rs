@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Cell, CellMap, CellSet, Heading, MazeSize, Pose, Walls};
 
-use crate::action::{Action, Rotation};
+use crate::robot::{Action, Rotation};
 
 /// The height of the empty margins north and south of the maze, in rows. The margins make bounds
 /// checks unnecessary.

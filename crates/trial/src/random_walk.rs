@@ -2,8 +2,7 @@
 
 use mmsim_maze::{KnownMaze, WyRand};
 
-use crate::action::{Action, Rotation};
-use crate::robot::Robot;
+use crate::robot::{Action, Robot, Rotation};
 use crate::survey::Survey;
 
 /// The published benchmark robot that moves at random. In each step the robot picks one of the open
@@ -23,8 +22,7 @@ impl RandomWalk {
     }
 
     fn random_move(&mut self, sensors: [u8; 3]) -> Action {
-        let rotations = [Rotation::Left, Rotation::None, Rotation::Right];
-        let mut open = rotations.into_iter().zip(sensors).filter(|&(_, cells)| cells > 0);
+        let mut open = Rotation::ALL.into_iter().zip(sensors).filter(|&(_, cells)| cells > 0);
         let count = open.clone().count();
         match open.nth(self.rng.index(count)) {
             Some((rotation, free)) => Action::Move { rotation, cells: self.random_cells(free) },
@@ -58,8 +56,7 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::robot::run_trial;
-    use crate::trial::TrialOutcome;
+    use crate::trial::{TrialOutcome, run_trial};
 
     #[test]
     fn the_same_seed_gives_the_same_score() {

@@ -2,8 +2,8 @@
 
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Unknown, WallState};
 
-use crate::action::Action;
 use crate::race::moved;
+use crate::robot::Action;
 use crate::trial::sensor_headings;
 
 /// A robot's map of the maze, built from sensor readings, and its pose, tracked by dead reckoning.

@@ -6,9 +6,8 @@ use std::str::FromStr;
 use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown, Walls};
 use mmsim_solvers::{KeyPointRoute, ShortestPath, centre};
 
-use crate::action::{Action, Rotation};
 use crate::race::{RaceSteps, straight};
-use crate::robot::Robot;
+use crate::robot::{Action, Robot, Rotation};
 use crate::survey::Survey;
 
 /// The published robot that visits key points, such as the corners of the maze, along optimistic
@@ -295,9 +294,8 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::robot::run_trial;
     use crate::tests::{actions, check_noisy_trials};
-    use crate::trial::TrialOutcome;
+    use crate::trial::{TrialOutcome, run_trial};
 
     #[test]
     fn names_round_trip() {

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use mmsim_maze::{Cell, KnownMaze, Pose, Walls};
 
-use crate::action::Action;
 use crate::one_sided_walls::OneSidedWalls;
 use crate::race::moved;
-use crate::robot::Robot;
+use crate::robot::{Action, Robot};
 use crate::swing::{KeyPoints, Variant};
 
 /// The published robot that visits key points, step by step as it was published.
@@ -136,9 +135,8 @@ mod tests {
     use mmsim_maze::Maze;
 
     use super::*;
-    use crate::robot::run_trial;
     use crate::tests::{actions, check_noisy_trials};
-    use crate::trial::TrialOutcome;
+    use crate::trial::{TrialOutcome, run_trial};
 
     fn maze(text: &str) -> Maze {
         text.parse().unwrap()

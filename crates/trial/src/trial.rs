@@ -1,12 +1,12 @@
 //! The environment of a trial, which executes the actions of a robot, decides when a run ends, and
-//! computes the score.
+//! computes the score; and the noise of sensors.
 
 use std::fmt;
 
-use mmsim_maze::{Heading, Maze, Pose};
+use mmsim_maze::{Heading, Maze, Pose, WyRand};
 
-use crate::action::Action;
 use crate::race::moved;
+use crate::robot::{Action, Robot};
 
 /// The two-run trial of a robot in a maze, according to the rules of the published tester.
 ///
@@ -186,6 +186,72 @@ impl<'m> Trial<'m> {
     }
 }
 
+/// Runs a complete trial of a robot with noise-free sensors.
+pub fn run_trial(maze: &Maze, robot: &mut (impl Robot + ?Sized)) -> TrialOutcome {
+    run_observed_trial(maze, robot, &mut SensorNoise::none(), |_, _, _| {})
+}
+
+/// Runs a complete trial of a robot with the given sensor noise. Before each step, `observe`
+/// receives the trial, the robot's sensor readings and its next action.
+pub fn run_observed_trial(
+    maze: &Maze,
+    robot: &mut (impl Robot + ?Sized),
+    noise: &mut SensorNoise,
+    mut observe: impl FnMut(&Trial<'_>, [u8; 3], Action),
+) -> TrialOutcome {
+    let mut trial = Trial::new(maze);
+    loop {
+        let sensors = noise.apply(trial.readings());
+        let action = robot.next_move(sensors);
+        observe(&trial, sensors, action);
+        if let Some(outcome) = trial.act(action) {
+            return outcome;
+        }
+    }
+}
+
+/// Sensor noise that makes each reading wrong by one cell with a given probability.
+///
+/// A wrong reading is equally likely to be too high or too low. If the true value is 0, a wrong
+/// reading is always 1. The same seed gives the same errors.
+///
+/// ```
+/// use mmsim_trial::SensorNoise;
+/// assert_eq!(SensorNoise::none().apply([0, 3, 7]), [0, 3, 7]);
+/// let [left, front, _] = SensorNoise::new(1., 7).apply([0, 3, 7]);
+/// assert_eq!((left, front.abs_diff(3)), (1, 1));
+/// ```
+#[derive(Clone, Debug)]
+pub struct SensorNoise {
+    probability: f64,
+    rng: WyRand,
+}
+
+impl SensorNoise {
+    /// Creates noise-free sensors.
+    pub fn none() -> Self {
+        Self::new(0., 0)
+    }
+
+    /// Creates sensors whose readings are wrong with the given probability, from 0 to 1.
+    pub fn new(probability: f64, seed: u64) -> Self {
+        Self { probability, rng: WyRand::new(seed) }
+    }
+
+    /// Adds random errors to the readings.
+    pub fn apply(&mut self, readings: [u8; 3]) -> [u8; 3] {
+        readings.map(|cells| {
+            if !self.rng.chance(self.probability) {
+                cells
+            } else if cells == 0 || self.rng.flip() {
+                cells.saturating_add(1)
+            } else {
+                cells - 1
+            }
+        })
+    }
+}
+
 /// Returns the directions of the left, front and right sensors of a robot with this heading.
 pub(crate) const fn sensor_headings(heading: Heading) -> [Heading; 3] {
     [heading.left(), heading, heading.right()]
@@ -194,7 +260,7 @@ pub(crate) const fn sensor_headings(heading: Heading) -> [Heading; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::action::Rotation;
+    use crate::robot::Rotation;
 
     const MAZE: &str = "\
 o---o---o---o---o---o
@@ -274,5 +340,18 @@ o---o---o---o---o---o
         assert_eq!(trial.act(step(0, 1)), Some(TrialOutcome::OutOfTime));
         in_time.act(Action::GiveUp);
         assert_eq!(in_time.outcome(), Some(TrialOutcome::GaveUp));
+    }
+
+    #[test]
+    fn errors_have_the_given_rate_and_are_one_cell() {
+        let mut noise = SensorNoise::new(0.25, 3);
+        let mut wrong = 0;
+        for _ in 0..10_000 {
+            for (reading, cells) in noise.apply([0, 5, 30]).into_iter().zip([0, 5, 30]) {
+                assert!(reading.abs_diff(cells) <= 1);
+                wrong += u32::from(reading != cells);
+            }
+        }
+        assert!((7_000..8_000).contains(&wrong), "{wrong} of 30,000");
     }
 }

@@ -35,7 +35,7 @@ const OTHERS_WEIGHT: f64 = 2.;
 const ONWARD_FACTOR: u16 = 4;
 
 /// A group of unknown stretches that the robot would enter from the same cell.
-struct Candidate {
+struct StretchGroup {
     /// The cell from which the robot would enter the stretches.
     end: Cell,
     /// The [savings](damped) over all samples.
@@ -85,14 +85,14 @@ impl ExplorationValue {
         self.add_samples(map, prior, upper);
         let candidates = self.candidates(from_here, upper);
         // In the current cell, the robot needs one step to turn.
-        let steps_to = |candidate: &Candidate| from_here.at_least_one(candidate.end);
-        let is_worthwhile = |candidate: &&Candidate| {
+        let steps_to = |candidate: &StretchGroup| from_here.at_least_one(candidate.end);
+        let is_worthwhile = |candidate: &&StretchGroup| {
             steps_to(candidate).is_some_and(|steps| self.gain(candidate, steps) > min_gain)
         };
-        let total_gain = |candidate: &Candidate| {
+        let total_gain = |candidate: &StretchGroup| {
             let onwards = RaceSteps::flood_from(map.walls(Unknown::Closed), candidate.end);
             let steps = steps_to(candidate)?;
-            let gain = |other: &Candidate| {
+            let gain = |other: &StretchGroup| {
                 let onward = onwards.at(other.end)?.saturating_mul(ONWARD_FACTOR);
                 let weight = if other.end == candidate.end { 1. } else { OTHERS_WEIGHT };
                 Some(weight * self.gain(other, steps.saturating_add(onward)))
@@ -104,8 +104,8 @@ impl ExplorationValue {
     }
 
     /// Groups the reachable stretches by the cell from which the robot would enter them.
-    fn candidates(&self, from_here: &RaceSteps, upper: u16) -> Vec<Candidate> {
-        let mut candidates: Vec<Candidate> = Vec::new();
+    fn candidates(&self, from_here: &RaceSteps, upper: u16) -> Vec<StretchGroup> {
+        let mut candidates: Vec<StretchGroup> = Vec::new();
         for &UnknownStretch { ends, length, race } in &self.stretches {
             let steps = |end: Cell| Some((from_here.at(end)?, end));
             let nearer = ends.into_iter().filter_map(steps).min_by_key(|&(steps, _)| steps);
@@ -116,7 +116,7 @@ impl ExplorationValue {
                     candidate.saved += saved;
                     candidate.length += length;
                 }
-                None => candidates.push(Candidate { end, saved, length }),
+                None => candidates.push(StretchGroup { end, saved, length }),
             }
         }
         candidates
@@ -126,7 +126,7 @@ impl ExplorationValue {
     /// expected [savings](damped) per exploration step. The steps to the candidate count
     /// in every sample. The robot is assumed to see from the nearer end whether a stretch is open,
     /// so the length of the stretch counts only in samples in which it is open.
-    fn gain(&self, candidate: &Candidate, steps: u16) -> f64 {
+    fn gain(&self, candidate: &StretchGroup, steps: u16) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let steps = self.count as f64 * f64::from(steps) + f64::from(candidate.length);
         30. * candidate.saved / steps
