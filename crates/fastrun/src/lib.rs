@@ -29,14 +29,11 @@ extern crate alloc;
 
 mod arc;
 mod naive;
-mod no_run;
 mod planner;
 mod presets;
 mod route;
 mod run;
 mod segment;
-#[cfg(feature = "std")]
-mod setting;
 mod straight;
 mod trajectory;
 mod turn;
@@ -47,8 +44,7 @@ mod warning;
 
 pub use mmsim_maze::{Direction, Point};
 pub use naive::dijkstra;
-pub use no_run::NoRun;
-pub use planner::{Planner, fastest};
+pub use planner::{NoRun, Planner, fastest};
 pub use route::Route;
 pub use run::{FastRun, ParseRunError, Turn};
 pub use segment::{MotionState, Segment, Shape};

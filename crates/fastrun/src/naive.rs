@@ -10,8 +10,8 @@ use crate::run::{FastRun, Turn};
 use crate::turn::{Side, TurnKind};
 use crate::vehicle::Vehicle;
 
-/// A state: the start, or the end of a turn.
-struct State {
+/// A state of the mouse: the start, or the end of a turn.
+struct NaiveState {
     point: Point,
     direction: Direction,
     /// The turn that ends here and its speed, or `None` at the start.
@@ -48,7 +48,7 @@ pub fn dijkstra(
     for direction in Direction::ALL.into_iter().filter(|direction| !direction.is_diagonal()) {
         let point = Point::centre(start);
         let index = search.states.len();
-        search.states.push(State { point, direction, turn: None, parent: index, time: 0.0 });
+        search.states.push(NaiveState { point, direction, turn: None, parent: index, time: 0.0 });
         search.expand(index, walls, goals);
     }
     while let Some(Reverse((time, index))) = search.queue.pop() {
@@ -74,7 +74,7 @@ const CLASSES: usize = 81;
 
 struct NaiveSearch<'a> {
     vehicle: &'a Vehicle,
-    states: Vec<State>,
+    states: Vec<NaiveState>,
     /// Times as bits, which have the same order as positive numbers, and indices of states.
     queue: BinaryHeap<Reverse<(u64, usize)>>,
     /// The least known time of each state.
@@ -85,7 +85,7 @@ struct NaiveSearch<'a> {
 
 impl NaiveSearch<'_> {
     fn key(&self, index: usize) -> usize {
-        let State { point, direction, turn, .. } = &self.states[index];
+        let NaiveState { point, direction, turn, .. } = &self.states[index];
         let class = turn.map_or(0, |turn| {
             let speeds = self.vehicle.speeds(turn.kind);
             let speed = speeds.partition_point(|&speed| speed > turn.speed);
@@ -97,7 +97,7 @@ impl NaiveSearch<'_> {
 
     /// Follows the straight from a state, and every turn from each of its points.
     fn expand(&mut self, index: usize, walls: &Walls, goals: &CellSet) {
-        let State { mut point, direction, turn, time, .. } = self.states[index];
+        let NaiveState { mut point, direction, turn, time, .. } = self.states[index];
         let fitted = turn.and_then(|turn| self.vehicle.arc(turn.kind));
         let parameters = self.vehicle.parameters();
         let after = fitted.map_or(parameters.start_offset, |fitted| fitted.after);
@@ -125,16 +125,7 @@ impl NaiveSearch<'_> {
                     if !passed.all(|wall| wall.is_some_and(|wall| wall.is_free(walls))) {
                         continue;
                     }
-                    let vehicle = self.vehicle;
-                    for &speed in vehicle.speeds(kind) {
-                        self.turn(
-                            index,
-                            (point, direction),
-                            (steps, distance),
-                            (kind, side),
-                            speed,
-                        );
-                    }
+                    self.turn(index, (point, direction), (steps, distance), (kind, side));
                 }
             }
             match point.advanced(direction, 1) {
@@ -144,32 +135,34 @@ impl NaiveSearch<'_> {
         }
     }
 
+    /// Drives a straight and a turn, at each of its speeds.
     fn turn(
         &mut self,
         parent: usize,
         (from, heading): (Point, Direction),
         (straight, distance): (u8, f64),
         (kind, side): (TurnKind, Side),
-        speed: f64,
     ) {
-        let State { turn: before, time, .. } = self.states[parent];
-        let Some(fitted) = self.vehicle.arc(kind) else { return };
-        let entry_speed = before.map_or(0.0, |turn| turn.speed);
-        let limits = self.vehicle.limits(heading.is_diagonal());
-        let Some(before) = limits.time(distance + fitted.before, entry_speed, speed) else {
-            return;
-        };
+        let NaiveState { turn: before, time, .. } = self.states[parent];
+        let vehicle = self.vehicle;
+        let Some(fitted) = vehicle.arc(kind) else { return };
         let Some((point, direction)) = kind.end(from, heading, side) else { return };
-        let time = time + before + fitted.arc.length / speed;
-        let index = self.states.len();
-        let turn = Some(Turn { straight, kind, side, speed });
-        self.states.push(State { point, direction, turn, parent, time });
-        let key = self.key(index);
-        if time < self.known[key] {
-            self.known[key] = time;
-            self.queue.push(Reverse((time.to_bits(), index)));
-        } else {
-            self.states.pop();
+        let entry_speed = before.map_or(0.0, |turn| turn.speed);
+        let limits = vehicle.limits(heading.is_diagonal());
+        for &speed in vehicle.speeds(kind) {
+            let before = limits.time(distance + fitted.before, entry_speed, speed);
+            let Some(before) = before else { continue };
+            let time = time + before + fitted.arc.length / speed;
+            let index = self.states.len();
+            let turn = Some(Turn { straight, kind, side, speed });
+            self.states.push(NaiveState { point, direction, turn, parent, time });
+            let key = self.key(index);
+            if time < self.known[key] {
+                self.known[key] = time;
+                self.queue.push(Reverse((time.to_bits(), index)));
+            } else {
+                self.states.pop();
+            }
         }
     }
 }

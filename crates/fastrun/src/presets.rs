@@ -1,13 +1,12 @@
 //! Mice of real contests.
 
 use alloc::borrow::Cow;
-use alloc::vec::Vec;
 
 use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleParameters};
 
-/// A limits with the same limit for acceleration and braking.
+/// Returns limits with the same limit for acceleration and braking.
 const fn limits(acceleration: f64, top_speed: f64) -> StraightLimits {
     StraightLimits { acceleration, braking: acceleration, top_speed, jerk: f64::INFINITY }
 }
@@ -17,14 +16,9 @@ fn vehicle(
     half_cell: f64,
     along: StraightLimits,
     diagonal: Option<StraightLimits>,
-    turns: &[(&str, f64, f64)],
+    turns: &[(TurnKind, f64, f64)],
 ) -> Vehicle {
-    let turns: Vec<_> = turns
-        .iter()
-        .filter_map(|&(name, length, speed)| {
-            Some((TurnKind::from_name(name)?, Arc { length, speed }))
-        })
-        .collect();
+    let turns = turns.iter().map(|&(kind, length, speed)| (kind, Arc { length, speed })).collect();
     let offset = half_cell / 2.0;
     let parameters = VehicleParameters {
         name: Cow::Borrowed(name),
@@ -67,7 +61,7 @@ impl Vehicle {
     /// # Panics
     /// This function and the other presets never panic.
     pub fn ukmars() -> Self {
-        vehicle("ukmars", 90.0, limits(3000.0, 2500.0), None, &[("s90", 116.0, 500.0)])
+        vehicle("ukmars", 90.0, limits(3000.0, 2500.0), None, &[(TurnKind::S90, 116.0, 500.0)])
     }
 
     /// Returns a hobby mouse: the turns named "APEC 24" of Peter Harrison's
@@ -75,14 +69,14 @@ impl Vehicle {
     /// centripetal acceleration allow.
     pub fn ares() -> Self {
         let turns = [
-            ("s90", 116.0, 500.0),
-            ("l90", 195.0, 909.0),
-            ("180", 370.31, 886.0),
-            ("45in", 100.0, 850.0),
-            ("135in", 230.0, 800.0),
-            ("45out", 100.0, 850.0),
-            ("135out", 220.0, 650.0),
-            ("v90", 125.0, 600.0),
+            (TurnKind::S90, 116.0, 500.0),
+            (TurnKind::L90, 195.0, 909.0),
+            (TurnKind::L180, 370.31, 886.0),
+            (TurnKind::In45, 100.0, 850.0),
+            (TurnKind::In135, 230.0, 800.0),
+            (TurnKind::Out45, 100.0, 850.0),
+            (TurnKind::Out135, 220.0, 650.0),
+            (TurnKind::V90, 125.0, 600.0),
         ];
         vehicle("ares", 90.0, limits(10_000.0, 5000.0), Some(limits(10_000.0, 5000.0)), &turns)
     }
@@ -92,14 +86,14 @@ impl Vehicle {
     /// centripetal acceleration of 2.3 g where they fit; `s90` is an assumption.
     pub fn expert() -> Self {
         let turns = [
-            ("s90", 116.0, 1050.0),
-            ("l90", 267.0, 1600.0),
-            ("180", 370.31, 1400.0),
-            ("45in", 102.0, 1400.0),
-            ("135in", 280.0, 1400.0),
-            ("45out", 151.0, 1700.0),
-            ("135out", 280.0, 1400.0),
-            ("v90", 177.0, 1300.0),
+            (TurnKind::S90, 116.0, 1050.0),
+            (TurnKind::L90, 267.0, 1600.0),
+            (TurnKind::L180, 370.31, 1400.0),
+            (TurnKind::In45, 102.0, 1400.0),
+            (TurnKind::In135, 280.0, 1400.0),
+            (TurnKind::Out45, 151.0, 1700.0),
+            (TurnKind::Out135, 280.0, 1400.0),
+            (TurnKind::V90, 177.0, 1300.0),
         ];
         vehicle("expert", 90.0, limits(17_000.0, 2500.0), Some(limits(17_000.0, 2500.0)), &turns)
     }
@@ -109,15 +103,15 @@ impl Vehicle {
     /// reference speeds of his slalom shapes. The lengths follow from the tangents of these shapes.
     pub fn kerise() -> Self {
         let turns = [
-            ("s90", 72.7, 266.0),
-            ("l90", 115.7, 423.0),
-            ("180", 185.16, 412.0),
-            ("45in", 81.4, 412.0),
-            ("135in", 125.4, 354.0),
-            ("45out", 81.4, 412.0),
-            ("135out", 125.4, 354.0),
-            ("v90", 79.3, 290.0),
-            ("k90", 206.6, 755.0),
+            (TurnKind::S90, 72.7, 266.0),
+            (TurnKind::L90, 115.7, 423.0),
+            (TurnKind::L180, 185.16, 412.0),
+            (TurnKind::In45, 81.4, 412.0),
+            (TurnKind::In135, 125.4, 354.0),
+            (TurnKind::Out45, 81.4, 412.0),
+            (TurnKind::Out135, 125.4, 354.0),
+            (TurnKind::V90, 79.3, 290.0),
+            (TurnKind::K90, 206.6, 755.0),
         ];
         vehicle("kerise", 45.0, limits(4200.0, 1500.0), Some(limits(3600.0, 1200.0)), &turns)
     }

@@ -6,8 +6,7 @@ use core::cmp::Reverse;
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, Walls};
 
-use crate::no_run::NoRun;
-use crate::planner::Planner;
+use crate::planner::{NoRun, Planner};
 use crate::run::FastRun;
 
 /// A criterion by which a route from the start to a goal is chosen. A route is a list of neighbouring

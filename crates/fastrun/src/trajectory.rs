@@ -67,12 +67,6 @@ pub enum TrajectoryError {
     },
 }
 
-/// The straight after a turn or from the start: what the calculation of its time needs.
-struct Leg {
-    after: f64,
-    speed: f64,
-}
-
 impl FastRun {
     /// Returns the time in s that the vehicle needs for the run.
     ///
@@ -135,12 +129,13 @@ impl FastRun {
             return Ok(());
         }
         let parameters = vehicle.parameters();
-        let mut leg = Leg { after: parameters.start_offset, speed: 0.0 };
+        // The straight part of the turn before, and its speed.
+        let mut before = (parameters.start_offset, 0.0);
         let mut is_diagonal = false;
         let mut straight =
-            |index: Option<usize>, steps, is_diagonal, leg: &Leg, before, to, turn| {
-                let distance = leg.after + vehicle.straight(steps, is_diagonal) + before;
-                let (limits, from) = (vehicle.limits(is_diagonal), leg.speed);
+            |index: Option<usize>, steps, is_diagonal, (after, from), before, to, turn| {
+                let distance = after + vehicle.straight(steps, is_diagonal) + before;
+                let limits = vehicle.limits(is_diagonal);
                 visit(steps, limits, distance, from, to, turn).ok_or_else(|| {
                     let vehicle = vehicle.name().into();
                     TrajectoryError::Straight { vehicle, turn: index, distance, from, to }
@@ -154,11 +149,11 @@ impl FastRun {
                 let vehicle = vehicle.name().into();
                 TrajectoryError::Turn { vehicle, index, kind, speed }
             })?;
-            straight(Some(index), steps, is_diagonal, &leg, fitted.before, speed, Some(turn))?;
-            leg = Leg { after: fitted.after, speed };
+            straight(Some(index), steps, is_diagonal, before, fitted.before, speed, Some(turn))?;
+            before = (fitted.after, speed);
             is_diagonal = kind.ends_diagonal();
         }
-        straight(None, self.last(), is_diagonal, &leg, parameters.stop_offset, 0.0, None)
+        straight(None, self.last(), is_diagonal, before, parameters.stop_offset, 0.0, None)
     }
 }
 

@@ -7,18 +7,19 @@ use alloc::borrow::Cow;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use core::fmt::Write as _;
+use core::fmt::{self, Write as _};
+use core::marker::PhantomData;
 use std::collections::HashMap;
 
 use mmsim_maze::needs_escape;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
 pub use error::{VehicleFileError, VehicleFileFault};
 use error::{in_terms_of_toml, line_number};
 pub use load::LoadVehicleError;
 
-use crate::setting::{Setting, Table};
 use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleError, VehicleParameters, length_of_180};
@@ -268,6 +269,46 @@ impl ArcTable {
         let length = self.length.or(length).ok_or_else(|| missing("length"))?;
         let speed = self.speed.or(base.map(|base| base.speed)).ok_or_else(|| missing("speed"))?;
         Ok(Arc { length, speed })
+    }
+}
+
+/// A table, or `false` for none.
+#[derive(Clone, Copy)]
+enum Setting<T> {
+    None,
+    Table(T),
+}
+
+impl<'de, T: Table + Deserialize<'de>> Deserialize<'de> for Setting<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SettingVisitor(PhantomData))
+    }
+}
+
+/// A table that a file can replace by `false`.
+trait Table {
+    /// An example for messages.
+    const EXAMPLE: &'static str;
+}
+
+struct SettingVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Table + Deserialize<'de>> Visitor<'de> for SettingVisitor<T> {
+    type Value = Setting<T>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "false or a table such as {}", T::EXAMPLE)
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Self::Value, E> {
+        if value {
+            return Err(E::invalid_value(Unexpected::Bool(value), &self));
+        }
+        Ok(Setting::None)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(Setting::Table)
     }
 }
 
