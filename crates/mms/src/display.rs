@@ -90,13 +90,10 @@ impl CellText {
     /// number. Most mice use the text to display a distance.
     pub fn number(&self) -> u16 {
         let digits = self.as_str().trim_ascii();
-        if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
-            return 0;
-        }
-        let digit = |number: u16, digit: u8| {
-            number.saturating_mul(10).saturating_add(u16::from(digit - b'0'))
-        };
-        digits.bytes().fold(0, digit)
+        let is_number = digits.bytes().all(|byte| byte.is_ascii_digit());
+        // Ten digits fit into 64 bits.
+        let number = digits.parse::<u64>().ok().filter(|_| is_number).unwrap_or(0);
+        number.try_into().unwrap_or(u16::MAX)
     }
 }
 
