@@ -260,7 +260,7 @@ impl Vehicle {
             if place.is_some() {
                 return Err(VehicleError::Twice { kind });
             }
-            check_speed(&parameters, kind, arc)?;
+            check_speed(&parameters, kind, arc.speed)?;
             *place = Some(fit(kind, arc, parameters.half_cell)?);
         }
         let mut speeds: Vec<f64> = parameters.turns.iter().map(|(_, arc)| arc.speed).collect();
@@ -377,7 +377,7 @@ fn check_ranges(parameters: &VehicleParameters) -> Result<(), VehicleError> {
 fn check_speed(
     parameters: &VehicleParameters,
     kind: TurnKind,
-    arc: Arc,
+    speed: f64,
 ) -> Result<(), VehicleError> {
     let uses_diagonal = kind.begins_diagonal() || kind.ends_diagonal();
     let uses_along = !kind.begins_diagonal() || !kind.ends_diagonal();
@@ -390,14 +390,9 @@ fn check_speed(
     ];
     for (is_used, limits, place) in limits {
         if let Some(&StraightLimits { top_speed, .. }) =
-            limits.filter(|limits| is_used && limits.top_speed < arc.speed)
+            limits.filter(|limits| is_used && limits.top_speed < speed)
         {
-            return Err(VehicleError::FasterThanTopSpeed {
-                kind,
-                speed: arc.speed,
-                top_speed,
-                place,
-            });
+            return Err(VehicleError::FasterThanTopSpeed { kind, speed, top_speed, place });
         }
     }
     Ok(())
