@@ -124,7 +124,7 @@ impl Objective for LeastTime {
         if self.bounds.times().are_within(self.tolerance) {
             return None;
         }
-        let optimistic = self.bounds.optimistic()?.cells_beside_unknown_walls(map);
+        let optimistic = self.bounds.optimistic.as_ref()?.cells_beside_unknown_walls(map);
         self.samples.update(&mut self.planner, map);
         let (runs, counts) = self.samples.count(map);
         let open = map.walls(Unknown::Open);

@@ -61,7 +61,8 @@ impl TimeBounds {
 /// The bounds during a search. Plans an optimistic run only if a wall blocks the previous one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RunBounds {
-    optimistic: Option<PlannedRun>,
+    /// The fastest run with all unknown walls open, or `None` if known walls block every run.
+    pub(crate) optimistic: Option<PlannedRun>,
     pessimistic: Option<f64>,
 }
 
@@ -74,12 +75,6 @@ impl RunBounds {
         }
         let known = PlannedRun::plan(planner, map, map.walls(Unknown::Closed));
         self.pessimistic = known.map(|run| run.time);
-    }
-
-    /// Returns the fastest run with all unknown walls open, or `None` if known walls block every
-    /// run.
-    pub(crate) const fn optimistic(&self) -> Option<&PlannedRun> {
-        self.optimistic.as_ref()
     }
 
     /// Returns the times.
@@ -229,7 +224,7 @@ mod tests {
                 prop_assert_eq!(times.are_within(Tolerance::ZERO), is_proven);
                 prop_assert_eq!(times.loss().is_some(), closed.is_some());
             }
-            if let Some(run) = bounds.optimistic() {
+            if let Some(run) = &bounds.optimistic {
                 let cells = run.cells_beside_unknown_walls(&map);
                 prop_assert!(is_proven || !cells.is_empty());
             }

@@ -66,7 +66,7 @@ impl ExplorationValue {
         if self.count < MAX_SAMPLES {
             self.samples.resample(map, prior);
             let finder = StretchFinder::new(map);
-            self.count += self.samples.len();
+            self.count += self.samples.len;
             self.stretches
                 .extend(self.samples.iter().filter_map(|sample| finder.find(&sample, upper)));
         }

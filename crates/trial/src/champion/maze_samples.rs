@@ -14,7 +14,8 @@ use super::wall_prior::WallPrior;
 #[derive(Clone, Debug)]
 pub(super) struct MazeSamples {
     batches: Vec<MazeBatch>,
-    len: usize,
+    /// The number of samples.
+    pub(super) len: usize,
     rng: WyRand,
     /// The walls between adjacent goal cells.
     inside: Vec<Wall>,
@@ -87,11 +88,6 @@ impl MazeSamples {
         }
     }
 
-    /// Returns the number of samples.
-    pub(super) const fn len(&self) -> usize {
-        self.len
-    }
-
     /// Returns the sampled mazes, which are equally likely.
     pub(super) fn iter(&self) -> impl Iterator<Item = Walls> + '_ {
         let mazes = |batch| (0..MazeBatch::LEN).map(move |maze| MazeBatch::walls(batch, maze));
@@ -114,7 +110,7 @@ mod tests {
         map.set_wall(Cell::new(4, 4), Heading::North, WallState::Absent);
         samples.resample(&map, &WallPrior::CONTEST);
         let all: Vec<Walls> = samples.iter().collect();
-        assert_eq!((all.len(), samples.len()), (100, 100));
+        assert_eq!((all.len(), samples.len), (100, 100));
         assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
         for walls in all {
             assert!(walls.has(Cell::new(3, 3), Heading::East));
