@@ -61,10 +61,8 @@ impl Route {
     fn dijkstra(self, walls: &Walls, start: Cell, goals: &CellSet) -> Option<Vec<Cell>> {
         let size = walls.size();
         let index = |Pose { cell, heading }: Pose| Some(4 * size.index(cell)? + heading as usize);
-        let mut poses = Vec::new();
-        for cell in size.cells() {
-            poses.extend(Heading::ALL.map(|heading| Pose::new(cell, heading)));
-        }
+        let poses_in = |cell| Heading::ALL.map(|heading| Pose::new(cell, heading));
+        let poses: Vec<Pose> = size.cells().flat_map(poses_in).collect();
         let mut least: Vec<Cost> = alloc::vec![[u16::MAX; 2]; poses.len()];
         let mut parents: Vec<Option<usize>> = alloc::vec![None; poses.len()];
         let mut queue = BinaryHeap::new();

@@ -51,7 +51,6 @@ impl<L: Line, const N: usize> Openings<L, N> {
     /// order of [`Heading`](mmsim_maze::Heading): north, east, south, west.
     pub(super) fn frames(&self) -> [Frame<L, N>; 4] {
         let Self { north, east, goals } = *self;
-        let backwards = |rows: Rows<L, N>| rows.reversed();
         let (columns_north, columns_east) = (north.transposed(), east.transposed());
         let columns_goals = goals.transposed();
         let frame = |forward, aside, goals| Frame { forward, aside, goals };
@@ -59,11 +58,11 @@ impl<L: Line, const N: usize> Openings<L, N> {
             frame(columns_north, columns_east, columns_goals),
             frame(east, north, goals),
             frame(
-                backwards(columns_north.behind()),
-                backwards(columns_east),
-                backwards(columns_goals),
+                columns_north.behind().reversed(),
+                columns_east.reversed(),
+                columns_goals.reversed(),
             ),
-            frame(backwards(east.behind()), backwards(north), backwards(goals)),
+            frame(east.behind().reversed(), north.reversed(), goals.reversed()),
         ]
     }
 }

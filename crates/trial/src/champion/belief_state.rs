@@ -63,11 +63,8 @@ impl BeliefState {
     /// hypothesis is replaced by one hypothesis for each possible outcome.
     pub(super) fn apply(&mut self, action: Action) {
         let is_noisy = self.noise > 0.;
-        self.hypotheses = self
-            .hypotheses
-            .iter()
-            .flat_map(|hypothesis| hypothesis.successors(action, is_noisy))
-            .collect();
+        let before = self.hypotheses.iter();
+        self.hypotheses = before.flat_map(|one| one.successors(action, is_noisy)).collect();
         self.sort();
     }
 
@@ -226,10 +223,8 @@ impl Hypothesis {
     /// Returns hypotheses for a robot that has lost its position: copies of this hypothesis with
     /// the poses that best explain the readings.
     fn relocalized(&self, sensors: [u8; 3], noise: f64) -> Vec<Self> {
-        let poses =
-            self.survey.map().size().cells().flat_map(|cell| {
-                Heading::ALL.into_iter().map(move |heading| Pose::new(cell, heading))
-            });
+        let cells = self.survey.map().size().cells();
+        let poses = cells.flat_map(|cell| Heading::ALL.map(|heading| Pose::new(cell, heading)));
         let mut weights: Vec<(f64, Pose)> =
             poses.map(|pose| (self.likelihood(pose, sensors, noise), pose)).collect();
         weights.sort_by(|a, b| b.0.total_cmp(&a.0));
