@@ -165,6 +165,8 @@ impl<'a> Command<'a> {
     }
 }
 
+type Result<T, E = CommandError> = std::result::Result<T, E>;
+
 /// A parser for the arguments of a command. It keeps the whole line, which error messages quote.
 struct Parser<'a> {
     line: &'a [u8],
@@ -174,36 +176,28 @@ struct Parser<'a> {
 }
 
 impl<'a> Parser<'a> {
-    fn no_arguments(
-        mut self,
-        expected: &'static str,
-        command: Command<'a>,
-    ) -> Result<Command<'a>, CommandError> {
+    fn no_arguments(mut self, expected: &'static str, command: Command<'a>) -> Result<Command<'a>> {
         match self.words.next() {
             None => Ok(command),
             Some(_) => Err(self.invalid_arguments(expected)),
         }
     }
 
-    fn wall(self, turn: i8) -> Result<Command<'a>, CommandError> {
+    fn wall(self, turn: i8) -> Result<Command<'a>> {
         let number = self.number("a wall command with at most one number")?;
         Ok(Command::Wall { turn, half_steps: number.max(1) })
     }
 
-    fn forward(self, half_steps: u64) -> Result<Command<'a>, CommandError> {
+    fn forward(self, half_steps: u64) -> Result<Command<'a>> {
         let number = self.number("a moveForward command with at most one number")?;
         Ok(Command::Forward { half_steps: number.saturating_mul(half_steps) })
     }
 
-    fn turn(self, eighths: i8) -> Result<Command<'a>, CommandError> {
+    fn turn(self, eighths: i8) -> Result<Command<'a>> {
         self.no_arguments("a turn command without arguments", Command::Turn { eighths })
     }
 
-    fn mark_wall(
-        mut self,
-        expected: &'static str,
-        is_present: bool,
-    ) -> Result<Command<'a>, CommandError> {
+    fn mark_wall(mut self, expected: &'static str, is_present: bool) -> Result<Command<'a>> {
         let cell = self.cell(expected)?;
         let heading = match (self.words.next(), self.words.next()) {
             (Some(b"n"), None) => Heading::North,
@@ -215,7 +209,7 @@ impl<'a> Parser<'a> {
         Ok(Command::MarkWall { cell: cell?, heading, is_present })
     }
 
-    fn colour(mut self) -> Result<Command<'a>, CommandError> {
+    fn colour(mut self) -> Result<Command<'a>> {
         let expected = "setColor X Y C, where C is one of kbacgorwyBCAGRY";
         let cell = self.cell(expected)?;
         match (self.words.next(), self.words.next()) {
@@ -226,7 +220,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn text(mut self) -> Result<Command<'a>, CommandError> {
+    fn text(mut self) -> Result<Command<'a>> {
         let cell = self.cell("setText X Y TEXT")??;
         // The first blank is a separator; further ones are part of the text.
         let Words(text) = self.words;
@@ -234,7 +228,7 @@ impl<'a> Parser<'a> {
         Ok(Command::Text { cell, text: text.get(1..).unwrap_or_default() })
     }
 
-    fn stat(mut self) -> Result<Command<'a>, CommandError> {
+    fn stat(mut self) -> Result<Command<'a>> {
         match (self.words.next().and_then(Stat::from_name), self.words.next()) {
             (Some(stat), None) => Ok(Command::GetStat(stat)),
             _ => Err(self.invalid_arguments("getStat and the name of a statistic, such as score")),
@@ -242,7 +236,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Parses a cell as the only argument of a command.
-    fn only_cell(mut self, expected: &'static str) -> Result<Cell, CommandError> {
+    fn only_cell(mut self, expected: &'static str) -> Result<Cell> {
         let cell = self.cell(expected)?;
         if self.words.next().is_some() { Err(self.invalid_arguments(expected)) } else { cell }
     }
@@ -250,7 +244,7 @@ impl<'a> Parser<'a> {
     /// Parses a cell. Returns the outer error if the coordinates are missing or are not integers,
     /// and the inner error if the cell is outside the maze. Callers report the inner error only if
     /// all other arguments are valid.
-    fn cell(&mut self, expected: &'static str) -> Result<Result<Cell, CommandError>, CommandError> {
+    fn cell(&mut self, expected: &'static str) -> Result<Result<Cell>> {
         let [x, y] = [(); 2].map(|()| self.words.next().and_then(parse_number));
         let (x, y) = x.zip(y).ok_or_else(|| self.invalid_arguments(expected))?;
         let cell = u8::try_from(x).ok().zip(u8::try_from(y).ok());
@@ -261,7 +255,7 @@ impl<'a> Parser<'a> {
 
     /// Parses an optional number that defaults to 1. Returns 0 if the number is negative or
     /// invalid.
-    fn number(mut self, expected: &'static str) -> Result<u64, CommandError> {
+    fn number(mut self, expected: &'static str) -> Result<u64> {
         match (self.words.next(), self.words.next()) {
             (None, _) => Ok(1),
             (Some(number), None) => {
