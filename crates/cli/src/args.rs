@@ -1,5 +1,6 @@
-//! Arguments shared by several commands.
+//! Arguments that several commands share, usage errors, and the result of a command.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -185,6 +186,25 @@ fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     }
     let (x, y) = parse_pair(text, ',').ok_or("expected `server` or a cell such as 7,7")?;
     Ok(Some(Cell::new(x, y)))
+}
+
+/// The result of a command. `Ok(true)` stands for success, `Ok(false)` for a failure that the
+/// command has already reported, and `Err` for an error that is still to be reported.
+pub(crate) type CommandResult = Result<bool, Box<dyn Error>>;
+
+/// A command-line error that clap does not detect. The process exits with code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub(crate) struct UsageError {
+    /// The path of the command, such as `mazes convert`, or an empty string for `mmsim` itself.
+    pub(crate) command: &'static str,
+    pub(crate) message: String,
+}
+
+impl UsageError {
+    pub(crate) fn new(command: &'static str, message: impl Into<String>) -> Self {
+        Self { command, message: message.into() }
+    }
 }
 
 #[cfg(test)]

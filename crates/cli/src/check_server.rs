@@ -11,9 +11,9 @@ use mmsim_maze::{Cell, Escaped, Heading, MazeSize, Pose, counted};
 use mmsim_protocol::{Info, MAX_STATE_BYTES, Matrix, Order, Reply, Request, State};
 use serde::Serialize;
 
+use crate::args::CommandResult;
 use crate::connection::connect;
 use crate::output::{own_command, print, print_json, warn};
-use crate::usage::CommandResult;
 use args::CheckServerArgs;
 use malformed::malformed_requests;
 use readings::Readings;

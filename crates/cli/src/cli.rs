@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use mmsim_maze::Escaped;
 
-use crate::args::VerbosityArgs;
+use crate::args::{UsageError, VerbosityArgs};
 use crate::check_server::args::CheckServerArgs;
 use crate::compare::args::CompareArgs;
 use crate::contest::args::ContestArgs;
@@ -25,7 +25,6 @@ use crate::serve::args::ServeArgs;
 use crate::solve::args::SolveArgs;
 use crate::suggest::suggest;
 use crate::trial::args::TrialArgs;
-use crate::usage::UsageError;
 
 /// A micromouse maze simulator. Without a command, mmsim serves a maze to search clients. It
 /// reports only the walls around the mouse and stores every state that a client sends.

@@ -15,11 +15,11 @@ use mmsim_report::MousePath;
 use mmsim_run::{Timing, plan};
 use serde::Serialize;
 
+use crate::args::CommandResult;
 use crate::inputs::Inputs;
 use crate::output::{
     check_folder, create_folder, print, print_csv, print_pretty_json, replace, write_charts,
 };
-use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
 
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {

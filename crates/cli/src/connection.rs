@@ -7,9 +7,8 @@ use mmsim_client::{Exchange, RunError, Timeout, TransportError, Waiting, Zmq};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_mouse::ENDPOINT_VARIABLE;
 
-use crate::args::KnownMazeArgs;
+use crate::args::{KnownMazeArgs, UsageError};
 use crate::output::{own_command, warn};
-use crate::usage::UsageError;
 
 /// The form of the addresses of simulators.
 #[cfg(not(feature = "libzmq"))]

@@ -11,9 +11,9 @@ use mmsim_maze::Escaped;
 use mmsim_run::{Ending, Timing};
 use serde::Serialize;
 
+use crate::args::CommandResult;
 use crate::inputs::Inputs;
 use crate::output::{print, print_csv, print_pretty_json};
-use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
 
 pub(crate) fn run(args: &ContestArgs) -> CommandResult {

@@ -9,14 +9,13 @@ use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_viewer::ViewerConfig;
 
-use crate::args::ServerArgs;
+use crate::args::{CommandResult, ServerArgs};
 use crate::connection::{KnownSimulator, ask_maze, connect};
 use crate::interrupt::Interrupt;
 use crate::local_server::{HOST, prepare};
 use crate::output::{note, own_command, warn};
 use crate::screen::{Screen, goal_text, pace};
 use crate::selection::Collection;
-use crate::usage::CommandResult;
 use args::DemoArgs;
 
 const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;

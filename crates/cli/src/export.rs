@@ -9,11 +9,11 @@ use args::ExportArgs;
 use mmsim_recording::Recording;
 use mmsim_viewer::{Vehicles, export_html};
 
+use crate::args::CommandResult;
 use crate::output::{print, replace};
 use crate::playback::is_undamaged;
 use crate::progress::progress_bar;
 use crate::retention::{messages_unless, recording_budget};
-use crate::usage::CommandResult;
 use crate::vehicle::warn_about;
 
 /// The path that stands for stdout.

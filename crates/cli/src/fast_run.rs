@@ -14,9 +14,9 @@ use std::path::Path;
 use mmsim_compare::{NamedMaze, map_each};
 use mmsim_fastrun::{Planner, Vehicle};
 
+use crate::args::{CommandResult, UsageError};
 use crate::inputs::Inputs;
 use crate::output::{check_folder, print, print_pretty_json, replace, warn};
-use crate::usage::{CommandResult, UsageError};
 use crate::vehicle::warn_about;
 use args::{FastRunArgs, is_stdout};
 use driven::{Driven, RouteChoice, RunResult};

@@ -40,7 +40,6 @@ mod stderr;
 mod suggest;
 mod terminal;
 mod trial;
-mod usage;
 mod vehicle;
 
 use std::env;
@@ -48,7 +47,7 @@ use std::fmt::{self, Debug};
 use std::io;
 use std::process::{self, ExitCode};
 
-use args::VerbosityArgs;
+use args::{UsageError, VerbosityArgs};
 use clap::CommandFactory as _;
 use cli::{Cli, Command};
 use mmsim_maze::Escaped;
@@ -61,7 +60,6 @@ use tracing_subscriber::filter::{ParseError, Targets};
 use tracing_subscriber::fmt::format::{Writer, debug_fn};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
-use usage::UsageError;
 
 fn main() -> ExitCode {
     survive_file_size_limit();

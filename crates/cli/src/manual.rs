@@ -7,8 +7,8 @@ use std::fs;
 use clap::Command;
 use clap_mangen::Man;
 
+use crate::args::{CommandResult, UsageError};
 use crate::output::{note, print};
-use crate::usage::{CommandResult, UsageError};
 use args::{CompletionsArgs, ManArgs};
 
 /// Prints shell completions for `mmsim`.

@@ -17,9 +17,9 @@ use mmsim_solvers::Distances;
 use row::{MazeRow, print_rows};
 use serde::Serialize;
 
+use crate::args::CommandResult;
 use crate::output::{print, print_json};
 use crate::selection::Collection;
-use crate::usage::CommandResult;
 
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     match &args.command {

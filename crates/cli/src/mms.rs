@@ -13,12 +13,12 @@ use mmsim_maze::KnownMaze;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
 use mmsim_server::Served;
 
+use crate::args::UsageError;
 use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
 use crate::interrupt::Interrupt;
 use crate::local_server::in_process;
 use crate::output::{note, print, print_json, warn};
 use crate::own_mouse;
-use crate::usage::UsageError;
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {

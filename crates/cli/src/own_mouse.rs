@@ -8,11 +8,10 @@ use mmsim_mouse::{MouseControl, OwnMouse, Program, RunEnd, Runs};
 use mmsim_server::Monitor;
 use mmsim_viewer::ViewerConfig;
 
-use crate::args::{MouseArgs, ServerArgs, ViewerArgs};
+use crate::args::{MouseArgs, ServerArgs, UsageError, ViewerArgs};
 use crate::local_server::{HOST, prepare};
 use crate::output::note;
 use crate::selection::Collection;
-use crate::usage::UsageError;
 
 /// Returns the control of the mouse. Returns a usage error of `command` if `--watch` is set and there
 /// is no file to watch.

@@ -15,11 +15,11 @@ use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
 use mmsim_run::{MovementRules, RunIndex, Trail};
 use mmsim_solvers::Distances;
 
+use crate::args::CommandResult;
 use crate::output::{note, replace};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::selection::Collection;
-use crate::usage::CommandResult;
 
 /// The bytes of a picture, or an error.
 type PictureResult = Result<Vec<u8>, Box<dyn Error>>;

@@ -15,13 +15,12 @@ use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
-use crate::args::ViewerArgs;
+use crate::args::{CommandResult, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::wide_or_compact;
-use crate::usage::CommandResult;
 use crate::{page, stderr};
 use args::ReplayArgs;
 use state_report::StateReport;

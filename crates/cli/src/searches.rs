@@ -11,12 +11,11 @@ use mmsim_mouse::SearchLimits;
 use mmsim_run::SearchFigures;
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
-use crate::args::{each_once, one_of, parse_seconds};
+use crate::args::{UsageError, each_once, one_of, parse_seconds};
 use crate::interrupt::StopFlag;
 use crate::local_server::raise_file_limit;
 use crate::progress::progress_bar;
 use crate::solve::args::strategy_value;
-use crate::usage::UsageError;
 
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;

@@ -9,12 +9,11 @@ use mmsim_protocol::Info;
 use mmsim_viewer::ViewerConfig;
 use serde::Serialize;
 
-use crate::args::ServerArgs;
+use crate::args::{CommandResult, ServerArgs};
 use crate::local_server::{ReadyServer, prepare};
 use crate::output::{note, own_command, print_json};
 use crate::selection::{Collection, SelectionError};
 use crate::suggest::suggest;
-use crate::usage::CommandResult;
 use args::ServeArgs;
 
 /// Serves a maze. If the given path does not exist, the error may suggest one of `commands`.

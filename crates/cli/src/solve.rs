@@ -2,10 +2,9 @@
 
 pub(crate) mod args;
 
-use std::io;
 use std::ops::ControlFlow;
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{io, thread};
 
 use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
 use mmsim_compare::Exploration;
@@ -15,13 +14,13 @@ use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{Mouse, Strategy, TimeBounds};
 use serde::Serialize;
 
+use crate::args::CommandResult;
 use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
 use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
 use crate::retention::messages_unless;
 use crate::screen::{Screen, goal_text};
-use crate::usage::CommandResult;
 use args::SolveArgs;
 
 pub(crate) fn run(args: &SolveArgs) -> CommandResult {

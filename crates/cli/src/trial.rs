@@ -11,9 +11,9 @@ use args::TrialArgs;
 use mmsim_compare::{NamedMaze, RunContext, TrialJob, TrialRobot, run_trials};
 use results::Results;
 
+use crate::args::{CommandResult, UsageError};
 use crate::inputs::Inputs;
 use crate::interrupt::StopFlag;
-use crate::usage::{CommandResult, UsageError};
 
 /// The number of trials in a batch. The results are printed after each batch.
 const BATCH: usize = 32;

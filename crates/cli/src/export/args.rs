@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use mmsim_fastrun::Vehicle;
 
-use crate::args::ReadingArgs;
-use crate::usage::UsageError;
+use crate::args::{ReadingArgs, UsageError};
 use crate::vehicle::parse_vehicle;
 
 #[derive(Debug, Args)]

@@ -8,8 +8,7 @@ use mmsim_fastrun::Vehicle;
 
 use super::driven::RouteChoice;
 use super::picture::PictureArgs;
-use crate::args::{each_once, one_of};
-use crate::usage::UsageError;
+use crate::args::{UsageError, each_once, one_of};
 use crate::vehicle::{GivenVehicle, VEHICLES, each_vehicle_once, parse_given_vehicle};
 
 const AFTER_HELP: &str = "\

@@ -7,10 +7,10 @@ use mmsim_drawing::{Animation, DrivenPath, MAX_PATHS, PictureError, Scene, Theme
 use mmsim_maze::Maze;
 
 use super::driven::{Driven, RunResult};
+use crate::args::UsageError;
 use crate::output::replace;
 use crate::render::SIDE_PX;
 use crate::render::args::{Picture, PictureFormat, parse_picture, themes, width_range};
-use crate::usage::UsageError;
 
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use super::finding::{Finding, lines};
 use super::row::MazeRow;
+use crate::args::CommandResult;
 use crate::output::{print, print_pretty_json};
-use crate::usage::CommandResult;
 
 /// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]

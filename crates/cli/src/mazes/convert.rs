@@ -8,8 +8,8 @@ use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::args::ConvertArgs;
 use super::finding::ambiguity;
+use crate::args::{CommandResult, UsageError};
 use crate::output::{note, print, replace, warn};
-use crate::usage::{CommandResult, UsageError};
 
 /// The path argument that stands for stdin or stdout.
 const STANDARD: &str = "-";

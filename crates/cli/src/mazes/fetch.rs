@@ -14,9 +14,9 @@ use mmsim_maze::{Counted, Escaped, counted};
 use serde::Serialize;
 
 use super::args::FetchArgs;
+use crate::args::CommandResult;
 use crate::output::{note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
-use crate::usage::CommandResult;
 
 /// The URL of the latest version of the maze collection.
 const COLLECTION: &str =

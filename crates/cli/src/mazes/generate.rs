@@ -11,8 +11,8 @@ use serde::{Serialize, Serializer};
 
 use super::args::GenerateArgs;
 use super::convert::format_from_extension;
+use crate::args::CommandResult;
 use crate::output::{is_file, note, own_command, print, print_pretty_json, replace};
-use crate::usage::CommandResult;
 
 /// A generated maze, with its seed, style and properties. The field names are JSON keys.
 #[derive(Serialize)]

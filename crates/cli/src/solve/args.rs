@@ -10,9 +10,8 @@ use mmsim_fastrun::Vehicle;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
-use crate::args::{KnownMazeArgs, one_of, parse_seconds};
+use crate::args::{KnownMazeArgs, UsageError, one_of, parse_seconds};
 use crate::connection::ENDPOINT_FORM;
-use crate::usage::UsageError;
 use crate::vehicle::{VEHICLES, parse_vehicle};
 
 #[derive(Debug, Args)]

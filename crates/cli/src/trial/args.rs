@@ -12,9 +12,8 @@ use mmsim_mouse::Program;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
-use crate::args::{RetentionArgs, ViewerArgs, each_once, one_of, parse_seconds};
+use crate::args::{RetentionArgs, UsageError, ViewerArgs, each_once, one_of, parse_seconds};
 use crate::render::args::{Picture, PictureFormat, parse_picture, themes};
-use crate::usage::UsageError;
 
 /// The program that runs a robot with the published interface.
 const PUBLISHED_ROBOT: &str = include_str!("published_robot.py");

@@ -6,10 +6,10 @@ use mmsim_compare::{NamedMaze, RunContext, TrialTable, TrialTables};
 use mmsim_maze::counted;
 
 use super::args::TrialArgs;
+use crate::args::CommandResult;
 use crate::grid::aligned;
 use crate::interrupt::StopFlag;
 use crate::output::{create_folder, note, print, print_pretty_json, replace, write_charts};
-use crate::usage::CommandResult;
 
 /// Runs all trials and prints the tables. Robots without a score still appear in the tables and
 /// do not count as errors.

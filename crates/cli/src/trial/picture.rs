@@ -9,10 +9,10 @@ use mmsim_maze::{Cell, KnownMaze, counted};
 use mmsim_trial::{BundledRobot, Settings, SwingAsPublished, SwingRobot};
 
 use super::args::TrialArgs;
+use crate::args::UsageError;
 use crate::output::replace;
 use crate::render::SIDE_PX;
 use crate::render::args::{Picture, PictureFormat};
-use crate::usage::UsageError;
 
 /// The distance between a leg and the line through its key points, and between two such legs, in
 /// cells.

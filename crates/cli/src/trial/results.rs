@@ -1,15 +1,14 @@
 //! Prints the outcomes of trials as text or JSON.
 
-use std::io;
-use std::mem;
+use std::{io, mem};
 
 use mmsim_compare::{TrialJob, TrialResult, TrialRow};
 
 use super::args::TrialArgs;
 use super::table::{ResultTable, summary};
+use crate::args::CommandResult;
 use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
-use crate::usage::CommandResult;
 
 /// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
 /// if `--path` is set. JSON is printed after the last trial.

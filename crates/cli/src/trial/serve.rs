@@ -19,10 +19,10 @@ use mmsim_viewer::ViewerConfig;
 
 use super::args::TrialArgs;
 use super::results::Results;
+use crate::args::{CommandResult, UsageError};
 use crate::local_server::{HOST, in_process, prepare};
 use crate::output::note;
 use crate::screen::pace;
-use crate::usage::{CommandResult, UsageError};
 
 /// Runs one robot in one maze.
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
