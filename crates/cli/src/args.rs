@@ -1,7 +1,7 @@
 //! Arguments that several commands share, usage errors, and the result of a command.
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -147,6 +147,19 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
         let named = values.iter().find(|&&value| describe(value).get_name() == name);
         named.copied().ok_or("unknown name")
     })
+}
+
+/// Returns the extension of a path in lower case.
+pub(crate) fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Formats the error for a file to write whose extension `found` is not one of those expected.
+pub(crate) fn wrong_extension(expected: &str, found: &str) -> String {
+    match found {
+        "" => format!("expected a file ending in {expected}"),
+        _ => format!("expected a file ending in {expected}, found .{found}"),
+    }
 }
 
 /// Returns the selected values, each once. One argument may select several values.

@@ -1,10 +1,10 @@
 //! `mmsim demo`: a server and a flood-fill mouse in one process, connected by ZeroMQ.
 
-pub(crate) mod args;
-
 use std::error::Error;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
+use clap::Args;
 use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
 use mmsim_solvers::{BundledStrategy, Mouse};
 use mmsim_viewer::ViewerConfig;
@@ -16,7 +16,21 @@ use crate::local_server::{HOST, prepare};
 use crate::output::{note, own_command, warn};
 use crate::screen::{Screen, goal_text, pace};
 use crate::selection::Collection;
-use args::DemoArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    mazes: Option<PathBuf>,
+    #[command(flatten)]
+    server: ServerArgs,
+    /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]
+    #[arg(long, value_name = "MS")]
+    pace: Option<u64>,
+    /// Exit after the search, without serving a viewer page
+    #[arg(long)]
+    once: bool,
+}
 
 const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 

@@ -1,23 +1,62 @@
 //! `mmsim export`: write a recording as an HTML file or as a packed recording.
 
-pub(crate) mod args;
-
 use std::io::Cursor;
-use std::path::Path;
+use std::path::PathBuf;
 
-use args::ExportArgs;
+use clap::Args;
+use mmsim_fastrun::Vehicle;
 use mmsim_recording::Recording;
 use mmsim_viewer::{Vehicles, export_html};
 
-use crate::args::CommandResult;
-use crate::output::{print, replace};
+use crate::args::{CommandResult, ReadingArgs, UsageError, extension, wrong_extension};
+use crate::output::{replace, replace_or_print};
 use crate::playback::is_undamaged;
 use crate::progress::progress_bar;
 use crate::retention::{messages_unless, recording_budget};
-use crate::vehicle::warn_about;
+use crate::vehicle::{parse_vehicle, warn_about};
 
-/// The path that stands for stdout.
-const STANDARD: &str = "-";
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// Recording file; if the file is truncated, the intact part is exported
+    file: PathBuf,
+    /// File to write: .html for a page, .mcap for a packed recording, or - to write the page to
+    /// stdout. An existing file is replaced
+    #[arg(short, long, value_name = "FILE", value_parser = parse_output)]
+    output: PathBuf,
+    /// Add the vehicle in FILE (TOML) to those whose fast runs the page plays; may be repeated
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle)]
+    vehicle: Vec<Vehicle>,
+    /// Write only the states to .mcap, without the JSON channels for Foxglove and other tools
+    #[arg(long, conflicts_with = "vehicle")]
+    states_only: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl ExportArgs {
+    /// Returns true if the output is a recording, or an error if the options belong to the other
+    /// format.
+    fn is_recording(&self) -> Result<bool, UsageError> {
+        let is_recording = extension(&self.output) == "mcap";
+        let message = if is_recording && !self.vehicle.is_empty() {
+            "a recording has no --vehicle; only .html does"
+        } else if !is_recording && self.states_only {
+            "a page has no --states-only; only .mcap does"
+        } else {
+            return Ok(is_recording);
+        };
+        Err(UsageError::new("export", message))
+    }
+}
+
+fn parse_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match &extension(&path)[..] {
+        "html" | "htm" | "mcap" => Ok(path),
+        "" if text == "-" => Ok(path),
+        other => Err(wrong_extension(".html or .mcap", other)),
+    }
+}
 
 pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let is_recording = args.is_recording()?;
@@ -40,10 +79,21 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     })
     .map_err(|error| format!("{}: {error}", args.file.display()))?;
     drop(progress);
-    if args.output == Path::new(STANDARD) {
-        print(&page)?;
-    } else {
-        replace(&args.output, &page)?;
-    }
+    replace_or_print(&args.output, &page)?;
     Ok(is_intact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_pages_and_recordings_are_written() {
+        for path in ["a/b.HTML", "run.htm", "run.mcap", "-"] {
+            assert_eq!(parse_output(path), Ok(path.into()));
+        }
+        let error = "expected a file ending in .html or .mcap, found .gif".to_string();
+        assert_eq!(parse_output("run.gif"), Err(error));
+        assert!(parse_output("html").is_err() && parse_output("").is_err());
+    }
 }

@@ -9,16 +9,14 @@ mod samples;
 mod table;
 mod text;
 
-use std::path::Path;
-
 use mmsim_compare::{NamedMaze, map_each};
 use mmsim_fastrun::{Planner, Vehicle};
 
 use crate::args::{CommandResult, UsageError};
 use crate::inputs::Inputs;
-use crate::output::{check_folder, print, print_pretty_json, replace, warn};
+use crate::output::{check_folder, is_standard, print, print_pretty_json, replace_or_print, warn};
 use crate::vehicle::warn_about;
-use args::{FastRunArgs, is_stdout};
+use args::FastRunArgs;
 use driven::{Driven, RouteChoice, RunResult};
 use report::RunReport;
 
@@ -39,7 +37,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         let counts = [("maze", mazes.len()), ("vehicle", vehicles.len()), ("route", routes.len())];
         check_single(option, &counts)?;
         for file in [&args.csv, &args.c_array].into_iter().flatten() {
-            if !is_stdout(file) {
+            if !is_standard(file) {
                 check_folder(file)?;
             }
         }
@@ -107,17 +105,13 @@ fn check_single(option: &str, counts: &[(&str, usize)]) -> Result<(), UsageError
 /// Writes the files that the options name.
 fn export(args: &FastRunArgs, driven: &Driven) -> Result<(), Box<dyn std::error::Error>> {
     if let Some(file) = &args.csv {
-        write(file, &samples::csv(&driven.trajectory, args.interval.seconds)?)?;
+        replace_or_print(
+            file,
+            samples::csv(&driven.trajectory, args.interval.seconds)?.as_bytes(),
+        )?;
     }
     if let Some(file) = &args.c_array {
-        write(file, &c_array::c_array(driven, file))?;
+        replace_or_print(file, c_array::c_array(driven, file).as_bytes())?;
     }
     Ok(())
-}
-
-fn write(file: &Path, text: &str) -> Result<(), Box<dyn std::error::Error>> {
-    if is_stdout(file) {
-        return Ok(print(text)?);
-    }
-    Ok(replace(file, text.as_bytes())?)
 }

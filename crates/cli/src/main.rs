@@ -24,6 +24,7 @@ mod output;
 mod own_mouse;
 mod page;
 mod phase_table;
+mod picture;
 mod playback;
 mod progress;
 mod recording_transport;

@@ -1,15 +1,45 @@
 //! `mmsim completions` and `mmsim man`: shell completions and manual pages.
 
-pub(crate) mod args;
-
 use std::fs;
+use std::path::PathBuf;
 
-use clap::Command;
+use clap::{Args, Command};
+use clap_complete::Shell;
 use clap_mangen::Man;
 
 use crate::args::{CommandResult, UsageError};
 use crate::output::{note, print};
-use args::{CompletionsArgs, ManArgs};
+
+const AFTER_COMPLETIONS_HELP: &str = "\
+Examples:
+  eval \"$(mmsim completions bash)\"     in ~/.bashrc
+  source <(mmsim completions zsh)        in ~/.zshrc, after compinit
+  mmsim completions fish | source        in ~/.config/fish/config.fish
+  mmsim completions powershell | Out-String | Invoke-Expression     in $PROFILE";
+
+const AFTER_MAN_HELP: &str = "\
+Examples:
+  mmsim man | man -l -                    read the manual page of mmsim
+  mmsim man mazes check | man -l -        read the page of a command
+  mmsim man -o ~/.local/share/man/man1    install all pages for `man mmsim`, `man mmsim-solve`, …";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_COMPLETIONS_HELP)]
+pub(crate) struct CompletionsArgs {
+    /// Shell to generate completions for
+    shell: Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_MAN_HELP)]
+pub(crate) struct ManArgs {
+    /// Command to document, such as `solve` or `mazes check` [default: mmsim itself]
+    #[arg(conflicts_with = "output")]
+    command: Vec<String>,
+    /// Write the manual pages for all commands to DIR
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
 
 /// Prints shell completions for `mmsim`.
 pub(crate) fn complete(args: &CompletionsArgs, mmsim: &mut Command) -> CommandResult {

@@ -1,6 +1,5 @@
 //! `mmsim mazes`: list, show, check, convert, fetch and generate mazes.
 
-pub(crate) mod args;
 mod check;
 mod convert;
 mod fetch;
@@ -10,16 +9,78 @@ mod row;
 
 use std::path::{Path, PathBuf};
 
-use args::{MazesArgs, MazesCommand};
+use clap::{Args, Subcommand};
 use mmsim_compare::NamedMaze;
 use mmsim_formats::{Format, ReadError, read_content};
 use mmsim_solvers::Distances;
-use row::{MazeRow, print_rows};
 use serde::Serialize;
 
 use crate::args::CommandResult;
 use crate::output::{print, print_json};
 use crate::selection::Collection;
+use convert::{ConvertArgs, format};
+use fetch::{FETCH, FetchArgs};
+use generate::GenerateArgs;
+use row::{MazeRow, print_rows};
+
+#[derive(Debug, Args)]
+pub(crate) struct MazesArgs {
+    #[command(subcommand)]
+    command: MazesCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum MazesCommand {
+    /// List mazes
+    List {
+        /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+        /// bundled mazes]
+        mazes: Option<PathBuf>,
+        /// Print a JSON array
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw a maze, with the number of steps from each cell to the goal
+    Show {
+        /// Maze file, or words from the path of a maze
+        #[arg(required = true)]
+        name: Vec<String>,
+        /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
+        /// bundled mazes]
+        #[arg(long, value_name = "PATH")]
+        mazes: Option<PathBuf>,
+        /// Format of the maze file NAME [default: detected from its content]
+        #[arg(long, value_parser = format(|_| true), conflicts_with = "mazes")]
+        format: Option<Format>,
+        /// Print a JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Check maze files for errors, and print their size, goals and shortest path
+    ///
+    /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
+    /// outer wall, or an unreachable goal. Warnings are printed for posts without a wall,
+    /// unreachable cells, unknown walls, ambiguous hex digits, and duplicate mazes.
+    Check {
+        /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
+        /// skipped
+        #[arg(required = true, value_name = "PATH")]
+        paths: Vec<PathBuf>,
+        /// Format of all files [default: detected from their content]
+        #[arg(long, value_parser = format(|_| true))]
+        format: Option<Format>,
+        /// Print a JSON array
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a maze file in another format
+    Convert(ConvertArgs),
+    /// Download a public collection of real contest mazes
+    #[command(long_about = FETCH)]
+    Fetch(FetchArgs),
+    /// Generate mazes for contests or training; the same seed gives the same maze
+    Generate(GenerateArgs),
+}
 
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     match &args.command {

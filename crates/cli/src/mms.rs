@@ -1,24 +1,116 @@
 //! `mmsim mms`: run a mouse written for the mms simulator.
 
-pub(crate) mod args;
 mod button;
 
 use std::error::Error;
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use args::MmsArgs;
-use button::press_on_input;
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_client::Transport;
 use mmsim_maze::KnownMaze;
+use mmsim_mms::ScoreRules;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
 use mmsim_server::Served;
 
-use crate::args::UsageError;
-use crate::connection::{KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args};
+use crate::args::{
+    KnownMazeArgs, MouseArgs, PORT_HELP, ServerArgs, UsageError, VIEWER_PORT_HELP, one_of,
+};
+use crate::connection::{
+    ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
+};
 use crate::interrupt::Interrupt;
 use crate::local_server::in_process;
 use crate::output::{note, print, print_json, warn};
 use crate::own_mouse;
+use button::press_on_input;
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim mms --open -- ./my-mouse                 watch the mouse in a browser
+  mmsim mms --maze hedgerow -- python3 Main.py   use the first maze whose path contains this word
+  mmsim mms --open --watch -- python3 Main.py    run it again each time Main.py changes
+  mmsim mms --pace 50 -- java -jar mouse.jar     run slowly
+  mmsim mms --score --limit 2000 -- ./my-mouse   print its scores
+  mmsim mms --connect tcp://127.0.0.1:6574 -- ./my-mouse
+                                                 use the maze of a running simulator
+
+Press Enter to press the reset button. On the viewer page, you can also run the mouse again, stop
+it, pause it, and change its pace. The exit code is that of the mouse, or 128 plus the number of the
+signal that killed it; 1 if the mouse did not start, was stopped, exceeded --limit or --time-limit,
+or lost the simulator; 130 after Ctrl-C.";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
+#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
+pub(crate) struct MmsArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    #[arg(conflicts_with = "connect")]
+    mazes: Option<PathBuf>,
+    /// Program to run as the mouse, and its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
+    /// Print the scores when the mouse exits
+    #[arg(long)]
+    score: bool,
+    /// Print a JSON object when the mouse exits
+    #[arg(long, conflicts_with = "score")]
+    json: bool,
+    /// Rules for the scores and for the replies to getStat
+    #[arg(long, value_name = "RULES", value_parser = score_rules(), default_value = "mms-1.2")]
+    scores: ScoreRules,
+    /// Stop the mouse when its number of turns plus its effective distance in cells exceeds N
+    #[arg(long, value_name = "N")]
+    limit: Option<u32>,
+    #[command(flatten)]
+    repeat: MouseArgs,
+    #[command(flatten)]
+    server: ServerArgs,
+    #[command(flatten)]
+    remote: RemoteArgs,
+}
+
+/// Options for a simulator in another process.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Options for --connect")]
+struct RemoteArgs {
+    #[arg(
+        long,
+        value_name = "ENDPOINT",
+        help = format!(
+            "Run the mouse in the maze of a simulator at {ENDPOINT_FORM} instead of serving a maze"
+        ),
+        conflicts_with_all = [
+            "stay",
+            "watch",
+            "port",
+            "words",
+            "record",
+            "history_limit",
+            "viewer_port",
+            "no_viewer",
+            "open",
+        ],
+    )]
+    connect: Option<String>,
+    #[command(flatten)]
+    known: KnownMazeArgs,
+}
+
+fn score_rules() -> impl TypedValueParser<Value = ScoreRules> {
+    one_of(ScoreRules::ALL, |rules| {
+        PossibleValue::new(rules.name()).help(match rules {
+            ScoreRules::Mms12 => {
+                "Count half steps, and the full distance of movements that crash, as mms 1.2 does"
+            }
+            ScoreRules::Cells => "Count the cells that the mouse has travelled",
+        })
+    })
+}
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {

@@ -121,6 +121,16 @@ pub(crate) fn replace(path: &Path, content: &[u8]) -> Result<(), String> {
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
+/// Returns true if a path on the command line stands for stdout or, where a file is read, for stdin.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Prints the content if the path stands for stdout, else writes a file with [`replace`].
+pub(crate) fn replace_or_print(path: &Path, content: &[u8]) -> Result<(), Box<dyn Error>> {
+    if is_standard(path) { Ok(print(content)?) } else { Ok(replace(path, content)?) }
+}
+
 /// Writes the charts of a comparison as SVG files to a folder, which is created if necessary.
 pub(crate) fn write_charts(folder: &Path, comparison: &Comparison) -> Result<(), String> {
     create_folder(folder)?;

@@ -1,31 +1,73 @@
 //! `mmsim render`: draw mazes and recordings.
 
-pub(crate) mod args;
-
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use args::{PictureFormat, RenderArgs};
+use clap::Args;
 use mmsim_compare::NamedMaze;
-use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, frame_indices};
+use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Theme, frame_indices};
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::{Colour, State};
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
 use mmsim_run::{MovementRules, RunIndex, Trail};
 use mmsim_solvers::Distances;
 
-use crate::args::CommandResult;
+use crate::args::{CommandResult, ReadingArgs};
 use crate::output::{note, replace};
+use crate::picture::{
+    PictureFile, PictureFormat, SIDE_PX, draw_still, parse_picture, themes, width_range,
+};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::selection::Collection;
 
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Recording, maze file, or words from the path of a maze
+    #[arg(required = true, value_name = "MAZE|RECORDING")]
+    source: Vec<String>,
+    /// File to write: .svg or .png, or .gif to animate a recording. An existing file is replaced
+    #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
+    output: PictureFile,
+    /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    #[arg(long, value_name = "PATH")]
+    mazes: Option<PathBuf>,
+    /// Draw state N of a recording; a .gif ends with state N [default: the last state]
+    #[arg(long, value_name = "N")]
+    at: Option<usize>,
+    /// Label each cell of a maze with its distance to the goal in steps
+    #[arg(long)]
+    distances: bool,
+    /// Colour the cells: in a maze by the distance to the goal, in a recording by the mouse's
+    /// weights
+    #[arg(long)]
+    heat: bool,
+    /// Omit the mouse's weights in a recording
+    #[arg(long)]
+    no_numbers: bool,
+    /// Omit the mouse's trail in a recording
+    #[arg(long)]
+    no_trail: bool,
+    /// Omit the texts that the mouse displays in a recording
+    #[arg(long)]
+    no_texts: bool,
+    /// Omit the colours that the mouse displays in a recording
+    #[arg(long)]
+    no_colours: bool,
+    /// Colour theme
+    #[arg(long, default_value = "light", value_parser = themes())]
+    theme: Theme,
+    /// Width of a .png or .gif in pixels [default: chosen so that the longer side is 640 pixels]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(width_range()))]
+    width: Option<u32>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
 /// The bytes of a picture, or an error.
 type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
-
-/// The default length of the longer side of a picture, in pixels.
-pub(crate) const SIDE_PX: u32 = 640;
 
 pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     let source = args.source.join(" ");
@@ -110,11 +152,7 @@ fn animation(args: &RenderArgs, file: &Path, recording: &Recording) -> PictureRe
 
 /// Draws a scene as SVG or PNG.
 fn still(args: &RenderArgs, scene: Scene<'_>) -> PictureResult {
-    let scene = scene.with_theme(args.theme);
-    if args.output.format == PictureFormat::Svg {
-        return Ok(scene.svg().into_bytes());
-    }
-    Ok(scene.png(args.width.unwrap_or_else(|| scene.width_within(SIDE_PX)))?)
+    Ok(draw_still(&scene.with_theme(args.theme), args.output.format, args.width)?)
 }
 
 /// A recorded search and the options for drawing it.

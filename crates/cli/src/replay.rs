@@ -1,13 +1,14 @@
 //! `mmsim replay`: show a recording.
 
-pub(crate) mod args;
 mod state_report;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::Args;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
+use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Escaped, Pose, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
@@ -15,15 +16,44 @@ use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
 
-use crate::args::{CommandResult, ViewerArgs};
+use crate::args::{CommandResult, ReadingArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, print, print_json};
 use crate::playback::{is_undamaged, no_state};
 use crate::retention::recording_budget;
 use crate::screen::wide_or_compact;
+use crate::vehicle::parse_vehicle;
 use crate::{page, stderr};
-use args::ReplayArgs;
 use state_report::StateReport;
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// Recording file; if the file is truncated, the intact part is shown
+    file: PathBuf,
+    /// Further recordings to show beside the first one
+    #[arg(value_name = "FILE", requires = "serve")]
+    others: Vec<PathBuf>,
+    /// Show state N, counted from 0 [default: the last state]
+    #[arg(long, value_name = "N")]
+    at: Option<usize>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    /// Print a JSON object
+    #[arg(long)]
+    json: bool,
+    /// Show the recording in a browser until Ctrl-C
+    #[arg(long, conflicts_with_all = ["at", "json"])]
+    serve: bool,
+    /// Port of the viewer page; 0 picks a free port [default: 6575]
+    #[arg(long, value_name = "PORT", requires = "serve")]
+    viewer_port: Option<u16>,
+    /// Open the viewer page in a browser
+    #[arg(long, requires = "serve")]
+    open: bool,
+    /// Offer the vehicle in FILE (TOML) for fast runs on the viewer page; may be repeated
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle, requires = "serve")]
+    vehicle: Vec<Vehicle>,
+}
 
 pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     let budget = recording_budget(&args.reading);

@@ -1,11 +1,12 @@
 //! `mmsim run`: run a mouse that connects over ZeroMQ.
 
-pub(crate) mod args;
-
 use std::error::Error;
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::Stdio;
 use std::sync::Arc;
 
+use clap::Args;
 use mmsim_maze::counted;
 use mmsim_mouse::{
     ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, ExitCause, Gateway, MouseControl, MouseProcess,
@@ -13,10 +14,46 @@ use mmsim_mouse::{
 };
 use mmsim_server::listen;
 
+use crate::args::{MouseArgs, PORT_HELP, ServerArgs, VIEWER_PORT_HELP};
 use crate::local_server::{HOST, bind_or_free};
 use crate::output::warn;
 use crate::own_mouse;
-use args::RunArgs;
+
+const AFTER_HELP: &str = "\
+Examples:
+  mmsim run --open -- python3 mouse.py           watch the mouse in a browser
+  mmsim run --open --watch -- python3 mouse.py   run it again each time mouse.py changes
+  mmsim run --maze hedgerow -- ./my-mouse {endpoint}
+                                                 pass the address as an argument
+  mmsim run --record runs -- ./my-mouse          record each run to a new file
+
+The mouse connects to the address in the environment variable MMSIM_ENDPOINT. In the arguments of
+the mouse, {endpoint} stands for the same address. A mouse that always connects to port 6574 works
+too, unless another simulator uses this port.
+
+On the viewer page, you can run the mouse again, stop it, pause it, and change its pace. The
+simulator holds its reply to a state until the next step is due, so the mouse should wait for
+replies without a timeout.
+
+The exit code is that of the mouse, or 128 plus the number of the signal that killed it; 1 if the
+mouse jumped, did not start, was stopped or exceeded --time-limit; 130 after Ctrl-C.";
+
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
+#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
+pub(crate) struct RunArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    mazes: Option<PathBuf>,
+    /// Program to run as the mouse, and its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
+    #[command(flatten)]
+    repeat: MouseArgs,
+    #[command(flatten)]
+    server: ServerArgs,
+}
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {

@@ -15,7 +15,7 @@ use crate::args::{UsageError, each_once, one_of, parse_seconds};
 use crate::interrupt::StopFlag;
 use crate::local_server::raise_file_limit;
 use crate::progress::progress_bar;
-use crate::solve::args::strategy_value;
+use crate::solve::strategy_value;
 
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;

@@ -1,10 +1,9 @@
 //! `mmsim`: serve a maze.
 
-pub(crate) mod args;
-
 use std::error::Error;
+use std::path::PathBuf;
 
-use clap::Command;
+use clap::{Args, Command};
 use mmsim_protocol::Info;
 use mmsim_viewer::ViewerConfig;
 use serde::Serialize;
@@ -14,7 +13,22 @@ use crate::local_server::{ReadyServer, prepare};
 use crate::output::{note, own_command, print_json};
 use crate::selection::{Collection, SelectionError};
 use crate::suggest::suggest;
-use args::ServeArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    pub(crate) mazes: Option<PathBuf>,
+    /// Host name or address to listen on; * for all interfaces
+    #[arg(short = 'H', long, default_value = "127.0.0.1")]
+    host: String,
+    #[command(flatten)]
+    server: ServerArgs,
+    /// When the server is ready, print its address, the URL of the viewer page and a description of
+    /// the maze as a JSON object
+    #[arg(long)]
+    json: bool,
+}
 
 /// Serves a maze. If the given path does not exist, the error may suggest one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {

@@ -1,6 +1,6 @@
 //! Arguments of `mmsim fast-run`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
@@ -9,6 +9,7 @@ use mmsim_fastrun::Vehicle;
 use super::driven::RouteChoice;
 use super::picture::PictureArgs;
 use crate::args::{UsageError, each_once, one_of};
+use crate::output::is_standard;
 use crate::vehicle::{GivenVehicle, VEHICLES, each_vehicle_once, parse_given_vehicle};
 
 const AFTER_HELP: &str = "\
@@ -98,7 +99,8 @@ impl FastRunArgs {
     /// Returns true if an option other than `--json` prints to stdout. Returns an error if several
     /// options do.
     pub(crate) fn exports_to_stdout(&self) -> Result<bool, UsageError> {
-        let exports = [&self.csv, &self.c_array].map(|file| file.as_deref().is_some_and(is_stdout));
+        let exports =
+            [&self.csv, &self.c_array].map(|file| file.as_deref().is_some_and(is_standard));
         let exports = exports.into_iter().filter(|&is_stdout| is_stdout).count();
         if exports + usize::from(self.json) + usize::from(self.explain) > 1 && exports > 0 {
             let message =
@@ -107,11 +109,6 @@ impl FastRunArgs {
         }
         Ok(exports > 0)
     }
-}
-
-/// Returns true if a file on the command line stands for stdout.
-pub(crate) fn is_stdout(file: &Path) -> bool {
-    file == Path::new("-")
 }
 
 fn routes() -> impl TypedValueParser<Value = &'static [RouteChoice]> {

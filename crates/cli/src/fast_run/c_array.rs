@@ -6,9 +6,9 @@ use std::path::Path;
 use mmsim_fastrun::{Segment, Shape, Side, StraightLimits, TurnKind, Vehicle, VehicleParameters};
 use mmsim_maze::Escaped;
 
-use super::args::is_stdout;
 use super::driven::Driven;
 use super::report::is_diagonal;
+use crate::output::is_standard;
 
 /// The types that all headers share.
 const TYPES: &str = "
@@ -84,7 +84,8 @@ pub(super) fn c_array(driven: &Driven, file: &Path) -> String {
 /// Returns the name of the array in a file: `fast_run_final` in `final.h`, and `fast_run` in
 /// `fast-run.h` and on stdout.
 fn array_name(file: &Path) -> String {
-    let stem = file.file_stem().filter(|_| !is_stdout(file)).unwrap_or_default().to_string_lossy();
+    let stem =
+        file.file_stem().filter(|_| !is_standard(file)).unwrap_or_default().to_string_lossy();
     let is_allowed = |c: char| c.is_ascii_alphanumeric();
     let stem: String =
         stem.to_lowercase().chars().map(|c| if is_allowed(c) { c } else { '_' }).collect();

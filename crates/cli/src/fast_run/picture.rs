@@ -9,15 +9,16 @@ use mmsim_maze::Maze;
 use super::driven::{Driven, RunResult};
 use crate::args::UsageError;
 use crate::output::replace;
-use crate::render::SIDE_PX;
-use crate::render::args::{Picture, PictureFormat, parse_picture, themes, width_range};
+use crate::picture::{
+    PictureFile, PictureFormat, SIDE_PX, draw_still, parse_picture, themes, width_range,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {
     /// Draw the runs through one maze: .svg or .png, or .gif to animate them in real time. An
     /// existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
-    pub(crate) output: Option<Picture>,
+    pub(crate) output: Option<PictureFile>,
     /// Colour theme of the picture
     #[arg(long, default_value = "light", requires = "output", value_parser = themes())]
     theme: Theme,
@@ -39,7 +40,7 @@ impl PictureArgs {
             Some(_) if runs > MAX_PATHS => {
                 format!("--output takes at most {MAX_PATHS} runs, found {runs}")
             }
-            Some(Picture { format: PictureFormat::Svg, .. }) if self.width.is_some() => {
+            Some(PictureFile { format: PictureFormat::Svg, .. }) if self.width.is_some() => {
                 "--width needs a .png or .gif file: an .svg fits any width".into()
             }
             _ => return Ok(()),
@@ -50,7 +51,7 @@ impl PictureArgs {
     /// Writes a picture of the runs, if one is wanted. Nothing is written if there is no run.
     pub(crate) fn write(&self, results: &[RunResult<'_>]) -> Result<(), Box<dyn Error>> {
         let runs: Vec<_> = results.iter().filter_map(|run| run.driven.as_ref().ok()).collect();
-        if let (Some(Picture { path, format }), [first, ..]) = (&self.output, &runs[..]) {
+        if let (Some(PictureFile { path, format }), [first, ..]) = (&self.output, &runs[..]) {
             replace(path, &self.draw(&first.maze.maze, &runs, *format)?)?;
         }
         Ok(())
@@ -68,11 +69,11 @@ impl PictureArgs {
             .map(|run| DrivenPath::from_trajectory(&name(run, runs), &run.trajectory))
             .collect();
         let scene = Scene::from_maze(maze).with_paths(&paths).with_theme(self.theme);
-        let width_px = self.width.unwrap_or_else(|| scene.width_within(SIDE_PX));
         match format {
-            PictureFormat::Svg => Ok(scene.svg().into_bytes()),
-            PictureFormat::Png => scene.png(width_px),
-            PictureFormat::Gif => animate(&scene, width_px),
+            PictureFormat::Svg | PictureFormat::Png => draw_still(&scene, format, self.width),
+            PictureFormat::Gif => {
+                animate(&scene, self.width.unwrap_or_else(|| scene.width_within(SIDE_PX)))
+            }
         }
     }
 }

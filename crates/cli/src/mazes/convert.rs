@@ -1,18 +1,42 @@
 //! `mmsim mazes convert`: write a maze in another format.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use clap::builder::TypedValueParser;
 use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
-use super::args::ConvertArgs;
 use super::finding::ambiguity;
-use crate::args::{CommandResult, UsageError};
-use crate::output::{note, print, replace, warn};
+use crate::args::{CommandResult, UsageError, extension, one_of};
+use crate::output::{is_standard, note, replace_or_print, warn};
 
-/// The path argument that stands for stdin or stdout.
-const STANDARD: &str = "-";
+#[derive(Debug, Args)]
+pub(super) struct ConvertArgs {
+    /// Maze file; - for stdin
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// File to write; - for stdout. The extension .txt, .trial, .maz or .num selects the format,
+    /// unless --to is set. Existing files are replaced
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Format of IN [default: detected from its content]
+    #[arg(long, value_parser = format(|_| true))]
+    format: Option<Format>,
+    /// Format of OUT [default: selected by its extension; for stdout, the text format]
+    #[arg(long, value_parser = format(Format::is_writable))]
+    to: Option<Format>,
+    /// Omit a start or goal that the format cannot store
+    #[arg(long)]
+    lossy: bool,
+}
+
+/// Returns a parser for the names of all formats that satisfy `accepts`.
+pub(super) fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
+    let formats = Format::ALL.into_iter().filter(move |&format| accepts(format));
+    one_of(formats, |format| format.name().into())
+}
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
     let to = args.to.or_else(|| format_from_extension(&args.output)).ok_or_else(|| {
@@ -34,19 +58,14 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
         let hint = if is_mark { " (use --lossy to omit it)" } else { "" };
         format!("cannot write {}: {error}{hint}", args.output.display())
     })?;
-    if args.output == Path::new(STANDARD) {
-        print(&content)?;
-    } else {
-        replace(&args.output, &content)?;
-    }
+    replace_or_print(&args.output, &content)?;
     Ok(true)
 }
 
 /// Returns the format that the extension of a path selects, or the text format for stdout.
 pub(super) fn format_from_extension(path: &Path) -> Option<Format> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match &ending[..] {
-        "" if path == Path::new(STANDARD) => Some(Format::Text),
+    match &extension(path)[..] {
+        _ if is_standard(path) => Some(Format::Text),
         "txt" => Some(Format::Text),
         "trial" => Some(Format::Trial),
         "maz" => Some(Format::Maz),
@@ -56,9 +75,9 @@ pub(super) fn format_from_extension(path: &Path) -> Option<Format> {
 }
 
 fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error::Error>> {
-    let is_standard = path == Path::new(STANDARD);
-    let path = if is_standard { Path::new("stdin") } else { path };
-    let content = if is_standard {
+    let is_stdin = is_standard(path);
+    let path = if is_stdin { Path::new("stdin") } else { path };
+    let content = if is_stdin {
         read_content_from(io::stdin().lock(), path)?
     } else if path.is_dir() {
         return Err(format!("{} is a folder, not a maze file", path.display()).into());

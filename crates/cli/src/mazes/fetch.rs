@@ -5,18 +5,44 @@ mod folder;
 mod path;
 mod source;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use archive::{Contents, Files};
-use folder::Changes;
+use clap::Args;
 use mmsim_formats::{Catalogue, parse_maze};
 use mmsim_maze::{Counted, Escaped, counted};
 use serde::Serialize;
 
-use super::args::FetchArgs;
 use crate::args::CommandResult;
 use crate::output::{note, own_command, print, print_pretty_json};
 use crate::selection::home_folder;
+use archive::{Contents, Files};
+use folder::Changes;
+
+pub(super) const FETCH: &str = "\
+Download a public collection of real contest mazes, the maze files of micromouseonline, and write \
+the bundled mazes next to them: text files, and mazes of the two-run trial in its own format.
+
+The collection has no licence: the mazes belong to their authors, and you download them for your \
+own use.
+
+The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in \
+the collection, removes mazes that were deleted from it, and keeps files that you have added or \
+changed. Nothing outside the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY \
+and NO_PROXY apply.";
+
+#[derive(Debug, Args)]
+pub(super) struct FetchArgs {
+    /// Folder for the mazes [default: ~/.mmsim, where mmsim looks for mazes first]
+    #[arg(value_name = "DIR")]
+    folder: Option<PathBuf>,
+    /// Archive to fetch instead (.tar.gz, .zip or .tar): an https, http or file URL, or a local
+    /// file; `bundled` writes only the bundled mazes, without a download
+    #[arg(long, value_name = "URL|FILE|bundled")]
+    from: Option<String>,
+    /// Print a JSON object
+    #[arg(long)]
+    json: bool,
+}
 
 /// The URL of the latest version of the maze collection.
 const COLLECTION: &str =

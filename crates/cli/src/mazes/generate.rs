@@ -3,16 +3,49 @@
 use std::fs;
 use std::path::{self, Path, PathBuf};
 
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_formats::Format;
-use mmsim_generator::{generate, random_seed};
-use mmsim_maze::{Maze, counted};
+use mmsim_generator::{Style, generate, random_seed};
+use mmsim_maze::{Maze, MazeSize, counted};
 use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
 
-use super::args::GenerateArgs;
 use super::convert::format_from_extension;
-use crate::args::CommandResult;
-use crate::output::{is_file, note, own_command, print, print_pretty_json, replace};
+use crate::args::{CommandResult, one_of, parse_size};
+use crate::output::{create_folder, is_file, note, own_command, print, print_pretty_json, replace};
+
+#[derive(Debug, Args)]
+pub(super) struct GenerateArgs {
+    /// Width and height in cells
+    #[arg(long, value_name = "WxH", default_value_t = MazeSize::CLASSIC, value_parser = parse_size)]
+    size: MazeSize,
+    /// Random seed [default: random, printed]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Style of the maze
+    #[arg(long, default_value = Style::Contest.name(), value_parser = styles())]
+    style: Style,
+    /// Number of mazes; each maze after the first uses the next seed
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    count: u32,
+    /// File to write. The extension .trial, .maz or .num selects the format; all other files are
+    /// text. The path is treated as a folder for files such as contest-16x16-1.txt if it ends in a
+    /// separator or is an existing folder, or if --count is above 1 [default: print the mazes,
+    /// separated by blank lines]
+    #[arg(short, long, value_name = "FILE|DIR")]
+    output: Option<PathBuf>,
+    /// Overwrite existing files whose content differs
+    #[arg(long, requires = "output")]
+    force: bool,
+    /// Print a JSON array
+    #[arg(long, conflicts_with = "output")]
+    json: bool,
+}
+
+fn styles() -> impl TypedValueParser<Value = Style> {
+    one_of(Style::ALL.iter().copied(), |style| PossibleValue::new(style.name()).help(style.about()))
+}
 
 /// A generated maze, with its seed, style and properties. The field names are JSON keys.
 #[derive(Serialize)]
@@ -85,8 +118,7 @@ fn write(
     let asks_for_folder = output.to_string_lossy().ends_with(path::is_separator);
     let is_folder = args.count > 1 || asks_for_folder || output.is_dir();
     if is_folder {
-        fs::create_dir_all(output)
-            .map_err(|error| format!("cannot create {}: {error}", output.display()))?;
+        create_folder(output)?;
     }
     for generated in mazes {
         let path: PathBuf =

@@ -13,7 +13,7 @@ use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
 use crate::args::{RetentionArgs, UsageError, ViewerArgs, each_once, one_of, parse_seconds};
-use crate::render::args::{Picture, PictureFormat, parse_picture, themes};
+use crate::picture::{PictureFile, PictureFormat, parse_picture, themes};
 
 /// The program that runs a robot with the published interface.
 const PUBLISHED_ROBOT: &str = include_str!("published_robot.py");
@@ -74,10 +74,10 @@ pub(crate) struct TrialArgs {
     /// Draw the explored cells and the paths of both runs in one maze, or the races of several robots:
     /// .svg or .png. An existing file is replaced
     #[arg(short, long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
-    pub(crate) output: Option<Picture>,
+    pub(crate) output: Option<PictureFile>,
     /// Draw the key points of swing and the legs between them on one maze: .svg or .png
     #[arg(long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
-    pub(crate) tour: Option<Picture>,
+    pub(crate) tour: Option<PictureFile>,
     /// Colour theme of the pictures
     #[arg(long, default_value = "light", value_parser = themes())]
     pub(crate) theme: Theme,
@@ -201,7 +201,7 @@ fn variants() -> impl TypedValueParser<Value = Variant> {
 }
 
 /// Parses the path of a picture that is not animated.
-fn parse_still(text: &str) -> Result<Picture, String> {
+fn parse_still(text: &str) -> Result<PictureFile, String> {
     let picture = parse_picture(text).ok().filter(|picture| picture.format != PictureFormat::Gif);
     picture.ok_or_else(|| "expected a file ending in .svg or .png".into())
 }

@@ -4,15 +4,14 @@ use std::collections::HashMap;
 use std::error::Error;
 
 use mmsim_compare::{NamedMaze, RobotKind, TrialJob, TrialResult, TrialRobot};
-use mmsim_drawing::{DrivenPath, MAX_PATHS, PictureError, Scene};
+use mmsim_drawing::{DrivenPath, MAX_PATHS, Scene};
 use mmsim_maze::{Cell, KnownMaze, counted};
 use mmsim_trial::{BundledRobot, Settings, SwingAsPublished, SwingRobot};
 
 use super::args::TrialArgs;
 use crate::args::UsageError;
 use crate::output::replace;
-use crate::render::SIDE_PX;
-use crate::render::args::{Picture, PictureFormat};
+use crate::picture::{PictureFile, draw_still};
 
 /// The distance between a leg and the line through its key points, and between two such legs, in
 /// cells.
@@ -92,13 +91,8 @@ fn race(name: &str, outcome: &TrialResult) -> DrivenPath {
     DrivenPath::line(name, &label, &centres(&outcome.race_cells()))
 }
 
-fn save(picture: &Picture, scene: &Scene<'_>) -> Result<(), Box<dyn Error>> {
-    let Picture { path, format } = picture;
-    let bytes: Result<Vec<u8>, PictureError> = match format {
-        PictureFormat::Svg => Ok(scene.svg().into_bytes()),
-        PictureFormat::Png | PictureFormat::Gif => scene.png(scene.width_within(SIDE_PX)),
-    };
-    Ok(replace(path, &bytes?)?)
+fn save(picture: &PictureFile, scene: &Scene<'_>) -> Result<(), Box<dyn Error>> {
+    Ok(replace(&picture.path, &draw_still(scene, picture.format, None)?)?)
 }
 
 /// Returns the key points of a robot in the order of its tour, or `None` if the robot has none. If
