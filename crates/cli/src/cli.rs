@@ -21,9 +21,8 @@ use crate::mms::MmsArgs;
 use crate::render::RenderArgs;
 use crate::replay::ReplayArgs;
 use crate::run::RunArgs;
-use crate::serve::ServeArgs;
+use crate::serve::{ServeArgs, suggest};
 use crate::solve::SolveArgs;
-use crate::suggest::suggest;
 use crate::trial::args::TrialArgs;
 
 /// A micromouse maze simulator. Without a command, mmsim serves a maze to search clients. It

@@ -1,7 +1,5 @@
 //! `mmsim compare`: compare mice on collections of mazes.
 
-mod text;
-
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::PathBuf;
@@ -16,11 +14,13 @@ use mmsim_run::{SearchSpeed, Timing, plan};
 use serde::Serialize;
 
 use crate::args::CommandResult;
-use crate::inputs::Inputs;
+use crate::grid::aligned;
 use crate::output::{
-    check_folder, create_folder, print, print_csv, print_pretty_json, replace, write_charts,
+    check_folder, create_folder, list_reasons, print, print_csv, print_pretty_json, replace,
+    write_charts,
 };
 use crate::searches::SearchArgs;
+use crate::selection::Inputs;
 use crate::vehicle::{VEHICLES, parse_vehicle, warn_about};
 
 const AFTER_HELP: &str = "\
@@ -97,7 +97,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     } else if args.csv {
         print_csv(|csv| report.mice.iter().try_for_each(|mouse| write_csv(mouse, csv)))?;
     } else if !mazes.is_empty() {
-        print(&text::text(&report))?;
+        print(&text(&report))?;
     }
     if mazes.is_empty() {
         return Ok(all_readable);
@@ -152,4 +152,28 @@ fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<&Vehicle>
         let trajectory = trajectory.drive(planner.vehicle()).ok()?;
         Some(MousePath { maze, points: DrivenPath::from_trajectory("", &trajectory).outline() })
     })
+}
+
+/// Returns the overview, the notes, the other tables, and the failures of each mouse.
+fn text(report: &SearchComparison) -> String {
+    let measures = report.measures.iter().zip(&report.statistics);
+    let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
+        let differences = match statistics.candidates.len() {
+            0 | 1 => "",
+            _ => " Differences over the mazes that both mice solved.",
+        };
+        format!("{}{}{differences}\n", aligned(&statistics.table()), statistics.caption())
+    });
+    let notes = report.comparison.notes.iter().map(|note| format!("{note}\n"));
+    let failures = (0..report.mice.len()).filter_map(|mouse| failures(report, mouse));
+    let overview = aligned(&report.comparison.overview);
+    [overview].into_iter().chain(notes).chain(tables).chain(failures).collect::<Vec<_>>().join("\n")
+}
+
+/// Lists the most frequent reasons why a mouse failed.
+fn failures(report: &SearchComparison, mouse: usize) -> Option<String> {
+    let MouseSummary { strategy, mazes, .. } = &report.mice[mouse];
+    let failures = report.comparison.failures().iter().filter(|one| one.candidate == mouse);
+    let reasons = failures.map(|one| (&*one.reason, &*mazes[one.maze].maze.path));
+    list_reasons(&format!("{strategy} failed"), reasons)
 }

@@ -17,9 +17,9 @@ use mmsim_run::{Ending, SearchSpeed, Timing};
 use serde::Serialize;
 
 use crate::args::{CommandResult, one_of, parse_seconds};
-use crate::inputs::Inputs;
 use crate::output::{print, print_csv, print_pretty_json};
 use crate::searches::SearchArgs;
+use crate::selection::Inputs;
 use crate::vehicle::{VEHICLES, parse_vehicle, warn_about};
 
 const AFTER_HELP: &str = "\

@@ -10,9 +10,8 @@ use mmsim_viewer::{Vehicles, export_html};
 
 use crate::args::{CommandResult, ReadingArgs, UsageError, extension, wrong_extension};
 use crate::output::{replace, replace_or_print};
-use crate::playback::is_undamaged;
-use crate::progress::progress_bar;
-use crate::retention::{messages_unless, recording_budget};
+use crate::recordings::{is_undamaged, messages_unless, recording_budget};
+use crate::terminal::progress_bar;
 use crate::vehicle::{parse_vehicle, warn_about};
 
 #[derive(Debug, Args)]

@@ -6,15 +6,14 @@ mod driven;
 mod picture;
 mod report;
 mod samples;
-mod table;
 mod text;
 
 use mmsim_compare::{NamedMaze, map_each};
 use mmsim_fastrun::{Planner, Vehicle};
 
 use crate::args::{CommandResult, UsageError};
-use crate::inputs::Inputs;
 use crate::output::{check_folder, is_standard, print, print_pretty_json, replace_or_print, warn};
+use crate::selection::Inputs;
 use crate::vehicle::warn_about;
 use args::FastRunArgs;
 use driven::{Driven, RouteChoice, RunResult};
@@ -67,7 +66,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     } else if args.explain {
         print(&text::describe_all(&results))?;
     } else if !results.is_empty() {
-        print(&table::table(&results))?;
+        print(&text::table(&results))?;
     }
     Ok(all_readable && have_runs)
 }

@@ -15,7 +15,7 @@ use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, ViewerConfig};
 use crate::args::{RetentionArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, note, warn};
-use crate::retention::{self, MemoryLimits};
+use crate::recordings::{self, MemoryLimits};
 use crate::{page, stderr};
 
 /// The host address on which a server listens for a mouse in the same process.
@@ -65,7 +65,7 @@ pub(crate) fn prepare(
     let limits = MemoryLimits::new(retention);
     let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
     let recorder = recorder
-        .map(|recorder| recorder.with_messages(retention::messages_unless(retention.states_only)));
+        .map(|recorder| recorder.with_messages(recordings::messages_unless(retention.states_only)));
     let server = bind(host, port, mouse.is_some())?;
     // The page of a mouse is also its control panel.
     let bound = viewer.map(|args| page::bind(args, host, mouse.is_some()));
@@ -87,7 +87,7 @@ pub(crate) fn prepare(
         .with_recordings(retention.record.clone())
         .with_budget(limits.recordings);
     let simulation = Simulation::new(&name, maze).with_history_limit(limits.history);
-    retention::report(retention, &simulation);
+    recordings::report(retention, &simulation);
     let page = viewer.map(|args| page::serve(bound, config, args)).transpose()?.flatten();
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })
 }

@@ -3,7 +3,6 @@
 mod check;
 mod convert;
 mod fetch;
-mod finding;
 mod generate;
 mod row;
 

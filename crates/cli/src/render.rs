@@ -18,8 +18,7 @@ use crate::output::{note, replace};
 use crate::picture::{
     PictureFile, PictureFormat, SIDE_PX, draw_still, parse_picture, themes, width_range,
 };
-use crate::playback::{is_undamaged, no_state};
-use crate::retention::recording_budget;
+use crate::recordings::{is_undamaged, no_state, recording_budget};
 use crate::selection::Collection;
 
 #[derive(Debug, Args)]

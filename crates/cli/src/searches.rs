@@ -14,8 +14,8 @@ use mmsim_solvers::{BundledStrategy, Tolerance};
 use crate::args::{UsageError, each_once, one_of, parse_seconds};
 use crate::interrupt::StopFlag;
 use crate::local_server::raise_file_limit;
-use crate::progress::progress_bar;
 use crate::solve::strategy_value;
+use crate::terminal::progress_bar;
 
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;

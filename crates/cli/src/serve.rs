@@ -12,7 +12,6 @@ use crate::args::{CommandResult, ServerArgs};
 use crate::local_server::{ReadyServer, prepare};
 use crate::output::{note, own_command, print_json};
 use crate::selection::{Collection, SelectionError};
-use crate::suggest::suggest;
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
@@ -71,4 +70,23 @@ fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) 
         Some(suggestion) => format!("{error}{suggestion}").into(),
         None => error.into(),
     }
+}
+
+/// Returns a suggestion for the unknown command `mmsim WORD`. The suggestion is a command with a
+/// similar name, a subcommand of `mmsim mazes` with a similar name, or `--maze WORD` if a maze
+/// matches, in that order of preference.
+pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
+    let similar = |commands: &Command, typos: usize| {
+        let mut names = commands.get_subcommands().map(Command::get_name);
+        let name = names.find(|name| strsim::damerau_levenshtein(word, name) <= typos);
+        name.map(str::to_string)
+    };
+    let for_mazes = || Some(format!("mazes {}", similar(commands.find_subcommand("mazes")?, 1)?));
+    let arguments = if let Some(command) = similar(commands, 2).or_else(for_mazes) {
+        format!("{command} …")
+    } else {
+        Collection::at(None).ok()?.select(word).ok()?;
+        format!("--maze {word}")
+    };
+    Some(format!(" (did you mean {}?)", own_command(&arguments)))
 }

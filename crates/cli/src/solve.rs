@@ -23,7 +23,7 @@ use crate::connection::{
 use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
-use crate::retention::messages_unless;
+use crate::recordings::messages_unless;
 use crate::screen::{Screen, goal_text};
 use crate::vehicle::{VEHICLES, parse_vehicle};
 

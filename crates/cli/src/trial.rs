@@ -5,15 +5,14 @@ mod compare;
 mod picture;
 mod results;
 mod serve;
-mod table;
 
 use args::TrialArgs;
 use mmsim_compare::{NamedMaze, RunContext, TrialJob, TrialRobot, run_trials};
 use results::Results;
 
 use crate::args::{CommandResult, UsageError};
-use crate::inputs::Inputs;
 use crate::interrupt::StopFlag;
+use crate::selection::Inputs;
 
 /// The number of trials in a batch. The results are printed after each batch.
 const BATCH: usize = 32;

@@ -1,11 +1,11 @@
-//! The description of a run as text.
+//! Runs as text: descriptions, and a table with means over the mazes.
 
 use mmsim_fastrun::{STANDARD_GRAVITY, Segment};
 use mmsim_maze::{Escaped, counted};
 
-use super::driven::{Driven, RunResult};
+use super::driven::{Driven, RouteChoice, RunResult};
 use super::report::SegmentReport;
-use crate::grid::aligned;
+use crate::grid::{aligned, padded, widest};
 
 /// Describes a run: its times, its length, its turns and its text form.
 pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
@@ -72,4 +72,117 @@ fn segments(segments: &[Segment]) -> String {
         ]
     }));
     aligned(&rows)
+}
+
+/// Formats one line per run. If there are several mazes, appends the means of each vehicle and
+/// route.
+pub(super) fn table(results: &[RunResult]) -> String {
+    let has_routes = results.iter().any(|result| result.route != RouteChoice::Fastest);
+    let mut lines: Vec<Line> =
+        results.iter().map(|result| Line::from_result(result, has_routes)).collect();
+    let means = mean_lines(results, has_routes);
+    let has_means = !means.is_empty();
+    lines.extend(means);
+    let head = Line::head(has_routes);
+    let width =
+        |column: fn(&Line) -> &String| widest([&head].into_iter().chain(&lines).map(column));
+    let (maze_width, vehicle_width, route_width) =
+        (width(|line| &line.maze), width(|line| &line.vehicle), width(|line| &line.route));
+    let format_line = |Line { maze, vehicle, route, figures }: &Line| {
+        let route = if has_routes { padded(route, route_width) + "  " } else { String::new() };
+        let (maze, vehicle) = (padded(maze, maze_width), padded(vehicle, vehicle_width));
+        format!("{maze}  {vehicle}  {route}{figures}\n")
+    };
+    let mut lines_text = format_line(&head);
+    for (index, line) in lines.iter().enumerate() {
+        if has_means && index == results.len() {
+            lines_text.push('\n');
+        }
+        lines_text += &format_line(line);
+    }
+    lines_text + &failures(results)
+}
+
+/// The cells of a line of the table.
+struct Line {
+    maze: String,
+    vehicle: String,
+    route: String,
+    /// The figures of the run, or the reason why there is none.
+    figures: String,
+}
+
+impl Line {
+    fn head(has_routes: bool) -> Self {
+        let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "slalom turns"];
+        let loss = if has_routes { "      loss" } else { "" };
+        Self {
+            maze: "maze".into(),
+            vehicle: "vehicle".into(),
+            route: "route".into(),
+            figures: format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>12}{loss}"),
+        }
+    }
+
+    fn from_result(result: &RunResult, has_routes: bool) -> Self {
+        Self {
+            maze: result.maze.shown_path(),
+            vehicle: Escaped(result.vehicle.name()).to_string(),
+            route: result.route.name().into(),
+            figures: match &result.driven {
+                Ok(driven) => text(figures(driven), 0, has_routes),
+                Err(error) => error.clone(),
+            },
+        }
+    }
+}
+
+/// Returns the lines with the means of each vehicle and route, or none if there is only one maze.
+fn mean_lines(results: &[RunResult], has_routes: bool) -> Vec<Line> {
+    // The first maze has each vehicle and route once, and all mazes have the same ones.
+    let is_first = |result: &&RunResult| result.maze.path == results[0].maze.path;
+    let first: Vec<&RunResult> = results.iter().take_while(is_first).collect();
+    if first.len() == results.len() {
+        return Vec::new();
+    }
+    let mean = |(index, result): (usize, &&RunResult)| {
+        let same = results.iter().skip(index).step_by(first.len());
+        let driven = same.filter_map(|result| result.driven.as_ref().ok());
+        let driven: Vec<[f64; 5]> = driven.map(figures).collect();
+        let count = u32::try_from(driven.len()).ok().filter(|&count| count > 0)?;
+        let sum = |index: usize| driven.iter().map(|figures| figures[index]).sum::<f64>();
+        let means = [0, 1, 2, 3, 4].map(|index| sum(index) / f64::from(count));
+        let line = Line::from_result(result, has_routes);
+        let maze = format!("mean of {}", counted(count, "maze"));
+        Some(Line { maze, figures: text(means, 1, has_routes), ..line })
+    };
+    first.iter().enumerate().filter_map(mean).collect()
+}
+
+/// Returns a line with the number of mazes without a run, or an empty text if all have one.
+fn failures(results: &[RunResult]) -> String {
+    let failed = results.iter().filter(|result| result.driven.is_err());
+    let mut failed: Vec<_> = failed.map(|result| &result.maze.path).collect();
+    failed.dedup();
+    match failed.len() {
+        0 => String::new(),
+        count => format!("{} without a run\n", counted(count, "maze")),
+    }
+}
+
+/// The time from rest to rest and that from gate to gate in s, the distance in mm, the number of turns,
+/// and the slowdown against the fastest run in percent.
+fn figures(Driven { trajectory, gate_to_gate, run, loss, .. }: &Driven) -> [f64; 5] {
+    // A run has at most a few hundred turns.
+    #[allow(clippy::cast_precision_loss)]
+    let turns = run.turns().len() as f64;
+    [trajectory.duration(), *gate_to_gate, trajectory.length(), turns, *loss]
+}
+
+/// Formats figures or their means. The number of turns has the given number of decimals.
+fn text(figures: [f64; 5], decimals: usize, has_routes: bool) -> String {
+    let [time, gate_to_gate, length, turns, loss] = figures;
+    let metres = length / 1000.0;
+    let loss = if has_routes { format!("  {loss:>6.2} %") } else { String::new() };
+    format!("{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>12.decimals$}{loss}")
 }

@@ -8,7 +8,7 @@ use clap::builder::TypedValueParser;
 use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
-use super::finding::ambiguity;
+use super::check::ambiguity;
 use crate::args::{CommandResult, UsageError, extension, one_of};
 use crate::output::{is_standard, note, replace_or_print, warn};
 

@@ -2,7 +2,6 @@
 
 mod archive;
 mod folder;
-mod path;
 mod source;
 
 use std::path::{Path, PathBuf};

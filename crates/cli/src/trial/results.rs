@@ -1,12 +1,13 @@
-//! Prints the outcomes of trials as text or JSON.
+//! Prints the outcomes of trials as tables or JSON.
 
+use std::fmt::Write as _;
 use std::{io, mem};
 
-use mmsim_compare::{TrialJob, TrialResult, TrialRow};
+use mmsim_compare::{Means, TrialJob, TrialResult, TrialRow};
 
 use super::args::TrialArgs;
-use super::table::{ResultTable, summary};
 use crate::args::CommandResult;
+use crate::grid::{padded, widest};
 use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
 
@@ -61,4 +62,74 @@ impl<'a> Results<'a> {
         }
         Ok(outcomes.iter().all(TrialResult::succeeded))
     }
+}
+
+/// A table with fixed column widths. Each line can be printed before the next line is known.
+struct ResultTable {
+    maze_width: usize,
+    robot_width: usize,
+}
+
+impl ResultTable {
+    fn new(jobs: &[TrialJob<'_>]) -> Self {
+        let (mazes, robots) = (
+            jobs.iter().map(|(selected, _)| selected.shown_path()),
+            jobs.iter().map(|(_, robot)| robot.name().to_string()),
+        );
+        Self {
+            maze_width: widest(mazes.chain(["maze".into()])),
+            robot_width: widest(robots.chain(["robot".into()])),
+        }
+    }
+
+    fn head(&self) -> String {
+        self.row("maze", "robot", "explore  race    score  optimum  race excess  score excess")
+    }
+
+    fn line(&self, (selected, robot): &TrialJob<'_>, outcome: &TrialResult) -> String {
+        let TrialResult { explore_steps, race_steps, .. } = outcome;
+        let steps = format!("{explore_steps:>7}  {race_steps:>4}");
+        let rest = match (outcome.score(), outcome.race_optimum, outcome.excess()) {
+            (Some(score), Some(optimum), Some((race, excess))) => {
+                format!("{score:>7}  {optimum:>7}  {race:>11}  {excess:>12.3}")
+            }
+            _ => outcome.reason().to_string(),
+        };
+        self.row(&selected.shown_path(), robot.name(), &format!("{steps}  {rest}"))
+    }
+
+    fn row(&self, maze: &str, robot: &str, results: &str) -> String {
+        let Self { maze_width, robot_width } = self;
+        let (maze, robot) = (padded(maze, *maze_width), padded(robot, *robot_width));
+        format!("{maze}  {robot}  {results}\n")
+    }
+}
+
+/// Returns a summary line for each robot that ran in several mazes.
+fn summary(jobs: &[TrialJob<'_>], outcomes: &[TrialResult]) -> String {
+    // Each maze has the same robots.
+    let is_first = |(maze, _): &&TrialJob<'_>| std::ptr::eq(*maze, jobs[0].0);
+    let robots = jobs.iter().take_while(is_first).count();
+    let summaries = jobs.iter().take(robots).enumerate().map(|(index, (_, robot))| {
+        sum_up(robot.name(), outcomes.iter().skip(index).step_by(robots))
+    });
+    summaries.filter(|_| robots < jobs.len()).collect()
+}
+
+fn sum_up<'a>(robot: &str, outcomes: impl Iterator<Item = &'a TrialResult> + Clone) -> String {
+    let Means { scored, explore_steps, race_steps, score, excess } = Means::new(outcomes.clone());
+    let mut text = format!("{robot}: {scored} of {} trials scored", outcomes.clone().count());
+    let given_up = outcomes.filter(|outcome| outcome.is_correctly_given_up()).count();
+    // Writing to a string cannot fail.
+    if given_up > 0 {
+        let _ = write!(text, ", {given_up} correctly reported an unreachable goal");
+    }
+    if scored > 0 {
+        let _ = write!(
+            text,
+            "; means: {explore_steps:.1} explore steps, {race_steps:.1} race steps, \
+             score {score:.3}, score excess {excess:.3}"
+        );
+    }
+    text + "\n"
 }

@@ -11,7 +11,7 @@ use ureq::{Agent, Timeout};
 
 use super::archive::MAX_ARCHIVE_BYTES;
 use crate::output::own_command;
-use crate::progress::progress_bar;
+use crate::terminal::progress_bar;
 
 /// The timeout for connecting, for waiting for the response, and for each read.
 const TIMEOUT: Duration = Duration::from_secs(30);

@@ -1,14 +1,15 @@
-//! Memory limits of histories and recordings.
+//! The memory limits of histories and recordings, and messages about them.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use mmsim_recording::{MemoryBudget, NewMessages};
+use mmsim_recording::{Integrity, MemoryBudget, NewMessages, Recording};
 use mmsim_run::messages;
 use mmsim_server::Simulation;
 
 use crate::args::{ReadingArgs, RetentionArgs};
 use crate::memory;
-use crate::output::note;
+use crate::output::{note, warn};
 
 const MIB: u64 = 1 << 20;
 
@@ -63,6 +64,22 @@ pub(crate) fn report(args: &RetentionArgs, simulation: &Simulation) {
     if let Some(folder) = &args.record {
         note(format_args!("recording to {}", folder.display()));
     }
+}
+
+/// Formats the error for an `--at` index beyond the last state of the recording.
+pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> String {
+    let file = file.display();
+    match recording.history().len().checked_sub(1) {
+        Some(last) => format!("{file}: no state {index} (--at takes 0 to {last})"),
+        None => format!("{file}: no state {index}: the recording has no states"),
+    }
+}
+
+/// Returns true if the recording is undamaged. Otherwise, prints a warning and returns false.
+pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
+    let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
+    warn(format_args!("{}: damaged after byte {intact}: {reason}", file.display()));
+    false
 }
 
 #[cfg(test)]
