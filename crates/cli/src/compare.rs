@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::args::CommandResult;
 use crate::grid::aligned;
 use crate::output::{
-    check_folder, create_folder, list_reasons, print, print_csv, print_pretty_json, replace,
+    check_folder, create_folder, csv_text, list_reasons, print, print_pretty_json, replace,
     write_charts,
 };
 use crate::searches::SearchArgs;
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {
-        print_csv(|csv| report.mice.iter().try_for_each(|mouse| write_csv(mouse, csv)))?;
+        print(&csv_text(|csv| report.mice.iter().try_for_each(|mouse| write_csv(mouse, csv)))?)?;
     } else if !mazes.is_empty() {
         print(&text(&report))?;
     }

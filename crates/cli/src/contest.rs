@@ -17,7 +17,7 @@ use mmsim_run::{Ending, SearchSpeed, Timing};
 use serde::Serialize;
 
 use crate::args::{CommandResult, one_of, parse_seconds};
-use crate::output::{print, print_csv, print_pretty_json};
+use crate::output::{csv_text, print, print_pretty_json};
 use crate::searches::SearchArgs;
 use crate::selection::Inputs;
 use crate::vehicle::{VEHICLES, parse_vehicle, warn_about};
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     if args.json {
         print_pretty_json(&contest)?;
     } else if args.csv {
-        print_csv(|csv| contest.mazes.iter().try_for_each(|maze| write_csv(maze, csv)))?;
+        print(&csv_text(|csv| contest.mazes.iter().try_for_each(|maze| write_csv(maze, csv)))?)?;
     } else if !mazes.is_empty() {
         print(&text::text(&contest))?;
     }

@@ -5,19 +5,22 @@ mod c_array;
 mod driven;
 mod picture;
 mod report;
-mod samples;
 mod text;
 
+use std::error::Error;
+
 use mmsim_compare::{NamedMaze, map_each};
-use mmsim_fastrun::{Planner, Vehicle};
+use mmsim_fastrun::{MotionState, Planner, Trajectory, Vehicle};
 
 use crate::args::{CommandResult, UsageError};
-use crate::output::{check_folder, is_standard, print, print_pretty_json, replace_or_print, warn};
+use crate::output::{
+    check_folder, csv_text, is_standard, print, print_pretty_json, replace_or_print, warn,
+};
 use crate::selection::Inputs;
 use crate::vehicle::warn_about;
 use args::FastRunArgs;
-use driven::{Driven, RouteChoice, RunResult};
-use report::RunReport;
+use driven::{DrivenRun, RouteChoice, RunResult};
+use report::FastRunReport;
 
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     let (vehicles, routes) = (args.vehicles()?, args.routes());
@@ -55,7 +58,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     args.picture.write(&results)?;
     let have_runs = results.iter().all(|result| result.driven.is_ok());
     if args.json {
-        let reports = results.iter().map(|result| RunReport::new(result, args.explain));
+        let reports = results.iter().map(|result| FastRunReport::new(result, args.explain));
         print_pretty_json(&reports.collect::<Vec<_>>())?;
     } else if let [result] = &results[..] {
         match &result.driven {
@@ -102,15 +105,44 @@ fn check_single(option: &str, counts: &[(&str, usize)]) -> Result<(), UsageError
 }
 
 /// Writes the files that the options name.
-fn export(args: &FastRunArgs, driven: &Driven) -> Result<(), Box<dyn std::error::Error>> {
+fn export(args: &FastRunArgs, driven: &DrivenRun) -> Result<(), Box<dyn Error>> {
     if let Some(file) = &args.csv {
-        replace_or_print(
-            file,
-            samples::csv(&driven.trajectory, args.interval.seconds)?.as_bytes(),
-        )?;
+        replace_or_print(file, motion_csv(&driven.trajectory, args.interval)?.as_bytes())?;
     }
     if let Some(file) = &args.c_array {
         replace_or_print(file, c_array::c_array(driven, file).as_bytes())?;
     }
     Ok(())
+}
+
+/// The columns of the CSV file, with their units.
+const CSV_HEAD: [&str; 7] = [
+    "time_s",
+    "x_mm",
+    "y_mm",
+    "heading_rad",
+    "speed_mm_s",
+    "acceleration_mm_s2",
+    "angular_velocity_rad_s",
+];
+
+/// Formats the motion of the mouse as CSV: its states at regular times, `interval` s apart, and the last
+/// one.
+fn motion_csv(trajectory: &Trajectory, interval: f64) -> Result<String, Box<dyn Error>> {
+    csv_text(|csv| {
+        csv.write_record(CSV_HEAD)?;
+        trajectory.samples(interval).try_for_each(|motion| {
+            let MotionState { time, x, y, heading, speed, acceleration, angular_velocity, .. } =
+                motion;
+            csv.write_record([
+                format!("{time:.6}"),
+                format!("{x:.3}"),
+                format!("{y:.3}"),
+                format!("{heading:.6}"),
+                format!("{speed:.2}"),
+                format!("{acceleration:.1}"),
+                format!("{angular_velocity:.4}"),
+            ])
+        })
+    })
 }

@@ -8,6 +8,16 @@ use unicode_width::UnicodeWidthStr as _;
 /// Formats rows as a table and escapes the text of the cells. The first column is left-aligned; all
 /// other columns are right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    format_rows(rows, 1)
+}
+
+/// Like [`aligned`], but with all columns left-aligned.
+pub(crate) fn left_aligned(rows: &[Vec<String>]) -> String {
+    format_rows(rows, usize::MAX)
+}
+
+/// Formats rows of which the first columns are left-aligned.
+fn format_rows(rows: &[Vec<String>], left_columns: usize) -> String {
     let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();
     let width = |column: usize| widest(rows.iter().filter_map(|row| row.get(column)));
@@ -15,10 +25,13 @@ pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let mut text = String::new();
     for row in &rows {
         for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-            if column == 0 {
-                text += &padded(cell, width);
+            text += if column == 0 { "" } else { "  " };
+            let padding = repeat_n(' ', width - cell.width());
+            if column < left_columns {
+                text += cell;
+                text.extend(padding);
             } else {
-                text.extend(repeat_n(' ', 2 + width - cell.width()));
+                text.extend(padding);
                 text += cell;
             }
         }
@@ -48,6 +61,7 @@ mod tests {
         let rows = [vec!["ä", "1", ""], vec!["bcd", "22", "x"], vec!["e"]];
         let rows = rows.map(|row| row.into_iter().map(String::from).collect());
         assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");
+        assert_eq!(left_aligned(&rows), "ä    1\nbcd  22  x\ne\n");
         assert_eq!(aligned(&[]), "");
         assert_eq!(aligned(&[vec!["a\nb".into(), "1".into()]]), "a\\nb  1\n");
     }

@@ -36,13 +36,13 @@ pub(crate) fn print_json(value: &impl Serialize) -> io::Result<()> {
     write_json(value, CompactFormatter)
 }
 
-/// Prints CSV.
-pub(crate) fn print_csv(
+/// Returns the lines that `write` writes as CSV.
+pub(crate) fn csv_text(
     write: impl FnOnce(&mut csv::Writer<Vec<u8>>) -> csv::Result<()>,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<String, Box<dyn Error>> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     write(&mut csv)?;
-    Ok(print(&String::from_utf8(csv.into_inner()?)?)?)
+    Ok(String::from_utf8(csv.into_inner()?)?)
 }
 
 /// Prints a value as indented JSON.

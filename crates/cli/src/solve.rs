@@ -173,7 +173,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     if args.json {
         verdict.error = verdict.error.or_else(|| recorded.clone().err());
         let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), verdict);
-        report.fast_run = bounds.map(|bounds| FastRunReport::new(&exploration, bounds));
+        report.fast_run = bounds.map(|bounds| TimeBoundsReport::new(&exploration, bounds));
         print_json(&report)?;
     } else {
         if run.states > 0 {
@@ -218,20 +218,20 @@ struct SolveReport<'a> {
     map: Option<String>,
     /// The bounds on the time of the fastest run, for strategies that explore for it.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    fast_run: Option<FastRunReport>,
+    fast_run: Option<TimeBoundsReport>,
     error: Option<String>,
 }
 
 /// The time of the best known run, and the time of the fastest run if all unknown walls were open.
 /// Null if no run is known.
 #[derive(Serialize)]
-struct FastRunReport {
+struct TimeBoundsReport {
     vehicle: String,
     fast_run_s: Option<f64>,
     fast_run_lower_bound_s: Option<f64>,
 }
 
-impl FastRunReport {
+impl TimeBoundsReport {
     fn new(exploration: &Exploration, bounds: TimeBounds) -> Self {
         Self {
             vehicle: exploration.vehicle_name().into(),

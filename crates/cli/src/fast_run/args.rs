@@ -59,7 +59,7 @@ pub(crate) struct FastRunArgs {
     pub(crate) csv: Option<PathBuf>,
     /// Time between two lines of the CSV file in milliseconds, 0.1 to 1000
     #[arg(long, value_name = "MS", default_value = "1", requires = "csv", value_parser = parse_interval)]
-    pub(crate) interval: Interval,
+    pub(crate) interval: f64,
     /// Write the straights and turns as an array to a C file; - for stdout
     #[arg(long, value_name = "FILE")]
     pub(crate) c_array: Option<PathBuf>,
@@ -68,12 +68,6 @@ pub(crate) struct FastRunArgs {
     /// Print the vehicle as TOML, as a starting point for a file of your own, and exit
     #[arg(long, conflicts_with_all = ["mazes", "route", "explain", "json", "csv", "c_array", "output"])]
     pub(crate) print_vehicle: bool,
-}
-
-/// The time between two lines of a CSV file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Interval {
-    pub(crate) seconds: f64,
 }
 
 impl FastRunArgs {
@@ -119,11 +113,11 @@ fn routes() -> impl TypedValueParser<Value = &'static [RouteChoice]> {
     })
 }
 
-fn parse_interval(text: &str) -> Result<Interval, String> {
-    let milliseconds = text.parse().ok().filter(|ms| (0.1..=1000.0).contains(ms));
-    let milliseconds: f64 =
-        milliseconds.ok_or("expected a number of milliseconds from 0.1 to 1000")?;
-    Ok(Interval { seconds: milliseconds / 1000.0 })
+/// Parses a number of milliseconds. Returns it in seconds.
+fn parse_interval(text: &str) -> Result<f64, String> {
+    let milliseconds: Option<f64> = text.parse().ok().filter(|ms| (0.1..=1000.0).contains(ms));
+    let seconds = milliseconds.map(|ms| ms / 1000.0);
+    seconds.ok_or_else(|| "expected a number of milliseconds from 0.1 to 1000".into())
 }
 
 #[cfg(test)]
@@ -132,7 +126,7 @@ mod tests {
 
     #[test]
     fn intervals_are_limited() {
-        assert_eq!(parse_interval("0.5"), Ok(Interval { seconds: 0.0005 }));
+        assert_eq!(parse_interval("0.5"), Ok(0.0005));
         assert!(
             ["0", "-1", "0.09", "1001", "nan", "1s"].map(parse_interval).iter().all(Result::is_err)
         );

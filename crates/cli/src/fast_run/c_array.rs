@@ -6,7 +6,7 @@ use std::path::Path;
 use mmsim_fastrun::{Segment, Shape, Side, StraightLimits, TurnKind, Vehicle, VehicleParameters};
 use mmsim_maze::Escaped;
 
-use super::driven::Driven;
+use super::driven::DrivenRun;
 use super::report::is_diagonal;
 use crate::output::is_standard;
 
@@ -31,19 +31,13 @@ struct fast_run_step {
 #endif
 ";
 
-/// A straight of the array. The default is the one of a mouse that stays in the start cell.
-#[derive(Default)]
-struct Straight {
-    length: f64,
-    steps: u8,
-    is_diagonal: bool,
-    top_speed: f64,
-}
+/// The straight before a turn without one, and that of a mouse that stays in the start cell.
+const NO_STRAIGHT: &str = "0.000f, 0, 0, 0.000f";
 
 /// Formats a run as a C header that also compiles as C++. The array and the macros are named after
 /// the file, so that a program can include several headers.
-pub(super) fn c_array(driven: &Driven, file: &Path) -> String {
-    let Driven { maze, vehicle, run, trajectory, .. } = driven;
+pub(super) fn c_array(driven: &DrivenRun, file: &Path) -> String {
+    let DrivenRun { maze, vehicle, run, trajectory, .. } = driven;
     let name = array_name(file);
     let macros = name.to_uppercase();
     let title = format!("Run of {} in {}", vehicle.name(), maze.path.display());
@@ -63,22 +57,29 @@ pub(super) fn c_array(driven: &Driven, file: &Path) -> String {
         run.direction(),
         limits(vehicle, &macros),
     );
-    let mut straight = Straight::default();
+    let mut straight = NO_STRAIGHT.to_string();
     for segment in trajectory.segments() {
         let Segment { shape, entry, length, exit_speed, .. } = segment;
         match *shape {
             Shape::Straight(steps) => {
-                let (is_diagonal, top_speed) = (is_diagonal(entry.heading), segment.top_speed());
-                straight = Straight { length: *length, steps, is_diagonal, top_speed };
+                let (diagonal, top) = (u8::from(is_diagonal(entry.heading)), segment.top_speed());
+                straight = format!("{length:.3}f, {steps}, {diagonal}, {top:.3}f");
             }
             Shape::Turn(kind, side) => {
-                let turn = (constant(kind), side, *length, *exit_speed);
-                push_step(&mut text, std::mem::take(&mut straight), &turn);
+                let (turn, side) = (constant(kind), side_constant(side));
+                // Writing to a string cannot fail.
+                let _ = writeln!(
+                    text,
+                    "    {{ {straight}, {turn}, {side}, {length:.3}f, {exit_speed:.3}f }},"
+                );
+                straight = NO_STRAIGHT.into();
             }
         }
     }
-    push_step(&mut text, straight, &("FAST_RUN_STOP".into(), Side::Left, 0.0, 0.0));
-    text + &format!("}};\n\n#define {macros}_COUNT (sizeof {name} / sizeof {name}[0])\n\n#endif\n")
+    text + &format!(
+        "    {{ {straight}, FAST_RUN_STOP, FAST_RUN_LEFT, 0.000f, 0.000f }},\n}};\n\n\
+         #define {macros}_COUNT (sizeof {name} / sizeof {name}[0])\n\n#endif\n"
+    )
 }
 
 /// Returns the name of the array in a file: `fast_run_final` in `final.h`, and `fast_run` in
@@ -121,21 +122,12 @@ fn limits(vehicle: &Vehicle, macros: &str) -> String {
     text
 }
 
-fn push_step(
-    text: &mut String,
-    Straight { length, steps, is_diagonal, top_speed }: Straight,
-    (turn, side, arc, speed): &(String, Side, f64, f64),
-) {
-    let side = match side {
+/// Returns the constant of a side.
+const fn side_constant(side: Side) -> &'static str {
+    match side {
         Side::Left => "FAST_RUN_LEFT",
         Side::Right => "FAST_RUN_RIGHT",
-    };
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "    {{ {length:.3}f, {steps}, {}, {top_speed:.3}f, {turn}, {side}, {arc:.3}f, {speed:.3}f }},",
-        u8::from(is_diagonal)
-    );
+    }
 }
 
 /// Returns the constant of a turn, such as `FAST_RUN_45IN`.

@@ -25,15 +25,10 @@ impl RouteChoice {
     }
 
     /// Describes the route.
-    pub(crate) const fn about(self) -> &'static str {
+    pub(crate) fn about(self) -> String {
         match self {
-            Self::Fastest => "the fastest run of all routes",
-            Self::Along(Route::FewestCells) => {
-                "the fastest run along a route with the fewest cells"
-            }
-            Self::Along(Route::FewestTurns) => {
-                "the fastest run along a route with the fewest turns"
-            }
+            Self::Fastest => "the fastest run of all routes".into(),
+            Self::Along(_) => format!("the fastest run{}", self.restriction()),
         }
     }
 
@@ -52,11 +47,11 @@ pub(crate) struct RunResult<'a> {
     pub(crate) maze: &'a NamedMaze,
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) route: RouteChoice,
-    pub(crate) driven: Result<Driven<'a>, String>,
+    pub(crate) driven: Result<DrivenRun<'a>, String>,
 }
 
 /// A run with its times.
-pub(crate) struct Driven<'a> {
+pub(crate) struct DrivenRun<'a> {
     pub(crate) maze: &'a NamedMaze,
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) route: RouteChoice,
@@ -90,7 +85,7 @@ impl<'a> RunResult<'a> {
                 let gate_to_gate = trajectory.gate_to_gate(goals);
                 let time = trajectory.duration();
                 let loss = fastest.as_ref().map_or(0.0, |&fastest| loss(time, fastest));
-                Driven { maze, vehicle, route, run, trajectory, gate_to_gate, loss }
+                DrivenRun { maze, vehicle, route, run, trajectory, gate_to_gate, loss }
             });
             Self { maze, vehicle, route, driven: driven.map_err(|error| error.to_string()) }
         };
@@ -98,7 +93,7 @@ impl<'a> RunResult<'a> {
     }
 }
 
-impl Driven<'_> {
+impl DrivenRun<'_> {
     /// Returns the number of turns of each kind that occurs.
     pub(crate) fn turns_by_kind(&self) -> impl Iterator<Item = (TurnKind, usize)> {
         TurnKind::ALL.into_iter().filter_map(|kind| {

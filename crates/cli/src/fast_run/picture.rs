@@ -6,7 +6,7 @@ use clap::Args;
 use mmsim_drawing::{Animation, DrivenPath, MAX_PATHS, PictureError, Scene, Theme, frame_times};
 use mmsim_maze::Maze;
 
-use super::driven::{Driven, RunResult};
+use super::driven::{DrivenRun, RunResult};
 use crate::args::UsageError;
 use crate::output::replace;
 use crate::picture::{
@@ -61,7 +61,7 @@ impl PictureArgs {
     fn draw(
         &self,
         maze: &Maze,
-        runs: &[&Driven<'_>],
+        runs: &[&DrivenRun<'_>],
         format: PictureFormat,
     ) -> Result<Vec<u8>, PictureError> {
         let paths: Vec<DrivenPath> = runs
@@ -90,7 +90,7 @@ fn animate(scene: &Scene<'_>, width_px: u32) -> Result<Vec<u8>, PictureError> {
 
 /// Returns the name of a run: what distinguishes it from the other runs. A long name of a vehicle is
 /// shortened, so that the route is legible.
-fn name(run: &Driven<'_>, runs: &[&Driven<'_>]) -> String {
+fn name(run: &DrivenRun<'_>, runs: &[&DrivenRun<'_>]) -> String {
     let (vehicle, route) = (run.vehicle.name(), run.route.name());
     let has_one_vehicle = runs.iter().all(|other| other.vehicle.name() == vehicle);
     let has_one_route = runs.iter().all(|other| other.route == run.route);

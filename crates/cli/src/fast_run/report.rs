@@ -6,22 +6,22 @@ use std::f64::consts::FRAC_PI_4;
 use mmsim_fastrun::{Arc, Segment, Shape};
 use serde::Serialize;
 
-use super::driven::{Driven, RunResult};
+use super::driven::{DrivenRun, RunResult};
 
 /// A maze, a vehicle and a route, with the run or the reason why there is none. The field names are
 /// JSON keys.
 #[derive(Serialize)]
-pub(super) struct RunReport<'a> {
+pub(super) struct FastRunReport<'a> {
     maze: String,
     vehicle: &'a str,
     route: &'static str,
     #[serde(flatten)]
-    run: Option<RunFigures>,
+    run: Option<FastRunFigures>,
     error: Option<&'a str>,
 }
 
 #[derive(Serialize)]
-struct RunFigures {
+struct FastRunFigures {
     /// The time from rest to rest.
     time_s: f64,
     gate_to_gate_s: f64,
@@ -56,22 +56,22 @@ pub(super) struct SegmentReport {
     pub(super) time_s: f64,
 }
 
-impl<'a> RunReport<'a> {
+impl<'a> FastRunReport<'a> {
     pub(super) fn new(result: &'a RunResult, with_segments: bool) -> Self {
         let driven = result.driven.as_ref();
         Self {
             maze: result.maze.path.display().to_string(),
             vehicle: result.vehicle.name(),
             route: result.route.name(),
-            run: driven.ok().map(|driven| RunFigures::new(driven, with_segments)),
+            run: driven.ok().map(|driven| FastRunFigures::new(driven, with_segments)),
             error: driven.err().map(String::as_str),
         }
     }
 }
 
-impl RunFigures {
-    fn new(driven: &Driven, with_segments: bool) -> Self {
-        let Driven { run, trajectory, gate_to_gate, .. } = driven;
+impl FastRunFigures {
+    fn new(driven: &DrivenRun, with_segments: bool) -> Self {
+        let DrivenRun { run, trajectory, gate_to_gate, .. } = driven;
         let start = run.start();
         let segments = trajectory.segments();
         Self {

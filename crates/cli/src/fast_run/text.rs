@@ -3,13 +3,13 @@
 use mmsim_fastrun::{STANDARD_GRAVITY, Segment};
 use mmsim_maze::{Escaped, counted};
 
-use super::driven::{Driven, RouteChoice, RunResult};
+use super::driven::{DrivenRun, RouteChoice, RunResult};
 use super::report::SegmentReport;
-use crate::grid::{aligned, padded, widest};
+use crate::grid::{aligned, left_aligned};
 
 /// Describes a run: its times, its length, its turns and its text form.
-pub(super) fn describe(driven: &Driven, with_segments: bool) -> String {
-    let Driven { maze, vehicle, route, run, trajectory, gate_to_gate, .. } = driven;
+pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
+    let DrivenRun { maze, vehicle, route, run, trajectory, gate_to_gate, .. } = driven;
     let (time, length) = (trajectory.duration(), trajectory.length());
     let loss = match driven.loss {
         loss if loss > 0.0 => format!(", loss {loss:.2} %"),
@@ -78,67 +78,33 @@ fn segments(segments: &[Segment]) -> String {
 /// route.
 pub(super) fn table(results: &[RunResult]) -> String {
     let has_routes = results.iter().any(|result| result.route != RouteChoice::Fastest);
-    let mut lines: Vec<Line> =
-        results.iter().map(|result| Line::from_result(result, has_routes)).collect();
-    let means = mean_lines(results, has_routes);
-    let has_means = !means.is_empty();
-    lines.extend(means);
-    let head = Line::head(has_routes);
-    let width =
-        |column: fn(&Line) -> &String| widest([&head].into_iter().chain(&lines).map(column));
-    let (maze_width, vehicle_width, route_width) =
-        (width(|line| &line.maze), width(|line| &line.vehicle), width(|line| &line.route));
-    let format_line = |Line { maze, vehicle, route, figures }: &Line| {
-        let route = if has_routes { padded(route, route_width) + "  " } else { String::new() };
-        let (maze, vehicle) = (padded(maze, maze_width), padded(vehicle, vehicle_width));
-        format!("{maze}  {vehicle}  {route}{figures}\n")
-    };
-    let mut lines_text = format_line(&head);
-    for (index, line) in lines.iter().enumerate() {
-        if has_means && index == results.len() {
-            lines_text.push('\n');
-        }
-        lines_text += &format_line(line);
+    let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "slalom turns"];
+    let loss = if has_routes { "      loss" } else { "" };
+    let head = format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>12}{loss}");
+    let mut rows = vec![row("maze".into(), "vehicle", has_routes.then_some("route"), head)];
+    rows.extend(results.iter().map(|result| {
+        let figures = match &result.driven {
+            Ok(driven) => text(figures(driven), 0, has_routes),
+            Err(error) => error.clone(),
+        };
+        let route = has_routes.then_some(result.route.name());
+        row(result.maze.shown_path(), result.vehicle.name(), route, figures)
+    }));
+    let means = mean_rows(results, has_routes);
+    if !means.is_empty() {
+        rows.push(Vec::new());
+        rows.extend(means);
     }
-    lines_text + &failures(results)
+    left_aligned(&rows) + &failures(results)
 }
 
-/// The cells of a line of the table.
-struct Line {
-    maze: String,
-    vehicle: String,
-    route: String,
-    /// The figures of the run, or the reason why there is none.
-    figures: String,
+fn row(maze: String, vehicle: &str, route: Option<&str>, figures: String) -> Vec<String> {
+    let names = [vehicle].into_iter().chain(route).map(String::from);
+    [maze].into_iter().chain(names).chain([figures]).collect()
 }
 
-impl Line {
-    fn head(has_routes: bool) -> Self {
-        let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "slalom turns"];
-        let loss = if has_routes { "      loss" } else { "" };
-        Self {
-            maze: "maze".into(),
-            vehicle: "vehicle".into(),
-            route: "route".into(),
-            figures: format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>12}{loss}"),
-        }
-    }
-
-    fn from_result(result: &RunResult, has_routes: bool) -> Self {
-        Self {
-            maze: result.maze.shown_path(),
-            vehicle: Escaped(result.vehicle.name()).to_string(),
-            route: result.route.name().into(),
-            figures: match &result.driven {
-                Ok(driven) => text(figures(driven), 0, has_routes),
-                Err(error) => error.clone(),
-            },
-        }
-    }
-}
-
-/// Returns the lines with the means of each vehicle and route, or none if there is only one maze.
-fn mean_lines(results: &[RunResult], has_routes: bool) -> Vec<Line> {
+/// Returns the rows with the means of each vehicle and route, or none if there is only one maze.
+fn mean_rows(results: &[RunResult], has_routes: bool) -> Vec<Vec<String>> {
     // The first maze has each vehicle and route once, and all mazes have the same ones.
     let is_first = |result: &&RunResult| result.maze.path == results[0].maze.path;
     let first: Vec<&RunResult> = results.iter().take_while(is_first).collect();
@@ -152,9 +118,9 @@ fn mean_lines(results: &[RunResult], has_routes: bool) -> Vec<Line> {
         let count = u32::try_from(driven.len()).ok().filter(|&count| count > 0)?;
         let sum = |index: usize| driven.iter().map(|figures| figures[index]).sum::<f64>();
         let means = [0, 1, 2, 3, 4].map(|index| sum(index) / f64::from(count));
-        let line = Line::from_result(result, has_routes);
         let maze = format!("mean of {}", counted(count, "maze"));
-        Some(Line { maze, figures: text(means, 1, has_routes), ..line })
+        let route = has_routes.then_some(result.route.name());
+        Some(row(maze, result.vehicle.name(), route, text(means, 1, has_routes)))
     };
     first.iter().enumerate().filter_map(mean).collect()
 }
@@ -172,7 +138,7 @@ fn failures(results: &[RunResult]) -> String {
 
 /// The time from rest to rest and that from gate to gate in s, the distance in mm, the number of turns,
 /// and the slowdown against the fastest run in percent.
-fn figures(Driven { trajectory, gate_to_gate, run, loss, .. }: &Driven) -> [f64; 5] {
+fn figures(DrivenRun { trajectory, gate_to_gate, run, loss, .. }: &DrivenRun) -> [f64; 5] {
     // A run has at most a few hundred turns.
     #[allow(clippy::cast_precision_loss)]
     let turns = run.turns().len() as f64;
