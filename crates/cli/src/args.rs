@@ -79,6 +79,9 @@ pub(crate) struct ReadingArgs {
 /// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
+    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
+    /// bundled mazes]
+    pub(crate) mazes: Option<PathBuf>,
     /// Port to listen on; 0 picks a free port [default: 6574]
     #[arg(short, long)]
     pub(crate) port: Option<u16>,

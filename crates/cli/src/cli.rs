@@ -14,7 +14,7 @@ use crate::compare::CompareArgs;
 use crate::contest::ContestArgs;
 use crate::demo::DemoArgs;
 use crate::export::ExportArgs;
-use crate::fast_run::args::FastRunArgs;
+use crate::fast_run::FastRunArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
 use crate::mms::MmsArgs;
@@ -109,7 +109,7 @@ impl Cli {
         let parsed = Self::try_parse_from(&arguments);
         let may_have_options_first = match &parsed {
             // The command may have been parsed as a folder of mazes.
-            Ok(cli) => cli.serve.mazes.as_ref().is_some_and(|path| !path.exists()),
+            Ok(cli) => cli.serve.server.mazes.as_ref().is_some_and(|path| !path.exists()),
             Err(error) => error.use_stderr(),
         };
         if may_have_options_first && let Some(name) = command_after_options(&arguments) {

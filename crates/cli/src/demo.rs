@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 
 use clap::Args;
 use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
@@ -19,9 +18,6 @@ use crate::selection::Collection;
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    mazes: Option<PathBuf>,
     #[command(flatten)]
     server: ServerArgs,
     /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]
@@ -35,7 +31,7 @@ pub(crate) struct DemoArgs {
 const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
-    let collection = Collection::at(args.mazes.as_deref())?;
+    let collection = Collection::at(args.server.mazes.as_deref())?;
     let selected = collection.select(&args.server.words.join(" "))?;
     let ServerArgs { port, retention, viewer, .. } = &args.server;
     let viewer = (!args.once).then_some(viewer);

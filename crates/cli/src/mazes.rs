@@ -15,12 +15,12 @@ use mmsim_solvers::Distances;
 use serde::Serialize;
 
 use crate::args::CommandResult;
-use crate::output::{print, print_json};
+use crate::output::{print, print_json, print_pretty_json};
 use crate::selection::Collection;
 use convert::{ConvertArgs, format};
 use fetch::{FETCH, FetchArgs};
 use generate::GenerateArgs;
-use row::{MazeRow, print_rows};
+use row::MazeRow;
 
 #[derive(Debug, Args)]
 pub(crate) struct MazesArgs {
@@ -97,7 +97,11 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
 fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
     let rows: Vec<MazeRow> =
         Collection::at(mazes)?.catalogue.entries().iter().map(MazeRow::from_entry).collect();
-    print_rows(&rows, json)?;
+    if json {
+        print_pretty_json(&rows)?;
+    } else {
+        print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())?;
+    }
     Ok(true)
 }
 

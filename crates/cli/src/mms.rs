@@ -4,7 +4,6 @@ mod button;
 
 use std::error::Error;
 use std::ffi::OsString;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
@@ -47,13 +46,6 @@ or lost the simulator; 130 after Ctrl-C.";
 #[command(mut_arg("port", |port| port.help(PORT_HELP)))]
 #[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct MmsArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    #[arg(conflicts_with = "connect")]
-    mazes: Option<PathBuf>,
-    /// Program to run as the mouse, and its arguments
-    #[arg(last = true, required = true, value_name = "COMMAND")]
-    command: Vec<OsString>,
     /// Print the scores when the mouse exits
     #[arg(long)]
     score: bool,
@@ -70,6 +62,9 @@ pub(crate) struct MmsArgs {
     repeat: MouseArgs,
     #[command(flatten)]
     server: ServerArgs,
+    /// Program to run as the mouse, and its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
     #[command(flatten)]
     remote: RemoteArgs,
 }
@@ -85,6 +80,7 @@ struct RemoteArgs {
             "Run the mouse in the maze of a simulator at {ENDPOINT_FORM} instead of serving a maze"
         ),
         conflicts_with_all = [
+            "mazes",
             "stay",
             "watch",
             "port",
@@ -127,26 +123,20 @@ fn run_locally(args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>>
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
     let control = own_mouse::control("mms", program, repeat, &server.viewer, true)?;
-    own_mouse::serve(
-        args.mazes.as_deref(),
-        (program, &control),
-        (server, repeat),
-        (server.port, None),
-        |monitor| {
-            press_on_input(Arc::clone(&control));
-            let control = &control;
-            Ok(move || {
-                let Served { info, maze, .. } = monitor.served()?;
-                let known = KnownSimulator {
-                    name: Some(info.name),
-                    map: KnownMaze::unexplored(&maze),
-                    start: maze.start(),
-                    has_annotations: true,
-                };
-                search(args, program, in_process(&monitor), &known, control)
-            })
-        },
-    )
+    own_mouse::serve((program, &control), (server, repeat), (server.port, None), |monitor| {
+        press_on_input(Arc::clone(&control));
+        let control = &control;
+        Ok(move || {
+            let Served { info, maze, .. } = monitor.served()?;
+            let known = KnownSimulator {
+                name: Some(info.name),
+                map: KnownMaze::unexplored(&maze),
+                start: maze.start(),
+                has_annotations: true,
+            };
+            search(args, program, in_process(&monitor), &known, control)
+        })
+    })
 }
 
 fn run_remotely(endpoint: &str, args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>> {

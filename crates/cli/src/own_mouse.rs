@@ -1,7 +1,6 @@
 //! The user's own mouse, in a maze that this process serves.
 
 use std::error::Error;
-use std::path::Path;
 use std::sync::Arc;
 
 use mmsim_mouse::{MouseControl, OwnMouse, Program, RunEnd, Runs};
@@ -38,16 +37,15 @@ pub(crate) fn control(
     Ok(Arc::new(control))
 }
 
-/// Serves the selected one of `mazes` and runs the mouse there. Its clients use `address`, or the address of the
+/// Serves the selected maze and runs the mouse there. Its clients use `address`, or the address of the
 /// server. `begin` returns the function that runs the mouse once. Returns the exit code.
 pub(crate) fn serve<R: FnMut() -> Result<RunEnd, Box<dyn Error>>>(
-    mazes: Option<&Path>,
     (program, control): (&Program, &Arc<MouseControl>),
-    (ServerArgs { words, retention, viewer, .. }, repeat): (&ServerArgs, &MouseArgs),
+    (ServerArgs { mazes, words, retention, viewer, .. }, repeat): (&ServerArgs, &MouseArgs),
     (port, address): (Option<u16>, Option<String>),
     begin: impl FnOnce(Monitor) -> Result<R, Box<dyn Error>>,
 ) -> Result<i32, Box<dyn Error>> {
-    let collection = Collection::at(mazes)?;
+    let collection = Collection::at(mazes.as_deref())?;
     let selected = collection.select(&words.join(" "))?;
     let config = ViewerConfig::default().with_mazes(collection.catalogue);
     let mouse = Some((Arc::clone(control), address.clone()));

@@ -1,20 +1,13 @@
 //! The steps, turns and times of the phases of a search, and their table.
 
-use std::time::Instant;
-
 use mmsim_maze::{Pose, counted};
 use mmsim_recording::{OutOfMemory, Times};
 use mmsim_run::{MovementRules, PhaseReport, Phases, RunReport};
 
 use crate::grid::aligned;
 
-/// Formats the phases as a table with one line for each run.
-pub(crate) fn table(report: &PhaseReport) -> String {
-    run_table(report.rows())
-}
-
 /// Formats runs with their names as a table with one line for each run.
-pub(crate) fn run_table(rows: impl IntoIterator<Item = (String, RunReport)>) -> String {
+pub(crate) fn table(rows: impl IntoIterator<Item = (String, RunReport)>) -> String {
     let row = |(name, RunReport { steps, turns, ms }): (String, RunReport)| {
         let [steps, turns] =
             [counted(steps, "step"), counted(turns, "turn")].map(|count| count.to_string());
@@ -28,21 +21,17 @@ pub(crate) struct PhaseTimes {
     rules: MovementRules,
     phases: Phases,
     times: Times,
-    /// The time of the first state.
-    began: Option<Instant>,
 }
 
 impl PhaseTimes {
     /// Creates the phases before the first state.
     pub(crate) fn new(rules: MovementRules) -> Self {
-        Self { rules, phases: Phases::default(), times: Times::new(1), began: None }
+        Self { rules, phases: Phases::default(), times: Times::new(1) }
     }
 
-    /// Adds a state. Returns an error if memory runs out.
-    pub(crate) fn add(&mut self, pose: Pose, now: Instant) -> Result<(), OutOfMemory> {
-        let began = *self.began.get_or_insert(now);
-        let elapsed = now.saturating_duration_since(began).as_nanos();
-        self.times.push(u64::try_from(elapsed).unwrap_or(u64::MAX))?;
+    /// Adds a state at a time in nanoseconds. Returns an error if memory runs out.
+    pub(crate) fn add(&mut self, pose: Pose, now: u64) -> Result<(), OutOfMemory> {
+        self.times.push(now)?;
         self.phases.add(&self.rules, pose, false);
         Ok(())
     }
@@ -56,8 +45,6 @@ impl PhaseTimes {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use mmsim_maze::{KnownMaze, Maze};
     use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver};
 
@@ -69,14 +56,13 @@ mod tests {
         let strategy = BundledStrategy::ShortestPathSearch.strategy();
         let mut mouse = Mouse::new(strategy, KnownMaze::unexplored(&maze), maze.start());
         let mut driver = SearchDriver::new(&mut mouse, 100);
-        let (mut times, mut now) =
-            (PhaseTimes::new(MovementRules::from_maze(&maze)), Instant::now());
+        let (mut times, mut now) = (PhaseTimes::new(MovementRules::from_maze(&maze)), 0);
         assert_eq!(times.report(), None);
         while driver.advance_in(&maze) == Ok(true) {
             times.add(driver.mouse().pose(), now).unwrap();
-            now += Duration::from_millis(driver.stats().steps().into());
+            now += 1_000_000 * u64::from(driver.stats().steps());
         }
-        insta::assert_snapshot!(table(&times.report().unwrap()), @r"
+        insta::assert_snapshot!(table(times.report().unwrap().rows()), @r"
         search run  2 steps   1 turn  0.001 s
         return run  2 steps  2 turns  0.005 s
         fast run    2 steps  2 turns  0.009 s

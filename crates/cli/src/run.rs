@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::ffi::OsString;
-use std::path::PathBuf;
 use std::process::Stdio;
 use std::sync::Arc;
 
@@ -43,16 +42,13 @@ mouse jumped, did not start, was stopped or exceeded --time-limit; 130 after Ctr
 #[command(mut_arg("port", |port| port.help(PORT_HELP)))]
 #[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct RunArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    mazes: Option<PathBuf>,
-    /// Program to run as the mouse, and its arguments
-    #[arg(last = true, required = true, value_name = "COMMAND")]
-    command: Vec<OsString>,
     #[command(flatten)]
     repeat: MouseArgs,
     #[command(flatten)]
     server: ServerArgs,
+    /// Program to run as the mouse, and its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
 }
 
 /// Runs the mouse and returns the exit code.
@@ -63,18 +59,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     // The simulator itself listens on another port, because the replies on this one are delayed.
     let listener = bind_or_free(server.port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
-    own_mouse::serve(
-        args.mazes.as_deref(),
-        (&program, &control),
-        (server, repeat),
-        (Some(0), Some(address)),
-        |monitor| {
-            let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
-            let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
-            let control = &control;
-            Ok(move || run_once(&program, &gateway, control))
-        },
-    )
+    own_mouse::serve((&program, &control), (server, repeat), (Some(0), Some(address)), |monitor| {
+        let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
+        let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
+        let control = &control;
+        Ok(move || run_once(&program, &gateway, control))
+    })
 }
 
 /// Runs the mouse once, in the maze that is being served.

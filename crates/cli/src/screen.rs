@@ -83,7 +83,7 @@ impl Screen {
             && fits(&compact, (columns, usize::MAX));
         let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
         let phases = phases.filter(|report| report.rows().len() > 1);
-        let phases = phases.map(|report| phase_table::table(&report)).unwrap_or_default();
+        let phases = phases.map(|report| phase_table::table(report.rows())).unwrap_or_default();
         let visited = counted(mouse.map().visited().len(), "cell");
         let requests = counted(run.requests, "request");
         let (strategy, steps) = (self.strategy, run.stats);

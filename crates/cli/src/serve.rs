@@ -1,7 +1,6 @@
 //! `mmsim`: serve a maze.
 
 use std::error::Error;
-use std::path::PathBuf;
 
 use clap::{Args, Command};
 use mmsim_protocol::Info;
@@ -15,14 +14,11 @@ use crate::selection::{Collection, SelectionError};
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    pub(crate) mazes: Option<PathBuf>,
     /// Host name or address to listen on; * for all interfaces
     #[arg(short = 'H', long, default_value = "127.0.0.1")]
     host: String,
     #[command(flatten)]
-    server: ServerArgs,
+    pub(crate) server: ServerArgs,
     /// When the server is ready, print its address, the URL of the viewer page and a description of
     /// the maze as a JSON object
     #[arg(long)]
@@ -31,9 +27,9 @@ pub(crate) struct ServeArgs {
 
 /// Serves a maze. If the given path does not exist, the error may suggest one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
-    let collection = Collection::at(args.mazes.as_deref())
+    let collection = Collection::at(args.server.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
-    let ServerArgs { words, port, retention, viewer } = &args.server;
+    let ServerArgs { words, port, retention, viewer, .. } = &args.server;
     let selected = collection.select(&words.join(" "))?;
     let is_bundled = collection.is_bundled();
     let config = ViewerConfig::default().with_mazes(collection.catalogue);
@@ -65,7 +61,7 @@ struct ServerReport<'a> {
 
 /// Adds a suggestion to the error if the given path does not exist.
 fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) -> Box<dyn Error> {
-    let missing = args.mazes.iter().filter(|path| !path.exists());
+    let missing = args.server.mazes.iter().filter(|path| !path.exists());
     match missing.filter_map(|path| path.to_str()).find_map(|word| suggest(word, commands)) {
         Some(suggestion) => format!("{error}{suggestion}").into(),
         None => error.into(),

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use std::{io, thread};
 
 use clap::Args;
@@ -12,6 +12,7 @@ use mmsim_compare::Exploration;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::Pose;
 use mmsim_protocol::{DEFAULT_PORT, Info};
+use mmsim_recording::Clock;
 use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy, TimeBounds, Tolerance};
 use serde::Serialize;
@@ -140,6 +141,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let mut mouse = Mouse::new(exploration.strategy(strategy), map, start);
     let pace = Duration::from_millis(args.pace);
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
+    let clock = Clock::start();
     let mut screen = Screen::new(strategy, !pace.is_zero() && !args.json);
     let mut shown = Ok(());
     let mut named;
@@ -149,7 +151,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         transport = &mut named;
     }
     let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
-        let added = times.add(mouse.pose(), Instant::now());
+        let added = times.add(mouse.pose(), clock.now());
         shown = added.map_err(io::Error::other).and_then(|()| screen.show(mouse, run));
         thread::sleep(pace);
         if shown.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -1,7 +1,6 @@
 //! A one-line summary of a maze file.
 
 use std::fmt::Display;
-use std::io;
 use std::path::Path;
 
 use mmsim_formats::Entry;
@@ -9,7 +8,7 @@ use mmsim_maze::{Escaped, Maze, counted};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
-use crate::output::{goal_away, print, print_pretty_json};
+use crate::output::goal_away;
 
 /// The properties of the maze in a file, or the error if the file cannot be read. The field names
 /// are JSON keys.
@@ -66,11 +65,4 @@ impl MazeRow {
         let goals = counted(goals.len(), "goal cell");
         format!("{}: {size}, {goals}, {goal}{unreachable}", Escaped(path))
     }
-}
-
-pub(super) fn print_rows(rows: &[MazeRow], json: bool) -> io::Result<()> {
-    if json {
-        return print_pretty_json(&rows);
-    }
-    print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())
 }

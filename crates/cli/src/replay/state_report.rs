@@ -91,7 +91,8 @@ fn phases_text(figures: &StateFigures) -> String {
     let jumped = format!("jumped to another cell {}", times(report.jumps));
     let events = [(report.restarts, restart), (report.jumps, jumped)].into_iter();
     let events = events.filter(|&(count, _)| count > 0);
-    let table = events.fold(phase_table::table(report), |text, (_, event)| text + &event + "\n");
+    let table =
+        events.fold(phase_table::table(report.rows()), |text, (_, event)| text + &event + "\n");
     format!("{table}{}\n", figures.goal())
 }
 
@@ -101,7 +102,7 @@ fn trial_text(TrialReport { robot, status, run_1, run_2, score }: &TrialReport) 
     let score = score.as_ref().map(|score| format!(", score {score}")).unwrap_or_default();
     let runs = [("run 1", Some(*run_1)), ("run 2", *run_2)];
     let rows = runs.into_iter().filter_map(|(name, run)| Some((name.to_string(), run?)));
-    format!("two-run trial of {robot}: {status}{score}\n{}", phase_table::run_table(rows))
+    format!("two-run trial of {robot}: {status}{score}\n{}", phase_table::table(rows))
 }
 
 /// Formats the bounds of the shortest path from the start to the goal.
