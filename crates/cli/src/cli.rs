@@ -9,7 +9,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use mmsim_maze::Escaped;
 
 use crate::args::{UsageError, VerbosityArgs};
-use crate::check_server::args::CheckServerArgs;
+use crate::check_server::CheckServerArgs;
 use crate::compare::CompareArgs;
 use crate::contest::ContestArgs;
 use crate::demo::DemoArgs;

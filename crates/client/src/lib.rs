@@ -3,7 +3,7 @@
 //! [`search_run`] runs a [`Mouse`](mmsim_solvers::Mouse) with any strategy. A [`Transport`]
 //! connects the mouse to a simulator. [`Zmq`] connects to a server, with the client of `mmsim-zmtp`
 //! or, with the feature `libzmq`, with libzmq. [`InMemory`] passes requests to a function in the same
-//! process.
+//! process. [`check_server`] checks that a server follows the protocol.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -23,6 +23,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod check_server;
 mod exchange;
 #[cfg(feature = "libzmq")]
 mod libzmq;
@@ -31,6 +32,7 @@ mod run;
 mod transport;
 mod zmq_transport;
 
+pub use check_server::{ServerCheck, check_server};
 pub use exchange::Exchange;
 pub use named::{BUNDLED_MOUSE_NAME, Named};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use mmsim_maze::{Cell, MazeSize, Pose, Wall, WallsAround};
 
 /// The walls in the replies of a server.
-pub(super) struct Readings {
+pub(super) struct WallReadings {
     size: MazeSize,
     all: Vec<(Pose, WallsAround)>,
     /// True for each wall that is present, and the pose in which the wall was first read.
@@ -30,7 +30,7 @@ const MISTAKES: [(&str, Mistake); 4] = [
     }),
 ];
 
-impl Readings {
+impl WallReadings {
     pub(super) fn new(size: MazeSize) -> Self {
         Self { size, all: Vec::new(), walls: HashMap::new() }
     }
@@ -92,9 +92,9 @@ mod tests {
         "o---o---o---o\n|   |     G |\no   o   o---o\n| S |       |\no---o---o---o\n";
 
     /// Returns the readings of a server that makes a mistake, and the first contradiction.
-    fn read(maze: &str, mistake: Mistake) -> (Readings, Result<(), String>) {
+    fn read(maze: &str, mistake: Mistake) -> (WallReadings, Result<(), String>) {
         let maze: Maze = maze.parse().unwrap();
-        let (mut readings, mut result) = (Readings::new(maze.size()), Ok(()));
+        let (mut readings, mut result) = (WallReadings::new(maze.size()), Ok(()));
         for cell in maze.size().cells() {
             for heading in Heading::ALL {
                 let pose = Pose::new(cell, heading);
