@@ -47,9 +47,6 @@ The exit code is 0 if all mazes could be read, regardless of the results.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CompareArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
-    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
-    mazes: Vec<PathBuf>,
     #[command(flatten)]
     search: SearchArgs,
     #[arg(
@@ -81,7 +78,7 @@ pub(crate) struct CompareArgs {
 
 pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let mice = args.search.select("compare")?;
-    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
+    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
     // Before searches that may take minutes.
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     args.html.as_deref().map_or(Ok(()), check_folder)?;

@@ -3,7 +3,6 @@
 mod text;
 
 use std::io::Write;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
@@ -41,9 +40,6 @@ The exit code is 0 if all mazes could be read, regardless of the scores.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct ContestArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
-    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
-    mazes: Vec<PathBuf>,
     #[command(flatten)]
     search: SearchArgs,
     /// Rules for the score
@@ -93,7 +89,7 @@ impl ContestArgs {
 
 pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let mice = args.search.select("contest")?;
-    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
+    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
     let figures = args.search.run(&mice, &mazes, args.vehicle.clone())?;
     warn_about(&args.vehicle);
     let timing = Timing { vehicle: args.vehicle.clone(), search_speed: args.search_speed };

@@ -14,7 +14,7 @@ use mmsim_viewer::{MAX_VIEWER_CONNECTIONS, ViewerConfig};
 
 use crate::args::{RetentionArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
-use crate::output::{goal_away, note, warn};
+use crate::output::{goal_away, note, warn, with_port_hint};
 use crate::recordings::{self, MemoryLimits};
 use crate::{page, stderr};
 
@@ -135,12 +135,4 @@ pub(crate) fn bind_or_free<T>(
         bound => bound,
     };
     bound.map_err(|error| with_port_hint(&error, "--port"))
-}
-
-/// Formats the error. If the port is in use, adds a hint to set `option` to 0.
-pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
-    match error {
-        BindError::InUse { .. } => format!("{error} (try {option} 0)"),
-        _ => error.to_string(),
-    }
 }

@@ -10,6 +10,7 @@ use std::{env, fs, process};
 
 use mmsim_maze::{Escaped, counted, needs_escape};
 use mmsim_report::{Comparison, group_by_reason};
+use mmsim_server::BindError;
 use serde::Serialize;
 use serde_json::Serializer;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
@@ -226,4 +227,12 @@ pub(crate) fn own_command(arguments: &str) -> String {
     let is_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
     let run = if is_cargo { "cargo run --release --" } else { "mmsim" };
     format!("`{}`", Escaped(format!("{run} {arguments}").trim_end()))
+}
+
+/// Formats the error. If the port is in use, adds a hint to set `option` to 0.
+pub(crate) fn with_port_hint(error: &BindError, option: &str) -> String {
+    match error {
+        BindError::InUse { .. } => format!("{error} (try {option} 0)"),
+        _ => error.to_string(),
+    }
 }

@@ -7,8 +7,7 @@ use mmsim_server::BindError;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, Vehicles, Viewer, ViewerConfig};
 
 use crate::args::ViewerArgs;
-use crate::local_server::with_port_hint;
-use crate::output::{note, warn};
+use crate::output::{note, warn, with_port_hint};
 use crate::vehicle::warn_about;
 
 /// Binds the viewer page to a port unless `--no-viewer` is set. If the default port is in use, for

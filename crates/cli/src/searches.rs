@@ -1,6 +1,7 @@
 //! The mice of `mmsim compare` and `mmsim contest`, and their searches.
 
 use std::error::Error;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
@@ -20,9 +21,12 @@ use crate::terminal::progress_bar;
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;
 
-/// The mice and their limits.
+/// The mazes, the mice and their limits.
 #[derive(Debug, Args)]
 pub(crate) struct SearchArgs {
+    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
+    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
+    pub(crate) mazes: Vec<PathBuf>,
     /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
     /// COMMAND may be quoted; may be repeated
     #[arg(long, value_name = "NAME=COMMAND")]
