@@ -12,8 +12,8 @@ use mmsim_mouse::Pace;
 
 use crate::vehicle::parse_vehicle;
 
-/// The pace of a mouse with `--open`, in milliseconds per step.
-const WATCHED_PACE_MS: u64 = 50;
+/// The default pace of a mouse that somebody watches, in milliseconds per step.
+pub(crate) const WATCHED_PACE_MS: u64 = 50;
 
 /// The help for `--port` of commands that start a mouse, which learns the port from the command.
 pub(crate) const PORT_HELP: &str = "\

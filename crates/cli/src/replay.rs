@@ -9,7 +9,7 @@ use clap::Args;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use mmsim_fastrun::Vehicle;
-use mmsim_maze::{Escaped, Pose, counted};
+use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
@@ -23,7 +23,7 @@ use crate::recordings::{is_undamaged, no_state, recording_budget};
 use crate::screen::wide_or_compact;
 use crate::vehicle::parse_vehicle;
 use crate::{page, stderr};
-use state_report::StateReport;
+use state_report::{PoseAt, StateReport};
 
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
@@ -143,9 +143,11 @@ impl Names {
 /// Formats the number of states, the duration and the integrity of the recording.
 fn summary(recording: &Recording) -> String {
     let states = counted(recording.history().len(), "state");
-    let time = began(recording).zip(recording.times().last()).map(|(began, last)| {
+    let times = recording.times();
+    let time = began(recording).map(|began| {
         let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
-        format!(" in {:.3} s, from {local}", milliseconds(recording, last) / 1e3)
+        let ms = times.milliseconds(0, times.len().saturating_sub(1));
+        format!(" in {:.3} s, from {local}", ms / 1e3)
     });
     let ending = match recording.integrity() {
         Integrity::Closed => "closed properly".into(),
@@ -159,13 +161,6 @@ fn summary(recording: &Recording) -> String {
 
 fn began(recording: &Recording) -> Option<Timestamp> {
     Timestamp::from_nanosecond(recording.times().iter().next()?.into()).ok()
-}
-
-/// Returns the time since the first state in milliseconds.
-#[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
-fn milliseconds(recording: &Recording, time: u64) -> f64 {
-    let first = recording.times().iter().next().unwrap_or(time);
-    time.saturating_sub(first) as f64 / 1e6
 }
 
 /// The JSON report on a recording.
@@ -201,21 +196,6 @@ impl Serialize for Poses<'_> {
             let pose = StateMessage::new(&message, recording.size()).ok()?.pose().ok()?;
             Some(PoseAt::new(recording, time, pose))
         }))
-    }
-}
-
-/// A pose and its time. The field names are JSON keys.
-#[derive(Serialize)]
-struct PoseAt {
-    ms: f64,
-    cell: [u8; 2],
-    heading: char,
-}
-
-impl PoseAt {
-    fn new(recording: &Recording, time: u64, Pose { cell, heading }: Pose) -> Self {
-        let ms = milliseconds(recording, time);
-        Self { ms, cell: [cell.x, cell.y], heading: heading.letter() }
     }
 }
 

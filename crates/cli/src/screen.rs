@@ -10,12 +10,10 @@ use mmsim_run::{Goal, PhaseReport};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
+use crate::args::WATCHED_PACE_MS;
 use crate::output::print;
 use crate::phase_table;
 use crate::terminal::can_redraw;
-
-/// The default time between two steps on a terminal, in milliseconds.
-pub(crate) const DEFAULT_PACE_MS: u64 = 50;
 
 /// A view of a mouse's map. A live view redraws the map in place during the search.
 pub(crate) struct Screen {
@@ -31,10 +29,10 @@ pub(crate) fn goal_text(run: &SearchRun) -> String {
     Goal { is_reached: run.stats.goal_reached(), error: None }.to_string()
 }
 
-/// Returns the delay after each step. For `None`, returns [`DEFAULT_PACE_MS`] if stdout is a terminal
+/// Returns the delay after each step. For `None`, returns [`WATCHED_PACE_MS`] if stdout is a terminal
 /// that shows each step, and zero otherwise.
 pub(crate) fn pace(milliseconds: Option<u64>) -> Duration {
-    let default = if can_redraw(&io::stdout()) { DEFAULT_PACE_MS } else { 0 };
+    let default = if can_redraw(&io::stdout()) { WATCHED_PACE_MS } else { 0 };
     Duration::from_millis(milliseconds.unwrap_or(default))
 }
 

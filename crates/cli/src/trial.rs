@@ -8,7 +8,7 @@ mod serve;
 
 use args::TrialArgs;
 use mmsim_compare::{NamedMaze, RunContext, TrialJob, TrialRobot, run_trials};
-use results::Results;
+use results::ResultPrinter;
 
 use crate::args::{CommandResult, UsageError};
 use crate::interrupt::StopFlag;
@@ -41,7 +41,7 @@ fn run_all(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     picture::check(args, mazes, &robots)?;
     let jobs: Vec<TrialJob<'_>> =
         (mazes.iter()).flat_map(|maze| robots.iter().map(move |robot| (maze, robot))).collect();
-    let mut results = Results::new(&jobs, args);
+    let mut results = ResultPrinter::new(&jobs, args);
     let stop = StopFlag::catch_if(robots.iter().any(TrialRobot::is_own))?;
     let shows_stderr = jobs.len() == 1 && !args.json;
     let context = RunContext { must_stop: stop.check(), shows_stderr };

@@ -27,16 +27,14 @@ mod check_server;
 mod exchange;
 #[cfg(feature = "libzmq")]
 mod libzmq;
-mod named;
 mod run;
 mod transport;
 mod zmq_transport;
 
 pub use check_server::{ServerCheck, check_server};
 pub use exchange::Exchange;
-pub use named::{BUNDLED_MOUSE_NAME, Named};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
-pub use transport::{InMemory, Transport, TransportError};
+pub use transport::{BUNDLED_MOUSE_NAME, InMemory, Named, Transport, TransportError};
 pub use zmq_transport::{Timeout, Waiting, Zmq};
 
 /// Runs the code in the crate's README.

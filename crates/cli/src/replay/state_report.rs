@@ -9,7 +9,6 @@ use mmsim_run::{
 };
 use serde::Serialize;
 
-use super::PoseAt;
 use crate::phase_table;
 use crate::screen::{pictures, wide_or_compact};
 
@@ -80,6 +79,23 @@ impl StateReport {
             text,
             pose: pose_at,
         })
+    }
+}
+
+/// A pose and its time. The field names are JSON keys.
+#[derive(Serialize)]
+pub(super) struct PoseAt {
+    ms: f64,
+    cell: [u8; 2],
+    heading: char,
+}
+
+impl PoseAt {
+    #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
+    pub(super) fn new(recording: &Recording, time: u64, Pose { cell, heading }: Pose) -> Self {
+        let began = recording.times().iter().next().unwrap_or(time);
+        let ms = time.saturating_sub(began) as f64 / 1e6;
+        Self { ms, cell: [cell.x, cell.y], heading: heading.letter() }
     }
 }
 

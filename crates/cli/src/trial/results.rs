@@ -13,7 +13,7 @@ use crate::screen::wide_or_compact;
 
 /// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
 /// if `--path` is set. JSON is printed after the last trial.
-pub(crate) struct Results<'a> {
+pub(crate) struct ResultPrinter<'a> {
     jobs: &'a [TrialJob<'a>],
     args: &'a TrialArgs,
     table: ResultTable,
@@ -21,7 +21,7 @@ pub(crate) struct Results<'a> {
     outcomes: Vec<TrialResult>,
 }
 
-impl<'a> Results<'a> {
+impl<'a> ResultPrinter<'a> {
     /// Creates a printer for the outcomes of `jobs`.
     pub(crate) fn new(jobs: &'a [TrialJob<'a>], args: &'a TrialArgs) -> Self {
         let table = ResultTable::new(jobs);

@@ -18,7 +18,7 @@ use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
 use mmsim_viewer::ViewerConfig;
 
 use super::args::TrialArgs;
-use super::results::Results;
+use super::results::ResultPrinter;
 use crate::args::{CommandResult, UsageError};
 use crate::local_server::{HOST, in_process, prepare};
 use crate::output::note;
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
         let outcome = run_trial(&monitor, robot, &selected, &control)?;
         let outcome = if let Some(outcome) = outcome {
             let end = end(&outcome);
-            let mut results = Results::new(&jobs, args);
+            let mut results = ResultPrinter::new(&jobs, args);
             results.add(vec![outcome])?;
             succeeded = results.finish()?;
             end
