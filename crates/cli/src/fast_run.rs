@@ -142,10 +142,10 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
     }
     let prints_export = args.exports_to_stdout()?;
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
+    if mazes.is_empty() && (args.export().is_some() || args.picture.output.is_some()) {
+        return Ok(false);
+    }
     if let Some(option) = args.export() {
-        if mazes.is_empty() {
-            return Ok(false);
-        }
         let counts = [("maze", mazes.len()), ("vehicle", vehicles.len()), ("route", routes.len())];
         check_single(option, &counts)?;
         for file in [&args.csv, &args.c_array].into_iter().flatten() {
@@ -155,9 +155,6 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         }
     }
     if let Some(picture) = &args.picture.output {
-        if mazes.is_empty() {
-            return Ok(false);
-        }
         args.picture.check(mazes.len(), vehicles.len() * routes.len())?;
         check_folder(&picture.path)?;
     }

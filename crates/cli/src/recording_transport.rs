@@ -1,6 +1,5 @@
 //! Client-side recording of a search.
 
-use std::io;
 use std::path::Path;
 
 use mmsim_client::{Transport, TransportError};
@@ -22,16 +21,21 @@ struct ClientRecording {
 }
 
 impl<T> RecordingTransport<T> {
-    /// Creates the recording if `file` is given. `messages` are those for other tools.
+    /// Creates the recording if `file` is given. `info` describes a maze of this size, and `messages`
+    /// are those for other tools.
     pub(crate) fn new(
         transport: T,
         file: Option<&Path>,
         messages: Option<NewMessages>,
-        info: &Info,
+        (info, size): (&Info, MazeSize),
     ) -> Result<Self, RecordError> {
-        let recording =
-            file.map(|file| ClientRecording::create(file, messages, info)).transpose()?;
-        Ok(Self { transport, recording: Ok(recording) })
+        let create = |file| -> Result<_, RecordError> {
+            // The client does not know the true maze.
+            let writer = RecordingWriter::create(file, info, None)?.with_messages(messages);
+            let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
+            Ok(ClientRecording { writer, size, updates, encoder })
+        };
+        Ok(Self { transport, recording: Ok(file.map(create).transpose()?) })
     }
 
     /// Closes the recording.
@@ -53,22 +57,6 @@ impl<T: Transport> Transport for RecordingTransport<T> {
 }
 
 impl ClientRecording {
-    fn create(
-        file: &Path,
-        messages: Option<NewMessages>,
-        info: &Info,
-    ) -> Result<Self, RecordError> {
-        let invalid = || RecordError {
-            path: file.into(),
-            source: io::Error::other("the size of the maze is invalid"),
-        };
-        let size = info.size().ok_or_else(invalid)?;
-        // The client does not know the true maze.
-        let writer = RecordingWriter::create(file, info, None)?.with_messages(messages);
-        let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
-        Ok(Self { writer, size, updates, encoder })
-    }
-
     fn add(&mut self, request: &[u8], reply: &[u8]) -> Result<(), RecordError> {
         match (Request::decode(request, self.size), Reply::decode(reply)) {
             (Ok(Request::Reset), Ok(Reply::Ok)) => self.updates.clear(),
@@ -109,9 +97,13 @@ mod tests {
         let mut simulation = Simulation::new("small", maze.clone());
         let info = simulation.info();
         let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
-        let recording =
-            RecordingTransport::new(transport, Some(&path), Some(mmsim_run::messages), &info)
-                .unwrap();
+        let recording = RecordingTransport::new(
+            transport,
+            Some(&path),
+            Some(mmsim_run::messages),
+            (&info, maze.size()),
+        );
+        let recording = recording.unwrap();
         let mut transport = Named::new(recording, "Theseus", "flood-fill").unwrap();
         let mut mouse = Mouse::new(FloodFill::new(), KnownMaze::unexplored(&maze), maze.start());
         let observe = |_: &Mouse<_>, _: &_| ControlFlow::Continue(());

@@ -116,7 +116,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         }
         let file = args.record.as_deref();
         let messages = messages_unless(args.states_only);
-        let recording = RecordingTransport::new(transport, file, messages, &info);
+        let recording = RecordingTransport::new(transport, file, messages, (&info, map.size()));
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),
