@@ -221,6 +221,11 @@ impl UsageError {
     pub(crate) fn new(command: &'static str, message: impl Into<String>) -> Self {
         Self { command, message: message.into() }
     }
+
+    /// Returns the error for an option that takes one thing, such as a maze, where others are found.
+    pub(crate) fn not_one(command: &'static str, option: &str, thing: &str, found: usize) -> Self {
+        Self::new(command, format!("{option} takes one {thing}, found {found}"))
+    }
 }
 
 #[cfg(test)]

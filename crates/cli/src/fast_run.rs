@@ -204,10 +204,7 @@ fn attempt_all<'a>(
 fn check_single(option: &str, counts: &[(&str, usize)]) -> Result<(), UsageError> {
     match counts.iter().find(|(_, count)| *count != 1) {
         None => Ok(()),
-        Some((thing, count)) => {
-            let message = format!("{option} takes one {thing}, found {count}");
-            Err(UsageError::new("fast-run", message))
-        }
+        Some((thing, count)) => Err(UsageError::not_one("fast-run", option, thing, *count)),
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) fn check(
     let error = |message: String| Err(UsageError::new("trial", message));
     for (option, picture) in [("--output", &args.output), ("--tour", &args.tour)] {
         if picture.is_some() && mazes.len() > 1 {
-            return error(format!("{option} takes one maze, found {}", mazes.len()));
+            return Err(UsageError::not_one("trial", option, "maze", mazes.len()));
         }
     }
     if args.output.is_some() && robots.len() > MAX_PATHS {

@@ -28,10 +28,10 @@ use crate::screen::pace;
 pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
     let (robots, paths) = (args.robots()?, mazes.len());
     let [robot] = &robots[..] else {
-        return Err(not_one("robot", robots.len()).into());
+        return Err(UsageError::not_one("trial", "--serve", "robot", robots.len()).into());
     };
     let Ok([selected]) = <[NamedMaze; 1]>::try_from(mazes) else {
-        return Err(not_one("maze", paths).into());
+        return Err(UsageError::not_one("trial", "--serve", "maze", paths).into());
     };
     let watch = &args.watch;
     let viewer = (!watch.once).then_some(&watch.viewer);
@@ -163,8 +163,4 @@ fn log_line(trial: &Trial<'_>, status: TrialStatus) -> String {
         }
         _ => format!("{status} after {explore} explore steps and {race} race steps"),
     }
-}
-
-fn not_one(thing: &str, found: usize) -> UsageError {
-    UsageError::new("trial", format!("--serve takes one {thing}, found {found}"))
 }

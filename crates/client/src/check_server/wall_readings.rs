@@ -47,7 +47,11 @@ impl WallReadings {
             (heading, around.front),
             (heading.right(), around.right),
         ] {
-            let fault = if self.size.neighbour(cell, side).is_some() {
+            let fault = if self.size.neighbour(cell, side).is_none() {
+                (!found).then(|| {
+                    format!("expected the outer wall on the {side} side of {cell}, found no wall")
+                })
+            } else {
                 let reading = self.walls.entry(Wall::new(cell, side)).or_insert((found, pose));
                 let &mut (expected, first) = reading;
                 (expected != found).then(|| {
@@ -58,11 +62,6 @@ impl WallReadings {
                          {first}, found {found}"
                     )
                 })
-            } else {
-                let fault = || {
-                    format!("expected the outer wall on the {side} side of {cell}, found no wall")
-                };
-                (!found).then(fault)
             };
             result = result.and(fault.map_or(Ok(()), Err));
         }
