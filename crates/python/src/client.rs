@@ -3,14 +3,13 @@
 use std::env;
 use std::time::Duration;
 
-use mmsim_maze::{Cell, KnownMaze, MazeSize};
 use mmsim_protocol::DEFAULT_PORT;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::connection::{Connection, Link, OFF, ON, UNKNOWN};
 use crate::error::{Error, SimulatorError, type_error, value_error};
-use crate::geometry::{cell, cells, inside, size, to_pose};
+use crate::geometry::to_pose;
 use crate::known::PyKnownMaze;
 use crate::socket::Socket;
 
@@ -120,7 +119,7 @@ impl Client {
             let map = map.ok_or_else(|| SimulatorError::new_err("invalid reply to info"))?;
             return Ok(PyKnownMaze::from(map));
         }
-        unexplored(size, goals, start).map(PyKnownMaze::from)
+        PyKnownMaze::new(size, goals, start)
     }
 
     /// Raises an error, because the states are in the other process.
@@ -151,20 +150,4 @@ impl Client {
     fn __repr__(connection: PyRef<'_, Self>) -> String {
         format!("<Client of {}>", Self::endpoint(connection))
     }
-}
-
-/// Creates the map of an unexplored maze. By default, the maze has 16x16 cells, the start is (0, 0),
-/// and the goal consists of the central cells.
-pub(crate) fn unexplored(
-    size: Option<&Bound<'_, PyAny>>,
-    goals: Option<&Bound<'_, PyAny>>,
-    start: Option<&Bound<'_, PyAny>>,
-) -> PyResult<KnownMaze> {
-    let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
-    let start = start.map_or(Ok(Cell::new(0, 0)), cell)?;
-    let goals = goals.map_or_else(|| Ok(size.central_cells()), |goals| cells(goals, size))?;
-    if goals.is_empty() {
-        return Err(value_error("expected at least one goal cell"));
-    }
-    Ok(KnownMaze::new(size, inside(size, start)?, goals))
 }

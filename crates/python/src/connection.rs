@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use mmsim_maze::{Cell, KnownMaze, MazeSize};
-use mmsim_protocol::{Annotation, CellWalls, ERROR_PREFIX, Info, Reply, Request};
+use mmsim_maze::{Cell, MazeSize};
+use mmsim_protocol::{Annotation, ERROR_PREFIX, Info, Reply, Request};
 use mmsim_recording::{Clock, Times};
 use mmsim_server::{Change, Simulation};
 use pyo3::prelude::*;
@@ -14,8 +14,8 @@ use pyo3::types::PyBytes;
 use crate::annotation::{Pending, printable};
 use crate::error::{Refused, SimulatorError, value_error};
 use crate::geometry::{coordinate, heading, pose, to_walls};
-use crate::grid::{Bytes, columns};
-use crate::known::PyKnownMaze;
+use crate::grid::Bytes;
+use crate::known::{PyKnownMaze, flags};
 use crate::socket::Socket;
 
 /// The requests of a mouse to a simulator: the methods of both `Simulator` and `Client`.
@@ -151,11 +151,6 @@ impl Link {
 
 fn is_ok(reply: Reply<'_>) -> Option<()> {
     (reply == Reply::Ok).then_some(())
-}
-
-/// Returns the flags of the cells of a map, column by column from the west.
-pub(crate) fn flags(map: &KnownMaze) -> Vec<u8> {
-    columns(map.size()).map(|cell| CellWalls::known(map, cell).0).collect()
 }
 
 impl Connection {

@@ -1,6 +1,6 @@
 //! Grids with a number for each cell, indexed as `grid[x, y]`, and the arrays that hold them.
 
-use mmsim_maze::{Cell, MazeSize};
+use mmsim_maze::{Cell, CellSet, MazeSize, Walls};
 use mmsim_solvers::Distances;
 use numpy::ndarray::Array2;
 use numpy::{
@@ -37,13 +37,14 @@ pub(crate) fn to_array<T: Element>(
     from_columns(py, size, columns(size).map(number).collect())
 }
 
-/// Creates the array of distances. Unreachable cells have the distance 65535.
+/// Creates the array of distances to the targets. Unreachable cells have the distance 65535.
 pub(crate) fn to_distances<'py>(
     py: Python<'py>,
-    size: MazeSize,
-    distances: &Distances,
+    walls: &Walls,
+    targets: &CellSet,
 ) -> PyResult<Bound<'py, PyArray2<u16>>> {
-    to_array(py, size, |cell| distances.at(cell).unwrap_or(UNREACHABLE))
+    let distances = Distances::flood(walls, targets);
+    to_array(py, walls.size(), |cell| distances.at(cell).unwrap_or(UNREACHABLE))
 }
 
 /// Iterates over all cells column by column from the west, each from the south.

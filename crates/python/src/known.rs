@@ -3,18 +3,17 @@
 use std::sync::{Mutex, MutexGuard};
 
 use mmsim_drawing::Scene;
-use mmsim_maze::{Cell, CellSet, KnownMaze, Unknown, WallState};
-use mmsim_solvers::{Distances, PathBounds, open_steps};
+use mmsim_maze::{Cell, KnownMaze, MazeSize, Unknown, WallState};
+use mmsim_protocol::CellWalls;
+use mmsim_solvers::{PathBounds, open_steps};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::client::unexplored;
-use crate::connection::flags;
-use crate::error::{Contradiction, Error, value_error};
-use crate::geometry::{self, coordinate, heading, inside, pose, to_cells, to_pose};
-use crate::grid::{from_columns, to_distances};
+use crate::error::{Contradiction, Error, type_error, value_error};
+use crate::geometry::{self, cell, cells, coordinate, heading, inside, pose, to_cells, to_pose};
+use crate::grid::{columns, from_columns, to_distances};
 use crate::maze::PyMaze;
 
 /// The map of a mouse: visited cells, and walls that are present, absent or unknown.
@@ -44,8 +43,13 @@ impl PyKnownMaze {
     }
 }
 
+/// Returns the flags of the cells of a map, column by column from the west.
+pub(crate) fn flags(map: &KnownMaze) -> Vec<u8> {
+    columns(map.size()).map(|cell| CellWalls::known(map, cell).0).collect()
+}
+
 /// Reads how unknown walls count.
-pub(crate) fn unknown(text: &str) -> PyResult<Unknown> {
+fn unknown(text: &str) -> PyResult<Unknown> {
     match text {
         "open" => Ok(Unknown::Open),
         "closed" => Ok(Unknown::Closed),
@@ -57,12 +61,18 @@ pub(crate) fn unknown(text: &str) -> PyResult<Unknown> {
 impl PyKnownMaze {
     #[new]
     #[pyo3(signature = (size = None, goals = None, start = None))]
-    fn new(
+    pub(crate) fn new(
         size: Option<&Bound<'_, PyAny>>,
         goals: Option<&Bound<'_, PyAny>>,
         start: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        unexplored(size, goals, start).map(Self::from)
+        let size = size.map_or(Ok(MazeSize::CLASSIC), geometry::size)?;
+        let start = start.map_or(Ok(Cell::new(0, 0)), cell)?;
+        let goals = goals.map_or_else(|| Ok(size.central_cells()), |goals| cells(goals, size))?;
+        if goals.is_empty() {
+            return Err(value_error("expected at least one goal cell"));
+        }
+        Ok(KnownMaze::new(size, inside(size, start)?, goals).into())
     }
 
     /// Creates the map of an unexplored maze with the size, the start and the goal of `maze`.
@@ -170,7 +180,8 @@ impl PyKnownMaze {
         py: Python<'py>,
         unknown: &str,
     ) -> PyResult<Bound<'py, PyArray2<u16>>> {
-        self.flood(py, self::unknown(unknown)?, None)
+        let (unknown, map) = (self::unknown(unknown)?, self.lock(py)?.clone());
+        to_distances(py, map.walls(unknown), map.goals())
     }
 
     /// Returns the poses after a step through a side that is known to be open.
@@ -249,19 +260,24 @@ impl PyKnownMaze {
     }
 }
 
-impl PyKnownMaze {
-    /// Computes the distances to the targets, or to the goal.
-    pub(crate) fn flood<'py>(
-        &self,
-        py: Python<'py>,
-        unknown: Unknown,
-        targets: Option<&CellSet>,
-    ) -> PyResult<Bound<'py, PyArray2<u16>>> {
-        let (size, distances) = {
-            let map = self.lock(py)?;
-            let targets = targets.unwrap_or(map.goals());
-            (map.size(), Distances::flood(map.walls(unknown), targets))
-        };
-        to_distances(py, size, &distances)
-    }
+/// Returns the number of steps from each cell to the nearest target, or 65535 if there is no path.
+///
+/// `unknown` says how unknown walls of a `KnownMaze` count.
+#[pyfunction]
+#[pyo3(signature = (maze, targets, unknown = "open"))]
+pub(crate) fn flood<'py>(
+    py: Python<'py>,
+    maze: &Bound<'py, PyAny>,
+    targets: &Bound<'py, PyAny>,
+    unknown: &str,
+) -> PyResult<Bound<'py, PyArray2<u16>>> {
+    let unknown = self::unknown(unknown)?;
+    let walls = if let Ok(known) = maze.cast::<PyKnownMaze>() {
+        known.get().lock(py)?.walls(unknown).clone()
+    } else if let Ok(maze) = maze.cast::<PyMaze>() {
+        maze.get().maze.walls().clone()
+    } else {
+        return Err(type_error("a maze", maze));
+    };
+    to_distances(py, &walls, &cells(targets, walls.size())?)
 }

@@ -45,9 +45,9 @@ mod _native {
     #[pymodule_export]
     use crate::history::{History, HistoryState};
     #[pymodule_export]
-    use crate::known::PyKnownMaze;
+    use crate::known::{PyKnownMaze, flood};
     #[pymodule_export]
-    use crate::maze::{PyMaze, bundled_mazes, flood};
+    use crate::maze::{PyMaze, bundled_mazes};
     #[pymodule_export]
     use crate::recording::{PyRecording, load_recording};
     #[pymodule_export]

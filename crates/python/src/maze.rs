@@ -16,9 +16,8 @@ use pyo3::types::{PyBytes, PyString, PyTuple};
 
 use crate::error::{io_error, maze_error, read_error, type_error, value_error};
 use crate::fast_run::FastRun;
-use crate::geometry::{cells, coordinate, heading, inside, number, size, to_cells, to_pose};
+use crate::geometry::{coordinate, heading, inside, number, size, to_cells, to_pose};
 use crate::grid::{to_array, to_distances};
-use crate::known::PyKnownMaze;
 
 /// A maze and its name. Mazes with the same cells, walls, start and goal are equal.
 #[pyclass(frozen, name = "Maze", module = "micromouse_sim")]
@@ -195,8 +194,7 @@ impl PyMaze {
 
     /// Returns the number of steps from each cell to the goal, or 65535 if there is no path.
     fn distances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u16>>> {
-        let distances = Distances::flood(self.maze.walls(), self.maze.goals());
-        to_distances(py, self.size(), &distances)
+        to_distances(py, self.maze.walls(), self.maze.goals())
     }
 
     /// Returns the cells of a shortest path to the goal, or None if there is none.
@@ -250,27 +248,4 @@ pub(crate) fn bundled_mazes(py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
     let names: Vec<_> =
         Catalogue::bundled().entries().iter().map(mmsim_formats::Entry::name).collect();
     PyTuple::new(py, names)
-}
-
-/// Returns the number of steps from each cell to the nearest target, or 65535 if there is no path.
-///
-/// `unknown` says how unknown walls of a `KnownMaze` count.
-#[pyfunction]
-#[pyo3(signature = (maze, targets, unknown = "open"))]
-pub(crate) fn flood<'py>(
-    py: Python<'py>,
-    maze: &Bound<'py, PyAny>,
-    targets: &Bound<'py, PyAny>,
-    unknown: &str,
-) -> PyResult<Bound<'py, PyArray2<u16>>> {
-    let unknown = crate::known::unknown(unknown)?;
-    if let Ok(known) = maze.cast::<PyKnownMaze>() {
-        let size = known.get().lock(py)?.size();
-        let targets = cells(targets, size)?;
-        return known.get().flood(py, unknown, Some(&targets));
-    }
-    let Ok(maze) = maze.cast::<PyMaze>() else { return Err(type_error("a maze", maze)) };
-    let maze = &maze.get().maze;
-    let targets = cells(targets, maze.size())?;
-    to_distances(py, maze.size(), &Distances::flood(maze.walls(), &targets))
 }
