@@ -143,13 +143,26 @@ impl<T: Transport> Exchange<T> {
         let length = encode(&mut self.request)?;
         self.requests += 1;
         self.transport.exchange(&self.request[..length], &mut self.reply)?;
-        match Reply::decode(&self.reply)? {
-            Reply::Error(reason) => {
-                Err(RunError::Refused { request, reason: Escaped(reason).to_string() })
-            }
-            reply => expected(reply)
-                .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::new(&self.reply) }),
+        read_reply(request, &self.reply, expected)
+    }
+}
+
+/// Decodes the reply to the request with this name. `expected` returns the contents of the expected
+/// kind of reply, and `None` for any other kind.
+///
+/// # Errors
+/// Returns an error if the simulator refuses the request or sends an unexpected reply.
+pub fn read_reply<R>(
+    request: &'static str,
+    reply: &[u8],
+    expected: impl FnOnce(Reply<'_>) -> Option<R>,
+) -> Result<R, RunError> {
+    match Reply::decode(reply)? {
+        Reply::Error(reason) => {
+            Err(RunError::Refused { request, reason: Escaped(reason).to_string() })
         }
+        decoded => expected(decoded)
+            .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::new(reply) }),
     }
 }
 

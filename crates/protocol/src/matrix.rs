@@ -1,6 +1,6 @@
 //! The matrices of a state, with one byte per cell.
 
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Unknown};
+use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Sides, Unknown};
 
 use crate::error::RequestError;
 
@@ -85,10 +85,13 @@ impl CellWalls {
     /// ```
     pub fn known(map: &KnownMaze, cell: Cell) -> Self {
         let visited = if map.visited().contains(cell) { Self::VISITED } else { 0 };
-        let certain = map.walls(Unknown::Open);
-        let present = |&heading: &Heading| certain.has(cell, heading);
-        let walls = Heading::ALL.into_iter().filter(present).map(Self::flag);
-        Self(walls.fold(visited, |byte, flag| byte | flag))
+        Self(Self::from_sides(map.walls(Unknown::Open).sides(cell)).0 | visited)
+    }
+
+    /// Returns the flags of walls on these sides, without the flag of a visited cell.
+    pub const fn from_sides(sides: Sides) -> Self {
+        // Only the bit of north differs.
+        Self(sides.bits() & 0b1110 | (sides.bits() & 1) << 4)
     }
 
     /// Returns true if the mouse has visited the cell.
@@ -175,6 +178,17 @@ mod tests {
             let bits = [1, 2, 4, 8, 16].map(|bit| byte / bit % 2 == 1);
             let walls = [East, South, West, North].map(|heading| flags.wall(heading));
             assert_eq!((flags.visited(), walls), (bits[0], [bits[1], bits[2], bits[3], bits[4]]));
+        }
+    }
+
+    #[test]
+    fn the_flags_of_sides_are_those_of_their_walls() {
+        for sides in (0..16).map(Sides::from_bits) {
+            let flags = CellWalls::from_sides(sides);
+            assert!(!flags.visited());
+            for heading in Heading::ALL {
+                assert_eq!(flags.wall(heading), sides.has(heading), "{sides:?} {heading}");
+            }
         }
     }
 
