@@ -1,15 +1,15 @@
 //! The class `Client`: a connection to a running simulator.
 
 use std::env;
+use std::sync::Arc;
 use std::time::Duration;
 
 use mmsim_protocol::DEFAULT_PORT;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::connection::{Connection, Link, OFF, ON, UNKNOWN};
+use crate::connection::{Backend, Connection};
 use crate::error::{Error, SimulatorError, type_error, value_error};
-use crate::geometry::to_pose;
 use crate::known::PyKnownMaze;
 use crate::socket::Socket;
 
@@ -23,7 +23,9 @@ const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 ///
 /// Ctrl-C interrupts the wait for a reply.
 #[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
-pub(crate) struct Client {}
+pub(crate) struct Client {
+    socket: Arc<Socket>,
+}
 
 /// The argument `timeout`, which may be missing.
 enum TimeoutArgument {
@@ -45,15 +47,6 @@ impl<'py> FromPyObject<'_, 'py> for TimeoutArgument {
         Duration::try_from_secs_f64(seconds)
             .map(|timeout| Self::Given(Some(timeout)))
             .map_err(|_| value_error(format_args!("invalid timeout: {seconds} s")))
-    }
-}
-
-impl Client {
-    fn socket<'a>(connection: &'a PyRef<'_, Self>) -> Option<&'a Socket> {
-        match &connection.as_super().link {
-            Link::Socket(socket) => Some(socket),
-            Link::Process(_) => None,
-        }
     }
 }
 
@@ -79,26 +72,19 @@ impl Client {
             TimeoutArgument::Default => Some(DEFAULT_TIMEOUT),
         };
         let annotations = match annotations {
-            Some(true) => UNKNOWN,
-            None if is_run => ON,
-            Some(false) | None => OFF,
+            Some(true) => None,
+            None if is_run => Some(true),
+            Some(false) | None => Some(false),
         };
-        let link = Link::Socket(Box::new(Socket::connect(endpoint, timeout)?));
-        Ok(PyClassInitializer::from(Connection::new(link, annotations)).add_subclass(Self {}))
+        let socket = Arc::new(Socket::connect(endpoint, timeout)?);
+        let connection = Connection::new(Backend::Socket(Arc::clone(&socket)), annotations);
+        Ok(PyClassInitializer::from(connection).add_subclass(Self { socket }))
     }
 
     /// The endpoint of the simulator.
     #[getter]
-    fn endpoint(connection: PyRef<'_, Self>) -> String {
-        Self::socket(&connection).map(Socket::endpoint).unwrap_or_default().into()
-    }
-
-    /// The pose in which a mouse starts. The client asks `mmsim` for it with `info`.
-    #[getter]
-    fn start<'py>(connection: PyRef<'_, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let info = connection.as_super().link.info(py)?;
-        let start = info.start_pose().ok_or_else(|| SimulatorError::new_err("invalid start"))?;
-        to_pose(py, start)
+    fn endpoint(&self) -> &str {
+        self.socket.endpoint()
     }
 
     /// Returns the map of a mouse that has not read any walls yet.
@@ -107,14 +93,14 @@ impl Client {
     /// does not know `info`, so pass `size=(16, 16)` for its mazes.
     #[pyo3(signature = (size = None, goals = None, start = None))]
     fn unexplored(
-        connection: PyRef<'_, Self>,
+        client: PyRef<'_, Self>,
         py: Python<'_>,
         size: Option<&Bound<'_, PyAny>>,
         goals: Option<&Bound<'_, PyAny>>,
         start: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyKnownMaze> {
         if size.is_none() && goals.is_none() && start.is_none() {
-            let info = connection.as_super().link.info(py)?;
+            let info = client.as_super().info(py)?;
             let map = info.known_maze().filter(|map| map.size().contains(map.start().cell));
             let map = map.ok_or_else(|| SimulatorError::new_err("invalid reply to info"))?;
             return Ok(PyKnownMaze::from(map));
@@ -132,22 +118,20 @@ impl Client {
     }
 
     /// Closes the connection. A further request uses a new one.
-    fn close(connection: PyRef<'_, Self>) {
-        if let Some(socket) = Self::socket(&connection) {
-            socket.close();
-        }
+    fn close(&self) {
+        self.socket.close();
     }
 
-    fn __enter__(connection: PyRef<'_, Self>) -> PyRef<'_, Self> {
-        connection
+    fn __enter__(client: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        client
     }
 
     #[pyo3(signature = (*_error))]
-    fn __exit__(connection: PyRef<'_, Self>, _error: &Bound<'_, PyTuple>) {
-        Self::close(connection);
+    fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
+        self.close();
     }
 
-    fn __repr__(connection: PyRef<'_, Self>) -> String {
-        format!("<Client of {}>", Self::endpoint(connection))
+    fn __repr__(&self) -> String {
+        format!("<Client of {}>", self.endpoint())
     }
 }

@@ -22,10 +22,10 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use serde::Serialize;
 
+use crate::connection::lock;
 use crate::error::{io_error, read_error, value_error};
 use crate::fast_run::vehicle;
 use crate::geometry::limit;
-use crate::history::read_simulation;
 use crate::maze::PyMaze;
 use crate::signals;
 use crate::simulator::Simulator;
@@ -183,9 +183,9 @@ fn run_function(
         Err(error) if !error.is_instance_of::<PyException>(py) => return Err(error),
         result => result.err().map(|error| error.to_string()),
     };
-    let connection = simulator.as_super().get();
-    let judge = |history: &_| Judge::from_history(&maze.get().maze, history);
-    let mut judge = read_simulation(connection, py, judge)?;
+    let simulated = lock(&simulator.get().simulated, py)?;
+    let mut judge = Judge::from_history(&maze.get().maze, simulated.simulation.history());
+    drop(simulated);
     let ending = match error {
         None => Ending::Finished,
         Some(_) if judge.phases().states >= max_states => Ending::StepLimit,

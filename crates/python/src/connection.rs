@@ -1,9 +1,9 @@
 //! The class `Connection`: the requests of a mouse to a simulator.
 
-use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
-use mmsim_maze::{Cell, MazeSize};
+use mmsim_client::{RunError, read_reply};
+use mmsim_maze::Cell;
 use mmsim_protocol::{Annotation, ERROR_PREFIX, Info, Reply, Request};
 use mmsim_recording::{Clock, Times};
 use mmsim_server::{Change, Simulation};
@@ -12,8 +12,8 @@ use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 
 use crate::annotation::{Pending, printable};
-use crate::error::{Refused, SimulatorError, value_error};
-use crate::geometry::{coordinate, heading, pose, to_walls};
+use crate::error::{Refused, SimulatorError, run_error, value_error};
+use crate::geometry::{coordinate, heading, pose, to_pose, to_walls};
 use crate::grid::Bytes;
 use crate::known::{PyKnownMaze, flags};
 use crate::socket::Socket;
@@ -25,24 +25,17 @@ use crate::socket::Socket;
 /// `Refused`, the annotations that the simulator has not accepted are dropped.
 #[pyclass(subclass, frozen, module = "micromouse_sim")]
 pub(crate) struct Connection {
-    pub(crate) link: Link,
+    backend: Backend,
     pending: Pending,
-    /// One of [`UNKNOWN`], [`OFF`] and [`ON`].
-    annotations: AtomicU8,
+    /// Whether annotations are sent. Not set if the simulator must be asked whether it knows them.
+    annotations: OnceLock<bool>,
 }
 
-/// The client must ask whether the simulator knows annotations.
-pub(crate) const UNKNOWN: u8 = 0;
-/// Annotations are not sent.
-pub(crate) const OFF: u8 = 1;
-/// Annotations are sent.
-pub(crate) const ON: u8 = 2;
-
-/// What answers the requests.
-pub(crate) enum Link {
+/// The simulator that answers the requests.
+pub(crate) enum Backend {
     /// A simulation in this process. The lock is never held while Python code runs.
-    Process(Box<Mutex<Simulated>>),
-    Socket(Box<Socket>),
+    Process(Arc<Mutex<Simulated>>),
+    Socket(Arc<Socket>),
 }
 
 /// A simulation, the times of its states, and the buffer of its last reply.
@@ -95,7 +88,7 @@ pub(crate) fn lock<'a>(
         .map_err(|_| SimulatorError::new_err("an earlier request has failed unexpectedly"))
 }
 
-impl Link {
+impl Backend {
     /// Sends a request and passes the reply to `read`.
     fn exchange<R>(
         &self,
@@ -113,39 +106,11 @@ impl Link {
     fn ask<R>(
         &self,
         py: Python<'_>,
-        name: &str,
+        name: &'static str,
         request: &[u8],
         expected: impl FnOnce(Reply<'_>) -> Option<R>,
     ) -> PyResult<R> {
-        self.exchange(py, request, |bytes| match Reply::decode(bytes) {
-            Ok(Reply::Error(reason)) => {
-                let reason = mmsim_maze::Escaped(reason);
-                Err(Refused::new_err(format!("the simulator refused {name}: {reason}")))
-            }
-            Ok(reply) => expected(reply).ok_or_else(|| {
-                let found = mmsim_maze::Excerpt::<16>::new(bytes);
-                SimulatorError::new_err(format!("expected the reply to {name}, found {found}"))
-            }),
-            Err(error) => Err(SimulatorError::new_err(error.to_string())),
-        })?
-    }
-
-    /// Asks for the description of the maze.
-    pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
-        let json = self.ask(py, "info", b"info", |reply| match reply {
-            Reply::Info(json) => Some(String::from(json)),
-            _ => None,
-        })?;
-        serde_json::from_str(&json)
-            .map_err(|error| SimulatorError::new_err(format!("invalid reply to info: {error}")))
-    }
-
-    /// Returns the size of the maze of a simulation in this process.
-    fn size(&self, py: Python<'_>) -> PyResult<Option<MazeSize>> {
-        match self {
-            Self::Process(simulated) => Ok(Some(lock(simulated, py)?.simulation.maze().size())),
-            Self::Socket(_) => Ok(None),
-        }
+        self.exchange(py, request, |reply| read_reply(name, reply, expected))?.map_err(run_error)
     }
 }
 
@@ -154,12 +119,23 @@ fn is_ok(reply: Reply<'_>) -> Option<()> {
 }
 
 impl Connection {
-    pub(crate) fn new(link: Link, annotations: u8) -> Self {
-        Self { link, pending: Pending::default(), annotations: AtomicU8::new(annotations) }
+    /// Creates a connection. Without `annotations`, the simulator is asked whether it knows them.
+    pub(crate) fn new(backend: Backend, annotations: Option<bool>) -> Self {
+        let annotations = annotations.map_or_else(OnceLock::new, OnceLock::from);
+        Self { backend, pending: Pending::default(), annotations }
+    }
+
+    /// Asks for the description of the maze.
+    pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
+        let json = self.backend.ask(py, "info", b"info", |reply| match reply {
+            Reply::Info(json) => Some(String::from(json)),
+            _ => None,
+        })?;
+        serde_json::from_str(&json).map_err(|error| run_error(RunError::Info(error)))
     }
 
     fn annotates(&self) -> bool {
-        self.annotations.load(Ordering::Relaxed) != OFF
+        self.annotations.get() != Some(&false)
     }
 
     fn annotate(&self, annotation: Annotation<'_>) -> PyResult<()> {
@@ -171,15 +147,15 @@ impl Connection {
         if self.pending.is_empty() {
             return Ok(());
         }
-        if self.annotations.load(Ordering::Relaxed) == UNKNOWN {
-            let has_annotations = self.link.info(py)?.has_annotations();
-            self.annotations.store(if has_annotations { ON } else { OFF }, Ordering::Relaxed);
+        if self.annotations.get().is_none() {
+            let has_annotations = self.info(py)?.has_annotations();
+            self.annotations.get_or_init(|| has_annotations);
         }
         if !self.annotates() {
             self.pending.clear();
         }
         while let Some((request, count)) = self.pending.request() {
-            if let Err(error) = self.link.ask(py, "A", &request, is_ok) {
+            if let Err(error) = self.backend.ask(py, "A", &request, is_ok) {
                 if error.is_instance_of::<Refused>(py) {
                     self.pending.clear();
                 }
@@ -193,20 +169,27 @@ impl Connection {
 
 #[pymethods]
 impl Connection {
+    /// The pose in which a mouse starts. A `Client` asks `mmsim` for it with `info`.
+    #[getter]
+    fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let start = self.info(py)?.start_pose();
+        to_pose(py, start.ok_or_else(|| SimulatorError::new_err("invalid start"))?)
+    }
+
     /// Sends the bytes of a request and returns the bytes of the reply.
     fn request<'py>(&self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
-        self.link.exchange(py, request, |reply| PyBytes::new(py, reply))
+        self.backend.exchange(py, request, |reply| PyBytes::new(py, reply))
     }
 
     /// Checks that the simulator replies.
     fn ping(&self, py: Python<'_>) -> PyResult<()> {
-        self.link.ask(py, "ping", b"ping", |reply| (reply == Reply::Pong).then_some(()))
+        self.backend.ask(py, "ping", b"ping", |reply| (reply == Reply::Pong).then_some(()))
     }
 
     /// Deletes all states in the simulator and begins a new search.
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         self.pending.clear();
-        self.link.ask(py, "reset", b"reset", is_ok)
+        self.backend.ask(py, "reset", b"reset", is_ok)
     }
 
     /// Returns the walls around a mouse in this pose.
@@ -219,7 +202,7 @@ impl Connection {
     ) -> PyResult<Py<PyAny>> {
         let mut request = [0; 4];
         Request::Walls(pose(x, y, heading)?).encode(&mut request).map_err(value_error)?;
-        let around = self.link.ask(py, "W", &request, |reply| match reply {
+        let around = self.backend.ask(py, "W", &request, |reply| match reply {
             Reply::Walls(around) => Some(around),
             _ => None,
         })?;
@@ -251,8 +234,8 @@ impl Connection {
             }
             Err(_) => Bytes::read("walls", walls)?,
         };
-        if let Some(size) = self.link.size(py)? {
-            weights.check_size(size)?;
+        if let Backend::Process(simulated) = &self.backend {
+            weights.check_size(lock(simulated, py)?.simulation.maze().size())?;
         }
         if (weights.width, weights.height) != (walls.width, walls.height) {
             return Err(value_error("weights and walls must have the same shape"));
@@ -264,7 +247,7 @@ impl Connection {
         request.push(b'F');
         request.extend(walls.cells);
         self.send_annotations(py)?;
-        self.link.ask(py, "S", &request, is_ok)
+        self.backend.ask(py, "S", &request, is_ok)
     }
 
     /// Sets the text of a cell, at most 10 characters. An empty text clears it.

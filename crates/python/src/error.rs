@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::io;
 
+use mmsim_client::RunError;
 use mmsim_formats::ReadError;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::import_exception;
@@ -27,6 +28,15 @@ pub(crate) fn type_error(expected: &str, found: &Bound<'_, PyAny>) -> PyErr {
     match found.get_type().name() {
         Ok(name) => PyTypeError::new_err(format!("expected {expected}, found {name}")),
         Err(error) => error,
+    }
+}
+
+/// Creates a `SimulatorError`, or a `Refused` if the simulator refused the request.
+pub(crate) fn run_error(error: RunError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        RunError::Refused { .. } => Refused::new_err(message),
+        _ => SimulatorError::new_err(message),
     }
 }
 

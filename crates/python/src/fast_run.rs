@@ -11,6 +11,8 @@ use crate::error::{SearchError, io_error, value_error};
 #[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct FastRun {
     maze: Maze,
+    /// The name of the vehicle.
+    #[pyo3(get)]
     vehicle: String,
     run: mmsim_fastrun::FastRun,
     trajectory: Trajectory,
@@ -45,12 +47,6 @@ impl FastRun {
 
 #[pymethods]
 impl FastRun {
-    /// The name of the vehicle.
-    #[getter]
-    fn vehicle(&self) -> &str {
-        &self.vehicle
-    }
-
     /// The time in seconds.
     #[getter]
     fn time(&self) -> f64 {

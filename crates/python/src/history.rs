@@ -1,7 +1,7 @@
 //! The classes `History` and `State`: what a mouse has reported.
 
 use std::iter;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
@@ -11,16 +11,14 @@ use pyo3::exceptions::{PyIndexError, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PySlice, PySliceMethods};
 
-use crate::connection::{Connection, Link, lock};
+use crate::connection::{Simulated, lock};
 use crate::error::{type_error, value_error};
 use crate::geometry::to_pose;
 use crate::grid::to_array;
 use crate::known::PyKnownMaze;
-use crate::simulator::Simulator;
 
-/// The maze to which states belong.
-#[derive(Debug)]
-pub(crate) struct Place {
+/// The maze that a mouse searched when it reported its states.
+pub(crate) struct SearchedMaze {
     /// The map before the first state, which has the size, the start and the goal.
     pub(crate) unexplored: KnownMaze,
     /// The true maze, if it is known.
@@ -30,50 +28,36 @@ pub(crate) struct Place {
 /// The states that a mouse has reported, from the oldest to the newest.
 #[pyclass(frozen, sequence, module = "micromouse_sim")]
 pub(crate) struct History {
-    source: Source,
-    place: Arc<Place>,
+    pub(crate) states: StateSource,
+    pub(crate) maze: Arc<SearchedMaze>,
 }
 
-enum Source {
+/// Where the states of a history are.
+pub(crate) enum StateSource {
     /// The current states of a simulator.
-    Live(Py<Simulator>),
+    Simulator(Arc<Mutex<Simulated>>),
     /// The states in a file.
-    Recorded(Arc<mmsim_recording::Recording>),
+    Recording(Arc<mmsim_recording::Recording>),
     /// The states of a search that has ended.
-    Ended(Arc<mmsim_recording::History>),
+    Search(Arc<mmsim_recording::History>),
 }
 
 impl History {
-    pub(crate) fn live(simulator: Py<Simulator>, place: Arc<Place>) -> Self {
-        Self { source: Source::Live(simulator), place }
-    }
-
-    pub(crate) fn recorded(recording: Arc<mmsim_recording::Recording>, place: Arc<Place>) -> Self {
-        Self { source: Source::Recorded(recording), place }
-    }
-
-    pub(crate) fn ended(history: Arc<mmsim_recording::History>, place: Arc<Place>) -> Self {
-        Self { source: Source::Ended(history), place }
-    }
-
     /// Calls a function with the states.
-    pub(crate) fn read<R>(
+    fn read<R>(
         &self,
         py: Python<'_>,
         read: impl FnOnce(&mmsim_recording::History) -> R,
     ) -> PyResult<R> {
-        match &self.source {
-            Source::Recorded(recording) => Ok(read(recording.history())),
-            Source::Ended(history) => Ok(read(history)),
-            Source::Live(simulator) => {
-                let simulator = simulator.bind(py).as_super().get();
-                read_simulation(simulator, py, read)
-            }
-        }
+        Ok(match &self.states {
+            StateSource::Simulator(simulated) => read(lock(simulated, py)?.simulation.history()),
+            StateSource::Recording(recording) => read(recording.history()),
+            StateSource::Search(history) => read(history),
+        })
     }
 
     fn state(&self, index: usize, bytes: Vec<u8>) -> HistoryState {
-        HistoryState { index, bytes, place: Arc::clone(&self.place) }
+        HistoryState { index, bytes, maze: Arc::clone(&self.maze) }
     }
 
     /// Creates a list of the states with these indices.
@@ -93,18 +77,6 @@ impl History {
             list.append(Bound::new(py, self.state(index, bytes))?)?;
         }
         Ok(list)
-    }
-}
-
-/// Calls a function with the states of a simulation in this process.
-pub(crate) fn read_simulation<R>(
-    connection: &Connection,
-    py: Python<'_>,
-    read: impl FnOnce(&mmsim_recording::History) -> R,
-) -> PyResult<R> {
-    match &connection.link {
-        Link::Process(simulated) => Ok(read(lock(simulated, py)?.simulation.history())),
-        Link::Socket(_) => Err(value_error("a client has no history")),
     }
 }
 
@@ -154,36 +126,26 @@ impl History {
 /// A state: the pose of a mouse, its weights and its map. States with the same bytes are equal.
 #[pyclass(frozen, name = "State", module = "micromouse_sim")]
 pub(crate) struct HistoryState {
-    index: usize,
-    bytes: Vec<u8>,
-    place: Arc<Place>,
+    /// The number of states before this one.
+    #[pyo3(get)]
+    pub(crate) index: usize,
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) maze: Arc<SearchedMaze>,
 }
 
 impl HistoryState {
     fn decode(&self) -> PyResult<State<'_>> {
-        State::decode(&self.bytes, self.place.unexplored.size()).map_err(value_error)
+        State::decode(&self.bytes, self.maze.unexplored.size()).map_err(value_error)
     }
 
     fn map(&self) -> PyResult<KnownMaze> {
-        let unexplored = &self.place.unexplored;
+        let unexplored = &self.maze.unexplored;
         Ok(self.decode()?.map(unexplored.start().cell, *unexplored.goals()))
     }
 }
 
-/// Draws the pose, the weights and the map of a mouse.
-pub(crate) fn draw(state: &State<'_>, map: &KnownMaze, truth: Option<&Maze>) -> String {
-    let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
-    Scene::from_map(map).with_truth(truth).with_mouse(state.pose()).with_weights(weight).svg()
-}
-
 #[pymethods]
 impl HistoryState {
-    /// The number of states before this one.
-    #[getter]
-    fn index(&self) -> usize {
-        self.index
-    }
-
     /// The bytes of the message S.
     #[getter]
     fn bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
@@ -225,7 +187,11 @@ impl HistoryState {
         Ok(format!("<State {} at {cell} heading {heading}>", self.index))
     }
 
-    fn _repr_svg_(&self) -> PyResult<String> {
-        Ok(draw(&self.decode()?, &self.map()?, self.place.truth.as_ref()))
+    #[pyo3(name = "_repr_svg_")]
+    pub(crate) fn svg(&self) -> PyResult<String> {
+        let (state, map) = (self.decode()?, self.map()?);
+        let scene = Scene::from_map(&map).with_truth(self.maze.truth.as_ref());
+        let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
+        Ok(scene.with_mouse(state.pose()).with_weights(weight).svg())
     }
 }

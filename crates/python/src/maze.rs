@@ -8,7 +8,8 @@ use mmsim_compare::NamedMaze;
 use mmsim_drawing::Scene;
 use mmsim_formats::{Catalogue, Entry, Format, ReadError, parse_maze, read_maze};
 use mmsim_generator::{Style, generate, random_seed};
-use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_maze::{Cell, Maze, MazeSize};
+use mmsim_protocol::CellWalls;
 use mmsim_solvers::Distances;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -24,6 +25,8 @@ use crate::grid::{to_array, to_distances};
 pub(crate) struct PyMaze {
     /// The path of the file, or an empty path.
     pub(crate) path: PathBuf,
+    /// The name of the maze.
+    #[pyo3(get)]
     pub(crate) name: String,
     pub(crate) maze: Maze,
 }
@@ -139,12 +142,6 @@ impl PyMaze {
         Ok(PyBytes::new(py, &format.write(&self.maze).map_err(maze_error)?))
     }
 
-    /// The name of the maze.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
     /// The number of cells from west to east.
     #[getter]
     fn width(&self) -> u8 {
@@ -183,13 +180,8 @@ impl PyMaze {
     /// The walls of each cell: the sum of 2 (east), 4 (south), 8 (west) and 16 (north).
     #[getter]
     fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u8>>> {
-        to_array(py, self.size(), |cell| {
-            let has = |heading| u8::from(self.maze.walls().has(cell, heading));
-            has(Heading::East) << 1
-                | has(Heading::South) << 2
-                | has(Heading::West) << 3
-                | has(Heading::North) << 4
-        })
+        let walls = self.maze.walls();
+        to_array(py, self.size(), |cell| CellWalls::from_sides(walls.sides(cell)).0)
     }
 
     /// Returns the number of steps from each cell to the goal, or 65535 if there is no path.

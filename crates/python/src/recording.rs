@@ -9,14 +9,14 @@ use pyo3::prelude::*;
 
 use crate::compare::to_python;
 use crate::error::{RecordingError, io_error};
-use crate::history::{History, Place};
+use crate::history::{History, SearchedMaze, StateSource};
 use crate::maze::PyMaze;
 
 /// The states in a file.
 #[pyclass(frozen, name = "Recording", module = "micromouse_sim")]
 pub(crate) struct PyRecording {
     recording: Arc<mmsim_recording::Recording>,
-    place: Arc<Place>,
+    searched: Arc<SearchedMaze>,
 }
 
 /// Reads a recording of `mmsim` or of `Simulator.save`.
@@ -30,8 +30,8 @@ pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecord
     let (info, truth) = (recording.info(), recording.maze().cloned());
     let start = info.start_pose().map_or(mmsim_maze::Cell::new(0, 0), |start| start.cell);
     let unexplored = KnownMaze::new(recording.size(), start, info.goal_cells());
-    let place = Arc::new(Place { unexplored, truth });
-    Ok(PyRecording { recording: Arc::new(recording), place })
+    let searched = Arc::new(SearchedMaze { unexplored, truth });
+    Ok(PyRecording { recording: Arc::new(recording), searched })
 }
 
 #[pymethods]
@@ -39,14 +39,15 @@ impl PyRecording {
     /// The true maze, or None if a client has made the recording.
     #[getter]
     fn maze(&self) -> Option<PyMaze> {
-        let maze = self.place.truth.clone()?;
+        let maze = self.searched.truth.clone()?;
         Some(PyMaze { path: PathBuf::new(), name: self.recording.info().name.clone(), maze })
     }
 
     /// The states.
     #[getter]
     fn states(&self) -> History {
-        History::recorded(Arc::clone(&self.recording), Arc::clone(&self.place))
+        let states = StateSource::Recording(Arc::clone(&self.recording));
+        History { states, maze: Arc::clone(&self.searched) }
     }
 
     /// The reply of the simulator to `info`.

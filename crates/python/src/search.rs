@@ -7,18 +7,18 @@ use std::time::Instant;
 use mmsim_client::{
     BUNDLED_MOUSE_NAME, BrokenRun, InMemory, Named, RunError, SearchRun, search_run,
 };
-use mmsim_maze::{KnownMaze, Maze};
+use mmsim_maze::KnownMaze;
 use mmsim_protocol::State;
 use mmsim_run::Goal;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::animation::{self, Frame};
-use crate::connection::{Link, lock};
-use crate::error::{Error, Refused, SimulatorError, type_error, value_error};
+use crate::connection::lock;
+use crate::error::{Error, run_error, type_error, value_error};
 use crate::geometry::limit;
-use crate::history::{History, Place, draw};
+use crate::history::{History, HistoryState, SearchedMaze, StateSource};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 use crate::signals;
@@ -27,13 +27,19 @@ use crate::simulator::Simulator;
 /// The search of a bundled strategy. A notebook shows it as an animation.
 #[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct Search {
+    /// The true maze.
+    #[pyo3(get)]
     maze: Py<PyMaze>,
-    strategy: BundledStrategy,
+    /// The name of the strategy.
+    #[pyo3(get)]
+    strategy: &'static str,
     run: SearchRun,
     known: KnownMaze,
+    /// The reason why the strategy could not continue.
+    #[pyo3(get)]
     error: Option<String>,
     history: Arc<mmsim_recording::History>,
-    place: Arc<Place>,
+    searched: Arc<SearchedMaze>,
 }
 
 /// Runs a bundled strategy, by default until it stops or has reported its usual limit of states.
@@ -63,11 +69,9 @@ fn simulate(
     strategy: BundledStrategy,
     max_states: u32,
 ) -> PyResult<Search> {
-    let Link::Process(simulated) = &simulator.as_super().get().link else {
-        return Err(value_error("a client cannot run a bundled strategy (use `mmsim solve`)"));
-    };
-    let (py, place) = (simulator.py(), Arc::clone(simulator.get().place()));
-    let unexplored = &place.unexplored;
+    let py = simulator.py();
+    let Simulator { maze, searched, simulated } = simulator.get();
+    let unexplored = &searched.unexplored;
     // A simulation that is locked here must be free of earlier failures.
     drop(lock(simulated, py)?);
     let (run, error, known, history) = py.detach(|| {
@@ -101,22 +105,15 @@ fn simulate(
             Err(BrokenRun { run, error: error @ (RunError::Search(_) | RunError::Crash(_)) }) => {
                 (run, Some(error.to_string()))
             }
-            Err(BrokenRun { error: error @ RunError::Refused { .. }, .. }) => {
-                return Err(Refused::new_err(error.to_string()));
-            }
-            Err(BrokenRun { error, .. }) => return Err(SimulatorError::new_err(error.to_string())),
+            Err(BrokenRun { error, .. }) => return Err(run_error(error)),
         };
         Ok((run, error, mouse.map().clone(), Arc::new(history)))
     })?;
-    let maze = simulator.get().true_maze().clone_ref(py);
-    Ok(Search { maze, strategy, run, known, error, history, place })
+    let (maze, searched) = (maze.clone_ref(py), Arc::clone(searched));
+    Ok(Search { maze, strategy: strategy.name(), run, known, error, history, searched })
 }
 
 impl Search {
-    fn truth(&self) -> &Maze {
-        &self.maze.get().maze
-    }
-
     fn bounds(&self) -> PathBounds {
         PathBounds::new(&self.known)
     }
@@ -124,18 +121,6 @@ impl Search {
 
 #[pymethods]
 impl Search {
-    /// The true maze.
-    #[getter]
-    fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
-        self.maze.clone_ref(py)
-    }
-
-    /// The name of the strategy.
-    #[getter]
-    fn strategy(&self) -> &'static str {
-        self.strategy.name()
-    }
-
     /// True if the mouse has entered a goal cell.
     #[getter]
     fn goal_reached(&self) -> bool {
@@ -189,18 +174,10 @@ impl Search {
     fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let phases = PyDict::new(py);
         for (name, figures) in self.run.stats.phases() {
-            let phase = PyDict::new(py);
-            phase.set_item("steps", figures.steps)?;
-            phase.set_item("turns", figures.turns)?;
+            let phase = [("steps", figures.steps), ("turns", figures.turns)].into_py_dict(py)?;
             phases.set_item(name.replace(' ', "_"), phase)?;
         }
         Ok(phases)
-    }
-
-    /// The reason why the strategy could not continue.
-    #[getter]
-    fn error(&self) -> Option<&str> {
-        self.error.as_deref()
     }
 
     /// The map of the mouse at the end.
@@ -212,27 +189,26 @@ impl Search {
     /// The states that the mouse has reported.
     #[getter]
     fn states(&self) -> History {
-        History::ended(Arc::clone(&self.history), Arc::clone(&self.place))
+        let states = StateSource::Search(Arc::clone(&self.history));
+        History { states, maze: Arc::clone(&self.searched) }
     }
 
     fn __repr__(&self) -> String {
-        let (name, strategy) = (&self.maze.get().name, self.strategy.name());
+        let (name, strategy) = (&self.maze.get().name, self.strategy);
         let goal = || Goal { is_reached: self.goal_reached(), error: None }.to_string();
         let ending = self.error.clone().unwrap_or_else(goal);
         format!("<Search of {name:?} with {strategy}: {}, {ending}>", self.run.stats)
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        let bytes = self.history.len().checked_sub(1).and_then(|last| self.history.get(last));
+        let index = self.history.len().saturating_sub(1);
+        let bytes = self.history.get(index);
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
-        let state = State::decode(&bytes, self.truth().size()).map_err(value_error)?;
-        let unexplored = &self.place.unexplored;
-        let map = state.map(unexplored.start().cell, *unexplored.goals());
-        Ok(draw(&state, &map, Some(self.truth())))
+        HistoryState { index, bytes, maze: Arc::clone(&self.searched) }.svg()
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
-        let size = self.truth().size();
+        let truth = &self.maze.get().maze;
         let mut reader = self.history.reader();
         if self.history.is_empty() {
             return Err(Error::new_err("the search has no states"));
@@ -240,8 +216,8 @@ impl Search {
         let mut frames = Vec::with_capacity(self.history.len());
         for index in 0..self.history.len() {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
-            frames.push(Frame::new(&State::decode(bytes, size).map_err(value_error)?));
+            frames.push(Frame::new(&State::decode(bytes, truth.size()).map_err(value_error)?));
         }
-        Ok(animation::html(self.truth(), &frames))
+        Ok(animation::html(truth, &frames))
     }
 }

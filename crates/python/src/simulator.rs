@@ -10,18 +10,21 @@ use mmsim_recording::{Block, save};
 use mmsim_server::Simulation;
 use pyo3::prelude::*;
 
-use crate::connection::{Connection, Link, ON, Simulated, lock};
+use crate::connection::{Backend, Connection, Simulated, lock};
 use crate::error::io_error;
-use crate::geometry::{limit, to_pose};
-use crate::history::{History, Place};
+use crate::geometry::limit;
+use crate::history::{History, SearchedMaze, StateSource};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 
 /// A simulation in this process, with the rules and messages of `mmsim`.
 #[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
 pub(crate) struct Simulator {
-    maze: Py<PyMaze>,
-    place: Arc<Place>,
+    /// The true maze.
+    #[pyo3(get)]
+    pub(crate) maze: Py<PyMaze>,
+    pub(crate) searched: Arc<SearchedMaze>,
+    pub(crate) simulated: Arc<Mutex<Simulated>>,
 }
 
 impl Simulator {
@@ -32,19 +35,11 @@ impl Simulator {
     ) -> PyClassInitializer<Self> {
         let PyMaze { name, maze: truth, .. } = maze.get();
         let unexplored = KnownMaze::unexplored(truth);
-        let place = Arc::new(Place { unexplored, truth: Some(truth.clone()) });
+        let searched = Arc::new(SearchedMaze { unexplored, truth: Some(truth.clone()) });
         let simulation = Simulation::new(name, truth.clone());
-        let link = Link::Process(Box::new(Mutex::new(Simulated::new(simulation, max_states))));
-        let connection = Connection::new(link, ON);
-        PyClassInitializer::from(connection).add_subclass(Self { maze, place })
-    }
-
-    pub(crate) fn place(&self) -> &Arc<Place> {
-        &self.place
-    }
-
-    pub(crate) fn true_maze(&self) -> &Py<PyMaze> {
-        &self.maze
+        let simulated = Arc::new(Mutex::new(Simulated::new(simulation, max_states)));
+        let connection = Connection::new(Backend::Process(Arc::clone(&simulated)), Some(true));
+        PyClassInitializer::from(connection).add_subclass(Self { maze, searched, simulated })
     }
 }
 
@@ -60,35 +55,22 @@ impl Simulator {
         Ok(Self::initializer(maze, max_states))
     }
 
-    /// The true maze.
-    #[getter]
-    fn maze(&self, py: Python<'_>) -> Py<PyMaze> {
-        self.maze.clone_ref(py)
-    }
-
-    /// The pose in which a mouse starts.
-    #[getter]
-    fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_pose(py, self.place.unexplored.start())
-    }
-
     /// Returns the map of a mouse that has not read any walls yet.
     fn unexplored(&self) -> PyKnownMaze {
-        self.place.unexplored.clone().into()
+        self.searched.unexplored.clone().into()
     }
 
     /// The states since the last reset. They change while the mouse runs.
     #[getter]
-    fn history(simulator: Bound<'_, Self>) -> History {
-        let place = Arc::clone(&simulator.get().place);
-        History::live(simulator.unbind(), place)
+    fn history(&self) -> History {
+        let states = StateSource::Simulator(Arc::clone(&self.simulated));
+        History { states, maze: Arc::clone(&self.searched) }
     }
 
     /// Writes the states to a recording, which `mmsim replay` shows.
-    fn save(simulator: &Bound<'_, Self>, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let Link::Process(simulated) = &simulator.as_super().get().link else { return Ok(()) };
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || {
-            let simulated = simulated.lock().map_err(|_| std::io::ErrorKind::Other)?;
+            let simulated = self.simulated.lock().map_err(|_| std::io::ErrorKind::Other)?;
             let Simulated { simulation, times, .. } = &*simulated;
             let history = simulation.history();
             let file = BufWriter::new(File::create(&path)?);
@@ -111,12 +93,9 @@ impl Simulator {
         })
     }
 
-    fn __repr__(simulator: &Bound<'_, Self>) -> PyResult<String> {
-        let Link::Process(simulated) = &simulator.as_super().get().link else {
-            return Ok(String::new());
-        };
-        let states = lock(simulated, simulator.py())?.simulation.history().len();
-        let PyMaze { name, .. } = simulator.get().maze.get();
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let states = lock(&self.simulated, py)?.simulation.history().len();
+        let PyMaze { name, .. } = self.maze.get();
         Ok(format!("<Simulator of {name:?}, {states} states>"))
     }
 }

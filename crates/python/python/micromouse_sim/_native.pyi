@@ -255,6 +255,10 @@ class Connection:
     `Refused`, the annotations that the simulator has not accepted are dropped.
     """
 
+    @property
+    def start(self) -> Pose:
+        """The pose in which a mouse starts. A `Client` asks `mmsim` for it with `info`."""
+
     def request(self, request: bytes) -> bytes:
         """Sends the bytes of a request and returns the bytes of the reply."""
 
@@ -323,10 +327,6 @@ class Simulator(Connection):
     def maze(self) -> Maze:
         """The true maze."""
 
-    @property
-    def start(self) -> Pose:
-        """The pose in which a mouse starts."""
-
     def unexplored(self) -> KnownMaze:
         """Returns the map of a mouse that has not read any walls yet."""
 
@@ -365,10 +365,6 @@ class Client(Connection):
     @property
     def endpoint(self) -> str:
         """The endpoint of the simulator."""
-
-    @property
-    def start(self) -> Pose:
-        """The pose in which a mouse starts. The client asks `mmsim` for it with `info`."""
 
     def unexplored(
         self,
