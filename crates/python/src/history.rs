@@ -1,21 +1,25 @@
-//! The classes `History` and `State`: what a mouse has reported.
+//! The classes `History`, `State` and `Recording`: what a mouse has reported.
 
 use std::iter;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
 use mmsim_protocol::State;
+use mmsim_recording::{Integrity, OpenError, ReadError, Recording};
 use numpy::PyArray2;
 use pyo3::exceptions::{PyIndexError, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PySlice, PySliceMethods};
 
+use crate::compare::to_python;
 use crate::connection::{Simulated, lock};
-use crate::error::{type_error, value_error};
+use crate::error::{RecordingError, io_error, type_error, value_error};
 use crate::geometry::to_pose;
 use crate::grid::to_array;
 use crate::known::PyKnownMaze;
+use crate::maze::PyMaze;
 
 /// The maze that a mouse searched when it reported its states.
 pub(crate) struct SearchedMaze {
@@ -37,7 +41,7 @@ pub(crate) enum StateSource {
     /// The current states of a simulator.
     Simulator(Arc<Mutex<Simulated>>),
     /// The states in a file.
-    Recording(Arc<mmsim_recording::Recording>),
+    Recording(Arc<Recording>),
     /// The states of a search that has ended.
     Search(Arc<mmsim_recording::History>),
 }
@@ -193,5 +197,64 @@ impl HistoryState {
         let scene = Scene::from_map(&map).with_truth(self.maze.truth.as_ref());
         let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
         Ok(scene.with_mouse(state.pose()).with_weights(weight).svg())
+    }
+}
+
+/// The states in a file.
+#[pyclass(frozen, name = "Recording", module = "micromouse_sim")]
+pub(crate) struct PyRecording {
+    recording: Arc<Recording>,
+    searched: Arc<SearchedMaze>,
+}
+
+/// Reads a recording of `mmsim` or of `Simulator.save`.
+#[pyfunction]
+pub(crate) fn load_recording(py: Python<'_>, path: PathBuf) -> PyResult<PyRecording> {
+    let recording = py.detach(|| Recording::open(&path));
+    let recording = recording.map_err(|error: OpenError| match &error.source {
+        ReadError::Io(source) => io_error(source.kind(), &error),
+        _ => RecordingError::new_err(error.to_string()),
+    })?;
+    let (info, truth) = (recording.info(), recording.maze().cloned());
+    let start = info.start_pose().map_or(Cell::new(0, 0), |start| start.cell);
+    let unexplored = KnownMaze::new(recording.size(), start, info.goal_cells());
+    let searched = Arc::new(SearchedMaze { unexplored, truth });
+    Ok(PyRecording { recording: Arc::new(recording), searched })
+}
+
+#[pymethods]
+impl PyRecording {
+    /// The true maze, or None if a client has made the recording.
+    #[getter]
+    fn maze(&self) -> Option<PyMaze> {
+        let maze = self.searched.truth.clone()?;
+        Some(PyMaze { path: PathBuf::new(), name: self.recording.info().name.clone(), maze })
+    }
+
+    /// The states.
+    #[getter]
+    fn states(&self) -> History {
+        let states = StateSource::Recording(Arc::clone(&self.recording));
+        History { states, maze: Arc::clone(&self.searched) }
+    }
+
+    /// The reply of the simulator to `info`.
+    #[getter]
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.recording.info())
+    }
+
+    /// False if the recording has not been closed, or the file is damaged.
+    #[getter]
+    fn is_complete(&self) -> bool {
+        *self.recording.integrity() == Integrity::Closed
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Recording of {:?}, {} states>",
+            self.recording.info().name,
+            self.recording.history().len()
+        )
     }
 }

@@ -22,9 +22,7 @@ mod grid;
 mod history;
 mod known;
 mod maze;
-mod recording;
 mod search;
-mod search_batch;
 mod search_env;
 mod signals;
 mod simulator;
@@ -43,17 +41,15 @@ mod _native {
     #[pymodule_export]
     use crate::fast_run::FastRun;
     #[pymodule_export]
-    use crate::history::{History, HistoryState};
+    use crate::history::{History, HistoryState, PyRecording, load_recording};
     #[pymodule_export]
     use crate::known::{PyKnownMaze, flood};
     #[pymodule_export]
     use crate::maze::{PyMaze, bundled_mazes};
     #[pymodule_export]
-    use crate::recording::{PyRecording, load_recording};
-    #[pymodule_export]
     use crate::search::{Search, search};
     #[pymodule_export]
-    use crate::search_batch::SearchBatch;
+    use crate::search_env::SearchBatch;
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]

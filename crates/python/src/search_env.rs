@@ -1,19 +1,271 @@
-//! The search of one mouse as a reinforcement-learning environment.
+//! The search of one mouse as a reinforcement-learning environment, and batches of these environments,
+//! which the Gymnasium environments of the package wrap.
 
-use std::sync::Arc;
+use std::path::PathBuf;
 
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, Sides, Unknown, WyRand};
+use mmsim_protocol::{CellWalls, Order};
 use mmsim_solvers::PathBounds;
+use numpy::ndarray::{Array1, Array2, Array3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
 
-/// The flag of a visited cell, as in a state.
-const VISITED: u8 = 1;
+use crate::error::value_error;
+use crate::geometry;
+use crate::grid::columns;
+use crate::known::PyKnownMaze;
+use crate::maze::{PyMaze, style};
+use crate::signals;
+
+/// The maximum number of environments in a batch. Each one takes a few kilobytes.
+const MAX_ENVS: usize = 65_536;
+
+/// The walls, openings and goals of one environment, of the shape (width, height), and its pose.
+type Observation<'py> = (
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray2<u8>>,
+    Bound<'py, PyArray1<i64>>,
+);
+
+/// The same arrays for all environments, with one more axis in front.
+type Observations<'py> = (
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray3<u8>>,
+    Bound<'py, PyArray2<i64>>,
+);
+
+/// The rewards, and whether each episode was terminated or truncated.
+type Results<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>);
+
+/// Several search environments that take their steps together; see `micromouse_sim.gym`.
+#[pyclass(module = "micromouse_sim")]
+pub(crate) struct SearchBatch {
+    pool: MazePool,
+    size: MazeSize,
+    rules: EpisodeRules,
+    envs: Vec<SearchEnv>,
+    /// True for each environment whose episode is over.
+    is_over: Vec<bool>,
+}
+
+#[pymethods]
+impl SearchBatch {
+    // Without `mazes`, each episode generates a maze. Without `max_steps`, an episode is truncated
+    // after four actions for each cell.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mazes: Option<Vec<PyRef<'_, PyMaze>>>,
+        size: &Bound<'_, PyAny>,
+        style: &str,
+        until_proven: bool,
+        max_steps: Option<&Bound<'_, PyAny>>,
+        count: usize,
+    ) -> PyResult<Self> {
+        // The crate `numpy` panics if NumPy is missing.
+        py.import("numpy")?;
+        let (pool, size) = if let Some(mazes) = mazes {
+            listed(mazes.iter().map(|maze| maze.maze.clone()).collect())?
+        } else {
+            let size = geometry::size(size)?;
+            (MazePool::Generated(size, self::style(style)?), size)
+        };
+        let max_steps = geometry::limit(max_steps)?.unwrap_or_else(|| 4 * geometry::area(size));
+        if max_steps == 0 {
+            return Err(value_error("expected at least one step in max_steps, found 0"));
+        }
+        let rules = EpisodeRules { until_proven, max_steps };
+        if count > MAX_ENVS {
+            let reason = "environments in one batch";
+            return Err(value_error(format_args!(
+                "expected at most {MAX_ENVS} {reason}, found {count}"
+            )));
+        }
+        let mut envs = Vec::new();
+        for seed in 0..count as u64 {
+            signals::check()?;
+            envs.push(SearchEnv::new(&pool, seed));
+        }
+        Ok(Self { pool, size, rules, envs, is_over: vec![false; count] })
+    }
+
+    /// Width and height in cells.
+    #[getter]
+    fn size(&self) -> (u8, u8) {
+        (self.size.width(), self.size.height())
+    }
+
+    /// Begins a new episode. A seed also determines the mazes of later episodes.
+    fn reset(&mut self, index: usize, seed: Option<u64>) -> PyResult<()> {
+        let Self { pool, envs, is_over, .. } = self;
+        let count = envs.len();
+        let (env, is_over) =
+            envs.get_mut(index).zip(is_over.get_mut(index)).ok_or_else(|| no_env(index, count))?;
+        match seed {
+            Some(seed) => *env = SearchEnv::new(pool, seed),
+            None => env.reset(pool),
+        }
+        *is_over = false;
+        Ok(())
+    }
+
+    /// Takes one action in the first environment.
+    fn step_one(&mut self, action: i64) -> PyResult<(f64, bool, bool)> {
+        let quarters = quarters(action)?;
+        let env = self.envs.first_mut().ok_or_else(|| no_env(0, 0))?;
+        let Outcome { reward, is_terminated, is_truncated } = env.act(quarters, self.rules);
+        Ok((reward, is_terminated, is_truncated))
+    }
+
+    /// Takes one action in each environment, or begins a new episode where one is over.
+    #[expect(clippy::needless_pass_by_value, reason = "PyO3 extracts a value")]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: PyReadonlyArray1<'py, i64>,
+    ) -> PyResult<Results<'py>> {
+        let actions = actions.as_array();
+        let Self { pool, rules, envs, is_over, .. } = self;
+        if actions.len() != envs.len() {
+            let found = actions.len();
+            return Err(value_error(format_args!(
+                "expected {} actions, found {found}",
+                envs.len()
+            )));
+        }
+        let quarters: Vec<u8> =
+            actions.iter().map(|&action| quarters(action)).collect::<PyResult<_>>()?;
+        let outcomes: Vec<Outcome> = py.detach(|| {
+            let envs = envs.iter_mut().zip(is_over).zip(quarters);
+            envs.map(|((env, is_over), quarters)| {
+                let outcome = if *is_over {
+                    env.reset(pool);
+                    Outcome::default()
+                } else {
+                    env.act(quarters, *rules)
+                };
+                *is_over = outcome.is_terminated || outcome.is_truncated;
+                outcome
+            })
+            .collect()
+        });
+        let array = |flag: fn(&Outcome) -> bool| {
+            outcomes.iter().map(flag).collect::<Array1<_>>().into_pyarray(py)
+        };
+        let rewards: Array1<f64> = outcomes.iter().map(|outcome| outcome.reward).collect();
+        Ok((
+            rewards.into_pyarray(py),
+            array(|outcome| outcome.is_terminated),
+            array(|outcome| outcome.is_truncated),
+        ))
+    }
+
+    /// Returns walls, openings, goals and the pose of one environment.
+    fn observation<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Observation<'py>> {
+        let env = self.env(index)?;
+        let shape = (self.size.width().into(), self.size.height().into());
+        let array = |flags: &[u8]| {
+            let array = Array2::from_shape_vec(shape, flags.to_vec()).map_err(value_error)?;
+            PyResult::Ok(array.into_pyarray(py))
+        };
+        let pose = PyArray1::from_slice(py, &env.pose());
+        Ok((array(&env.walls)?, array(&env.openings)?, array(&env.goals)?, pose))
+    }
+
+    /// Returns walls, openings, goals and poses of all environments.
+    fn observations<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
+        let count = self.envs.len();
+        let shape = (count, self.size.width().into(), self.size.height().into());
+        let array = |flags: fn(&SearchEnv) -> &Vec<u8>| {
+            let mut all = Vec::with_capacity(count * self.size.area());
+            for env in &self.envs {
+                all.extend_from_slice(flags(env));
+            }
+            let array = Array3::from_shape_vec(shape, all).map_err(value_error)?;
+            PyResult::Ok(array.into_pyarray(py))
+        };
+        let poses = self.envs.iter().flat_map(SearchEnv::pose).collect();
+        let poses = Array2::from_shape_vec((count, 3), poses).map_err(value_error)?;
+        Ok((
+            array(|env| &env.walls)?,
+            array(|env| &env.openings)?,
+            array(|env| &env.goals)?,
+            poses.into_pyarray(py),
+        ))
+    }
+
+    /// Returns the action mask of one environment, and whether its mouse was in the goal.
+    fn info<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<i8>>, bool)> {
+        let env = self.env(index)?;
+        Ok((PyArray1::from_slice(py, &env.action_mask()), env.is_goal_reached))
+    }
+
+    /// Returns the action masks of all environments, and whether each mouse was in the goal.
+    #[expect(clippy::type_complexity, reason = "two arrays")]
+    fn infos<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray1<bool>>)> {
+        let masks = self.envs.iter().flat_map(SearchEnv::action_mask).collect();
+        let masks = Array2::from_shape_vec((self.envs.len(), 4), masks).map_err(value_error)?;
+        let goals: Array1<bool> = self.envs.iter().map(|env| env.is_goal_reached).collect();
+        Ok((masks.into_pyarray(py), goals.into_pyarray(py)))
+    }
+
+    /// Returns the true maze of an environment.
+    fn maze(&self, index: usize) -> PyResult<PyMaze> {
+        let maze = self.env(index)?.maze.clone();
+        Ok(PyMaze { path: PathBuf::new(), name: "episode".into(), maze })
+    }
+
+    /// Returns a copy of the map that the mouse of an environment has made.
+    fn known(&self, index: usize) -> PyResult<PyKnownMaze> {
+        Ok(self.env(index)?.known.clone().into())
+    }
+}
+
+impl SearchBatch {
+    fn env(&self, index: usize) -> PyResult<&SearchEnv> {
+        self.envs.get(index).ok_or_else(|| no_env(index, self.envs.len()))
+    }
+}
+
+/// Creates the pool of these mazes, which must have the same size.
+fn listed(mazes: Vec<Maze>) -> PyResult<(MazePool, MazeSize)> {
+    let size = mazes.first().ok_or_else(|| value_error("expected at least one maze"))?.size();
+    match mazes.iter().map(Maze::size).find(|&other| other != size) {
+        Some(other) => Err(value_error(format_args!(
+            "expected mazes of the same size, found {size} and {other} cells"
+        ))),
+        None => Ok((MazePool::Listed(mazes), size)),
+    }
+}
+
+/// Converts an action to quarter turns to the right.
+fn quarters(action: i64) -> PyResult<u8> {
+    u8::try_from(action)
+        .ok()
+        .filter(|&quarters| quarters < 4)
+        .ok_or_else(|| value_error(format_args!("expected an action from 0 to 3, found {action}")))
+}
+
+fn no_env(index: usize, count: usize) -> PyErr {
+    PyIndexError::new_err(format!("environment {index} out of range (0 to {})", count.max(1) - 1))
+}
 
 /// The mazes that episodes are drawn from.
-#[derive(Clone)]
-pub(crate) enum MazePool {
+enum MazePool {
     /// Each episode takes a random maze of this list, which is not empty.
-    Listed(Arc<[Maze]>),
+    Listed(Vec<Maze>),
     /// Each episode generates a new maze.
     Generated(MazeSize, Style),
 }
@@ -29,23 +281,23 @@ impl MazePool {
 
 /// When an episode ends.
 #[derive(Clone, Copy)]
-pub(crate) struct EpisodeRules {
+struct EpisodeRules {
     /// True if an episode ends when the shortest path is proven, false if it ends at the goal.
-    pub(crate) until_proven: bool,
+    until_proven: bool,
     /// The number of actions after which an episode is truncated.
-    pub(crate) max_steps: u32,
+    max_steps: u32,
 }
 
 /// The result of one action.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Outcome {
-    pub(crate) reward: f64,
-    pub(crate) is_terminated: bool,
-    pub(crate) is_truncated: bool,
+struct Outcome {
+    reward: f64,
+    is_terminated: bool,
+    is_truncated: bool,
 }
 
 /// One episode after another, each in a maze of the pool.
-pub(crate) struct SearchEnv {
+struct SearchEnv {
     rng: WyRand,
     maze: Maze,
     known: KnownMaze,
@@ -54,8 +306,7 @@ pub(crate) struct SearchEnv {
     steps: u32,
     is_goal_reached: bool,
     is_proven: bool,
-    /// The flags of each cell as in a state, in the order of [`cell_index`]: [`VISITED`], and the
-    /// sides that are known to have a wall.
+    /// The flags of each cell as in a state, in the order of [`columns`].
     walls: Vec<u8>,
     /// The sides of each cell that are known to be open, with the same flags.
     openings: Vec<u8>,
@@ -65,7 +316,7 @@ pub(crate) struct SearchEnv {
 
 impl SearchEnv {
     /// Begins the first episode.
-    pub(crate) fn new(pool: &MazePool, seed: u64) -> Self {
+    fn new(pool: &MazePool, seed: u64) -> Self {
         let mut rng = WyRand::new(seed);
         let maze = pool.draw(&mut rng);
         let mut env = Self {
@@ -85,7 +336,7 @@ impl SearchEnv {
     }
 
     /// Begins a new episode, in the next maze of the random sequence.
-    pub(crate) fn reset(&mut self, pool: &MazePool) {
+    fn reset(&mut self, pool: &MazePool) {
         self.maze = pool.draw(&mut self.rng);
         self.begin();
     }
@@ -95,14 +346,11 @@ impl SearchEnv {
         self.pose = self.maze.start();
         (self.steps, self.is_proven) = (0, false);
         let size = self.maze.size();
-        for flags in [&mut self.walls, &mut self.openings, &mut self.goals] {
-            flags.clear();
-            flags.resize(size.area(), 0);
-        }
-        for cell in size.cells() {
-            self.update(cell);
-            self.goals[cell_index(size, cell)] = self.maze.goals().contains(cell).into();
-        }
+        self.walls.resize(size.area(), 0);
+        self.openings.resize(size.area(), 0);
+        size.cells().for_each(|cell| self.update(cell));
+        self.goals.clear();
+        self.goals.extend(columns(size).map(|cell| u8::from(self.maze.goals().contains(cell))));
         // Like the bundled strategies, the mouse also sees the wall behind it at the start.
         let behind = Pose::new(self.pose.cell, self.pose.heading.back());
         self.observe(behind);
@@ -111,7 +359,7 @@ impl SearchEnv {
     }
 
     /// Turns by `quarters` to the right and takes a step, unless there is a wall.
-    pub(crate) fn act(&mut self, quarters: u8, rules: EpisodeRules) -> Outcome {
+    fn act(&mut self, quarters: u8, rules: EpisodeRules) -> Outcome {
         let heading = Heading::ALL[usize::from((self.pose.heading as u8 + quarters) % 4)];
         self.steps += 1;
         self.pose.heading = heading;
@@ -158,58 +406,22 @@ impl SearchEnv {
     }
 
     fn update(&mut self, cell: Cell) {
-        let present = self.known.walls(Unknown::Open).sides(cell);
+        let Some(index) = Order::F.index(cell, self.maze.size()) else { return };
         let possible = self.known.walls(Unknown::Closed).sides(cell);
-        let index = cell_index(self.maze.size(), cell);
-        let visited = if self.known.visited().contains(cell) { VISITED } else { 0 };
-        self.walls[index] = visited | flags(present);
-        self.openings[index] = flags(Sides::from_bits(!possible.bits()));
-    }
-
-    pub(crate) const fn maze(&self) -> &Maze {
-        &self.maze
-    }
-
-    pub(crate) const fn known(&self) -> &KnownMaze {
-        &self.known
-    }
-
-    pub(crate) const fn is_goal_reached(&self) -> bool {
-        self.is_goal_reached
-    }
-
-    pub(crate) fn walls(&self) -> &[u8] {
-        &self.walls
-    }
-
-    pub(crate) fn openings(&self) -> &[u8] {
-        &self.openings
-    }
-
-    pub(crate) fn goals(&self) -> &[u8] {
-        &self.goals
+        self.walls[index] = CellWalls::known(&self.known, cell).0;
+        self.openings[index] = CellWalls::from_sides(Sides::from_bits(!possible.bits())).0;
     }
 
     /// Returns x, y and the heading (0 to 3 from north clockwise).
-    pub(crate) fn pose(&self) -> [i64; 3] {
+    fn pose(&self) -> [i64; 3] {
         [self.pose.cell.x.into(), self.pose.cell.y.into(), self.pose.heading as i64]
     }
 
     /// Returns, for each action, 1 if there is no wall in that direction, else 0.
-    pub(crate) fn action_mask(&self) -> [i8; 4] {
+    fn action_mask(&self) -> [i8; 4] {
         let Pose { cell, heading } = self.pose;
         let walls = self.maze.walls();
         [heading, heading.right(), heading.back(), heading.left()]
             .map(|heading| i8::from(!walls.has(cell, heading)))
     }
-}
-
-/// Returns the index of a cell in an array of the shape (width, height).
-fn cell_index(size: MazeSize, cell: Cell) -> usize {
-    usize::from(cell.x) * usize::from(size.height()) + usize::from(cell.y)
-}
-
-/// Returns the flags of sides: 2 for east, 4 for south, 8 for west, 16 for north.
-const fn flags(sides: Sides) -> u8 {
-    sides.bits() & 0b1110 | (sides.bits() & 1) << 4
 }
