@@ -13,13 +13,13 @@ const SCRIPT: &str = include_str!("animation.js");
 const CELL: i32 = 20;
 
 /// What the animation shows of a state.
-pub(crate) struct Frame {
+pub(crate) struct AnimatedState {
     pose: Pose,
     /// The weight and the flags of each cell, in the order of [`MazeSize::cells`](mmsim_maze::MazeSize::cells).
     cells: Vec<[u8; 2]>,
 }
 
-impl Frame {
+impl AnimatedState {
     pub(crate) fn new(state: &State<'_>) -> Self {
         let cells = state.size().cells().map(|cell| {
             [state.weights(), state.walls()].map(|matrix| matrix.at(cell).unwrap_or(0))
@@ -29,7 +29,7 @@ impl Frame {
 }
 
 /// Returns the animation of these states. Where scripts are disabled, it shows the last state.
-pub(crate) fn html(maze: &Maze, frames: &[Frame]) -> String {
+pub(crate) fn html(maze: &Maze, frames: &[AnimatedState]) -> String {
     // The identifier must be unique in the page, which may contain the output of several sessions.
     let id = format!("micromouse-{:016x}", RandomState::new().hash_one(()));
     let (picture, data) = (picture(maze, frames), data(maze, frames));
@@ -42,7 +42,7 @@ pub(crate) fn html(maze: &Maze, frames: &[Frame]) -> String {
 
 /// Draws the known walls of the last state and the path of the mouse, without numbers, as an SVG of
 /// a few kilobytes.
-fn picture(maze: &Maze, frames: &[Frame]) -> String {
+fn picture(maze: &Maze, frames: &[AnimatedState]) -> String {
     let size = maze.size();
     let (width, height) = (CELL * i32::from(size.width()), CELL * i32::from(size.height()));
     let corner = |cell: Cell| (CELL * i32::from(cell.x), height - CELL - CELL * i32::from(cell.y));
@@ -86,12 +86,12 @@ fn picture(maze: &Maze, frames: &[Frame]) -> String {
 
 /// Returns the states as JSON. A number of a cell has two digits in base 36. Each state lists the
 /// cells that it changes, each with its new weight and flags.
-fn data(maze: &Maze, frames: &[Frame]) -> String {
+fn data(maze: &Maze, frames: &[AnimatedState]) -> String {
     let size = maze.size();
     let mut poses = String::new();
     let mut changes: Vec<String> = Vec::new();
     let mut before = vec![[0; 2]; size.area()];
-    for Frame { pose: Pose { cell, heading }, cells } in frames {
+    for AnimatedState { pose: Pose { cell, heading }, cells } in frames {
         push_digits(&mut poses, size.index(*cell).unwrap_or(0));
         poses.push(heading.letter());
         let mut text = String::new();

@@ -2,12 +2,13 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use mmsim_maze::{Cell, Heading, WallState, needs_escape};
+use mmsim_maze::{Cell, Heading, needs_escape};
 use mmsim_protocol::{
     Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES, MAX_LOG_BYTES, wall_from_letter,
 };
 use pyo3::prelude::*;
 
+use crate::convert::letter;
 use crate::error::value_error;
 
 /// Encoded annotations in the order in which they were added.
@@ -70,21 +71,17 @@ impl Pending {
 
     /// Declares or withdraws a wall.
     pub(crate) fn wall(&self, cell: Cell, heading: Heading, state: &str) -> PyResult<()> {
-        let mut letters = state.chars();
-        let state: Option<Option<WallState>> = match (letters.next(), letters.next()) {
-            (Some(letter), None) => u8::try_from(letter).ok().and_then(wall_from_letter),
-            _ => None,
-        };
-        let state = state.ok_or_else(|| value_error("a declared wall is 1, 0, ? or -"))?;
+        let letter = letter(state).and_then(|letter| u8::try_from(letter).ok());
+        let state = letter
+            .and_then(wall_from_letter)
+            .ok_or_else(|| value_error("a declared wall is 1, 0, ? or -"))?;
         self.push(Annotation::Wall { cell, heading, state })
     }
 
     /// Sets or clears the colour of a cell.
     pub(crate) fn colour(&self, cell: Cell, letter: Option<&str>) -> PyResult<()> {
         let colour = letter.map(|text| {
-            let mut letters = text.chars();
-            let colour = letters.next().and_then(Colour::from_letter);
-            colour.filter(|_| letters.next().is_none()).ok_or_else(|| {
+            self::letter(text).and_then(Colour::from_letter).ok_or_else(|| {
                 value_error(format_args!("a colour is one of kbacgorwyBCAGRY, found {text:?}"))
             })
         });

@@ -4,17 +4,15 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
+use mmsim_mouse::ENDPOINT_VARIABLE;
 use mmsim_protocol::DEFAULT_PORT;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::connection::{Backend, Connection};
+use crate::connection::{Backend, PyConnection};
 use crate::error::{Error, SimulatorError, type_error, value_error};
 use crate::known::PyKnownMaze;
 use crate::socket::Socket;
-
-/// The environment variable with the address to which a mouse of `mmsim run` connects.
-const ENDPOINT_VARIABLE: &str = "MMSIM_ENDPOINT";
 
 /// The default timeout in seconds.
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -22,8 +20,8 @@ const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 /// A connection to a simulator. The simulator may be started later.
 ///
 /// Ctrl-C interrupts the wait for a reply.
-#[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
-pub(crate) struct Client {
+#[pyclass(extends = PyConnection, frozen, name = "Client", module = "micromouse_sim")]
+pub(crate) struct PyClient {
     socket: Arc<Socket>,
 }
 
@@ -51,7 +49,7 @@ impl<'py> FromPyObject<'_, 'py> for TimeoutArgument {
 }
 
 #[pymethods]
-impl Client {
+impl PyClient {
     #[new]
     #[pyo3(signature = (endpoint = None, timeout = TimeoutArgument::Default, annotations = None))]
     fn new(
@@ -77,14 +75,14 @@ impl Client {
             Some(false) | None => Some(false),
         };
         let socket = Arc::new(Socket::connect(endpoint, timeout)?);
-        let connection = Connection::new(Backend::Socket(Arc::clone(&socket)), annotations);
+        let connection = PyConnection::new(Backend::Socket(Arc::clone(&socket)), annotations);
         Ok(PyClassInitializer::from(connection).add_subclass(Self { socket }))
     }
 
     /// The endpoint of the simulator.
     #[getter]
     fn endpoint(&self) -> &str {
-        self.socket.endpoint()
+        &self.socket.endpoint
     }
 
     /// Returns the map of a mouse that has not read any walls yet.

@@ -23,12 +23,12 @@ use pyo3::prelude::*;
 use serde::Serialize;
 
 use crate::connection::lock;
+use crate::convert::{limit, named, to_python};
 use crate::error::{io_error, read_error, value_error};
 use crate::fast_run::vehicle;
-use crate::geometry::limit;
 use crate::maze::PyMaze;
 use crate::signals;
-use crate::simulator::Simulator;
+use crate::simulator::PySimulator;
 
 /// The limit of states of functions and programs. An endless search must end.
 const MAX_STATES: u32 = 10_000;
@@ -79,7 +79,7 @@ pub(crate) fn compare<'py>(
     competition: Competition<'py>,
     rules: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rules = rules.map(rule_set).transpose()?;
+    let rules = rules.map(|name| named(&RuleSet::ALL, RuleSet::name, name)).transpose()?;
     let (cell, turn) = competition.search_speed;
     let search_speed = format!("{cell},{turn}").parse().map_err(value_error)?;
     let vehicle = competition.vehicle.as_deref().map(vehicle).transpose()?;
@@ -136,14 +136,6 @@ impl Competition<'_> {
     }
 }
 
-/// Returns the rule set with this name.
-fn rule_set(name: &str) -> PyResult<RuleSet> {
-    RuleSet::ALL.into_iter().find(|rules| rules.name() == name).ok_or_else(|| {
-        let names = RuleSet::ALL.map(RuleSet::name).join(", ");
-        value_error(format_args!("expected one of {names}, found {name:?}"))
-    })
-}
-
 /// Returns a bundled strategy, or the program of a command.
 fn mouse((name, text): (&str, String)) -> PyResult<ComparedMouse> {
     let strategy = text.parse().map(ComparedMouse::Bundled);
@@ -177,7 +169,7 @@ fn run_function(
     maze: &Py<PyMaze>,
     max_states: u32,
 ) -> PyResult<SearchFigures> {
-    let initializer = Simulator::initializer(maze.clone_ref(py), Some(max_states as usize));
+    let initializer = PySimulator::initializer(maze.clone_ref(py), Some(max_states as usize));
     let simulator = Bound::new(py, initializer)?;
     let error = match mouse.call1((&simulator,)) {
         Err(error) if !error.is_instance_of::<PyException>(py) => return Err(error),
@@ -232,13 +224,4 @@ pub(crate) fn trial(
         TrialTables::run(&tables, &mazes, &RunContext { must_stop, shows_stderr: false })
     })?;
     to_python(py, &trials.map(|trials| trials.rows()))
-}
-
-/// Converts a value with the keys of its JSON form.
-pub(crate) fn to_python<'py>(
-    py: Python<'py>,
-    value: &impl Serialize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let json = serde_json::to_string(value).map_err(value_error)?;
-    py.import("json")?.call_method1("loads", (json,))
 }

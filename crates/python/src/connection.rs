@@ -12,8 +12,8 @@ use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 
 use crate::annotation::{Pending, printable};
+use crate::convert::{coordinate, heading, pose, to_pose, to_walls};
 use crate::error::{Refused, SimulatorError, run_error, value_error};
-use crate::geometry::{coordinate, heading, pose, to_pose, to_walls};
 use crate::grid::Bytes;
 use crate::known::{PyKnownMaze, flags};
 use crate::socket::Socket;
@@ -23,8 +23,8 @@ use crate::socket::Socket;
 /// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
 /// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
 /// `Refused`, the annotations that the simulator has not accepted are dropped.
-#[pyclass(subclass, frozen, module = "micromouse_sim")]
-pub(crate) struct Connection {
+#[pyclass(subclass, frozen, name = "Connection", module = "micromouse_sim")]
+pub(crate) struct PyConnection {
     backend: Backend,
     pending: Pending,
     /// Whether annotations are sent. Not set if the simulator must be asked whether it knows them.
@@ -118,7 +118,7 @@ fn is_ok(reply: Reply<'_>) -> Option<()> {
     (reply == Reply::Ok).then_some(())
 }
 
-impl Connection {
+impl PyConnection {
     /// Creates a connection. Without `annotations`, the simulator is asked whether it knows them.
     pub(crate) fn new(backend: Backend, annotations: Option<bool>) -> Self {
         let annotations = annotations.map_or_else(OnceLock::new, OnceLock::from);
@@ -168,7 +168,7 @@ impl Connection {
 }
 
 #[pymethods]
-impl Connection {
+impl PyConnection {
     /// The pose in which a mouse starts. A `Client` asks `mmsim` for it with `info`.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

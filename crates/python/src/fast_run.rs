@@ -1,20 +1,20 @@
 //! The class `FastRun`: the fastest run of a vehicle through a maze.
 
 use mmsim_drawing::{DrivenPath, Scene};
-use mmsim_fastrun::{LoadVehicleError, Planner, Trajectory, Vehicle};
+use mmsim_fastrun::{FastRun, LoadVehicleError, Planner, Trajectory, Vehicle};
 use mmsim_maze::{Cell, Maze};
 use pyo3::prelude::*;
 
 use crate::error::{SearchError, io_error, value_error};
 
 /// The fastest run of a vehicle through a maze, from rest to rest.
-#[pyclass(frozen, module = "micromouse_sim")]
-pub(crate) struct FastRun {
+#[pyclass(frozen, name = "FastRun", module = "micromouse_sim")]
+pub(crate) struct PyFastRun {
     maze: Maze,
     /// The name of the vehicle.
     #[pyo3(get)]
     vehicle: String,
-    run: mmsim_fastrun::FastRun,
+    run: FastRun,
     trajectory: Trajectory,
 }
 
@@ -26,7 +26,7 @@ pub(crate) fn vehicle(text: &str) -> PyResult<Vehicle> {
     })
 }
 
-impl FastRun {
+impl PyFastRun {
     /// Plans the fastest run of a vehicle.
     pub(crate) fn plan(py: Python<'_>, maze: &Maze, vehicle: &str) -> PyResult<Self> {
         let vehicle = self::vehicle(vehicle)?;
@@ -46,7 +46,7 @@ impl FastRun {
 }
 
 #[pymethods]
-impl FastRun {
+impl PyFastRun {
     /// The time in seconds.
     #[getter]
     fn time(&self) -> f64 {

@@ -7,16 +7,15 @@ use std::sync::{Arc, Mutex};
 use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
 use mmsim_protocol::State;
-use mmsim_recording::{Integrity, OpenError, ReadError, Recording};
+use mmsim_recording::{History, Integrity, OpenError, ReadError, Recording};
 use numpy::PyArray2;
 use pyo3::exceptions::{PyIndexError, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PySlice, PySliceMethods};
 
-use crate::compare::to_python;
 use crate::connection::{Simulated, lock};
+use crate::convert::{to_pose, to_python};
 use crate::error::{RecordingError, io_error, type_error, value_error};
-use crate::geometry::to_pose;
 use crate::grid::to_array;
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
@@ -30,8 +29,8 @@ pub(crate) struct SearchedMaze {
 }
 
 /// The states that a mouse has reported, from the oldest to the newest.
-#[pyclass(frozen, sequence, module = "micromouse_sim")]
-pub(crate) struct History {
+#[pyclass(frozen, sequence, name = "History", module = "micromouse_sim")]
+pub(crate) struct PyHistory {
     pub(crate) states: StateSource,
     pub(crate) maze: Arc<SearchedMaze>,
 }
@@ -43,16 +42,12 @@ pub(crate) enum StateSource {
     /// The states in a file.
     Recording(Arc<Recording>),
     /// The states of a search that has ended.
-    Search(Arc<mmsim_recording::History>),
+    Search(Arc<History>),
 }
 
-impl History {
+impl PyHistory {
     /// Calls a function with the states.
-    fn read<R>(
-        &self,
-        py: Python<'_>,
-        read: impl FnOnce(&mmsim_recording::History) -> R,
-    ) -> PyResult<R> {
+    fn read<R>(&self, py: Python<'_>, read: impl FnOnce(&History) -> R) -> PyResult<R> {
         Ok(match &self.states {
             StateSource::Simulator(simulated) => read(lock(simulated, py)?.simulation.history()),
             StateSource::Recording(recording) => read(recording.history()),
@@ -60,8 +55,8 @@ impl History {
         })
     }
 
-    fn state(&self, index: usize, bytes: Vec<u8>) -> HistoryState {
-        HistoryState { index, bytes, maze: Arc::clone(&self.maze) }
+    fn state(&self, index: usize, bytes: Vec<u8>) -> PyState {
+        PyState { index, bytes, maze: Arc::clone(&self.maze) }
     }
 
     /// Creates a list of the states with these indices.
@@ -85,9 +80,9 @@ impl History {
 }
 
 #[pymethods]
-impl History {
+impl PyHistory {
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py, mmsim_recording::History::len)
+        self.read(py, History::len)
     }
 
     fn __getitem__<'py>(
@@ -129,7 +124,7 @@ impl History {
 
 /// A state: the pose of a mouse, its weights and its map. States with the same bytes are equal.
 #[pyclass(frozen, name = "State", module = "micromouse_sim")]
-pub(crate) struct HistoryState {
+pub(crate) struct PyState {
     /// The number of states before this one.
     #[pyo3(get)]
     pub(crate) index: usize,
@@ -137,7 +132,7 @@ pub(crate) struct HistoryState {
     pub(crate) maze: Arc<SearchedMaze>,
 }
 
-impl HistoryState {
+impl PyState {
     fn decode(&self) -> PyResult<State<'_>> {
         State::decode(&self.bytes, self.maze.unexplored.size()).map_err(value_error)
     }
@@ -149,7 +144,7 @@ impl HistoryState {
 }
 
 #[pymethods]
-impl HistoryState {
+impl PyState {
     /// The bytes of the message S.
     #[getter]
     fn bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
@@ -233,9 +228,9 @@ impl PyRecording {
 
     /// The states.
     #[getter]
-    fn states(&self) -> History {
+    fn states(&self) -> PyHistory {
         let states = StateSource::Recording(Arc::clone(&self.recording));
-        History { states, maze: Arc::clone(&self.searched) }
+        PyHistory { states, maze: Arc::clone(&self.searched) }
     }
 
     /// The reply of the simulator to `info`.

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyList, PyTuple};
 
+use crate::convert::{self, cell, cells, coordinate, heading, inside, pose, to_cells, to_pose};
 use crate::error::{Contradiction, Error, type_error, value_error};
-use crate::geometry::{self, cell, cells, coordinate, heading, inside, pose, to_cells, to_pose};
 use crate::grid::{columns, from_columns, to_distances};
 use crate::maze::PyMaze;
 
@@ -66,7 +66,7 @@ impl PyKnownMaze {
         goals: Option<&Bound<'_, PyAny>>,
         start: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let size = size.map_or(Ok(MazeSize::CLASSIC), geometry::size)?;
+        let size = size.map_or(Ok(MazeSize::CLASSIC), convert::size)?;
         let start = start.map_or(Ok(Cell::new(0, 0)), cell)?;
         let goals = goals.map_or_else(|| Ok(size.central_cells()), |goals| cells(goals, size))?;
         if goals.is_empty() {
@@ -138,7 +138,7 @@ impl PyKnownMaze {
         heading: &Bound<'_, PyAny>,
         walls: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let (pose, walls) = (pose(x, y, heading)?, geometry::walls(walls)?);
+        let (pose, walls) = (pose(x, y, heading)?, convert::walls(walls)?);
         let mut map = self.lock(py)?;
         inside(map.size(), pose.cell)?;
         map.observe(pose, walls).map_err(|error| Contradiction::new_err(error.to_string()))
@@ -200,11 +200,8 @@ impl PyKnownMaze {
             inside(map.size(), pose.cell)?;
             open_steps(&map, pose).filter_map(|(step, _)| pose.after(step)).collect()
         };
-        let poses = PyList::empty(py);
-        for pose in next {
-            poses.append(to_pose(py, pose)?)?;
-        }
-        Ok(poses)
+        let poses = next.into_iter().map(|pose| to_pose(py, pose));
+        PyList::new(py, poses.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// The distance from the start to the goal if all unknown walls are open.

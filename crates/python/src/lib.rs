@@ -15,9 +15,9 @@ mod annotation;
 mod client;
 mod compare;
 mod connection;
+mod convert;
 mod error;
 mod fast_run;
-mod geometry;
 mod grid;
 mod history;
 mod known;
@@ -33,27 +33,19 @@ mod strategy;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::client::Client;
-    #[pymodule_export]
-    use crate::compare::{compare, load_folder, trial};
-    #[pymodule_export]
-    use crate::connection::Connection;
-    #[pymodule_export]
-    use crate::fast_run::FastRun;
-    #[pymodule_export]
-    use crate::history::{History, HistoryState, PyRecording, load_recording};
-    #[pymodule_export]
-    use crate::known::{PyKnownMaze, flood};
-    #[pymodule_export]
-    use crate::maze::{PyMaze, bundled_mazes};
-    #[pymodule_export]
-    use crate::search::{Search, search};
-    #[pymodule_export]
-    use crate::search_env::SearchBatch;
-    #[pymodule_export]
-    use crate::simulator::Simulator;
-    #[pymodule_export]
-    use crate::strategy::PyStrategy;
+    use crate::{
+        client::PyClient,
+        compare::{compare, load_folder, trial},
+        connection::PyConnection,
+        fast_run::PyFastRun,
+        history::{PyHistory, PyRecording, PyState, load_recording},
+        known::{PyKnownMaze, flood},
+        maze::{PyMaze, bundled_mazes},
+        search::{PySearch, search},
+        search_env::SearchBatch,
+        simulator::PySimulator,
+        strategy::PyStrategy,
+    };
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {

@@ -15,9 +15,9 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString, PyTuple};
 
+use crate::convert::{coordinate, heading, inside, named, number, size, to_cells, to_pose};
 use crate::error::{io_error, maze_error, read_error, type_error, value_error};
-use crate::fast_run::FastRun;
-use crate::geometry::{coordinate, heading, inside, number, size, to_cells, to_pose};
+use crate::fast_run::PyFastRun;
 use crate::grid::{to_array, to_distances};
 
 /// A maze and its name. Mazes with the same cells, walls, start and goal are equal.
@@ -52,14 +52,6 @@ impl PyMaze {
     fn size(&self) -> MazeSize {
         self.maze.size()
     }
-}
-
-/// Reads the name of a style of generated mazes.
-pub(crate) fn style(name: &str) -> PyResult<Style> {
-    Style::ALL.iter().copied().find(|style| style.name() == name).ok_or_else(|| {
-        let names: Vec<_> = Style::ALL.iter().map(|style| style.name()).collect();
-        value_error(format_args!("expected one of {}, found {name:?}", names.join(", ")))
-    })
 }
 
 #[pymethods]
@@ -109,7 +101,7 @@ impl PyMaze {
         style: &str,
     ) -> PyResult<Self> {
         let size = size.map_or(Ok(MazeSize::CLASSIC), self::size)?;
-        let style = self::style(style)?;
+        let style = named(Style::ALL, Style::name, style)?;
         let seed = seed.map_or_else(|| Ok(random_seed()), number)?;
         let maze = py.detach(|| generate(size, seed, style));
         Ok(Self { path: PathBuf::new(), name: format!("{style}-{size}-{seed}"), maze })
@@ -207,8 +199,8 @@ impl PyMaze {
     /// `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file.
     /// Raises `SearchError` if the goal is unreachable.
     #[pyo3(signature = (vehicle = "ares"))]
-    fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<FastRun> {
-        FastRun::plan(py, &self.maze, vehicle)
+    fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<PyFastRun> {
+        PyFastRun::plan(py, &self.maze, vehicle)
     }
 
     fn _repr_svg_(&self) -> String {

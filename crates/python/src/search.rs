@@ -9,24 +9,25 @@ use mmsim_client::{
 };
 use mmsim_maze::KnownMaze;
 use mmsim_protocol::State;
+use mmsim_recording::History;
 use mmsim_run::Goal;
 use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::animation::{self, Frame};
+use crate::animation::{self, AnimatedState};
 use crate::connection::lock;
+use crate::convert::limit;
 use crate::error::{Error, run_error, type_error, value_error};
-use crate::geometry::limit;
-use crate::history::{History, HistoryState, SearchedMaze, StateSource};
+use crate::history::{PyHistory, PyState, SearchedMaze, StateSource};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 use crate::signals;
-use crate::simulator::Simulator;
+use crate::simulator::PySimulator;
 
 /// The search of a bundled strategy. A notebook shows it as an animation.
-#[pyclass(frozen, module = "micromouse_sim")]
-pub(crate) struct Search {
+#[pyclass(frozen, name = "Search", module = "micromouse_sim")]
+pub(crate) struct PySearch {
     /// The true maze.
     #[pyo3(get)]
     maze: Py<PyMaze>,
@@ -38,7 +39,7 @@ pub(crate) struct Search {
     /// The reason why the strategy could not continue.
     #[pyo3(get)]
     error: Option<String>,
-    history: Arc<mmsim_recording::History>,
+    history: Arc<History>,
     searched: Arc<SearchedMaze>,
 }
 
@@ -50,12 +51,12 @@ pub(crate) fn search(
     maze: &Bound<'_, PyAny>,
     strategy: &str,
     max_states: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Search> {
+) -> PyResult<PySearch> {
     let strategy: BundledStrategy = strategy.parse().map_err(value_error)?;
-    let simulator = if let Ok(simulator) = maze.cast::<Simulator>() {
+    let simulator = if let Ok(simulator) = maze.cast::<PySimulator>() {
         simulator.clone()
     } else if let Ok(maze) = maze.cast::<PyMaze>() {
-        Bound::new(py, Simulator::initializer(maze.clone().unbind(), None))?
+        Bound::new(py, PySimulator::initializer(maze.clone().unbind(), None))?
     } else {
         return Err(type_error("a Maze or a Simulator", maze));
     };
@@ -65,17 +66,17 @@ pub(crate) fn search(
 
 /// Runs a strategy in a simulator, and copies the states. Checks for signals in the meantime.
 fn simulate(
-    simulator: &Bound<'_, Simulator>,
+    simulator: &Bound<'_, PySimulator>,
     strategy: BundledStrategy,
     max_states: u32,
-) -> PyResult<Search> {
+) -> PyResult<PySearch> {
     let py = simulator.py();
-    let Simulator { maze, searched, simulated } = simulator.get();
+    let PySimulator { maze, searched, simulated } = simulator.get();
     let unexplored = &searched.unexplored;
     // A simulation that is locked here must be free of earlier failures.
     drop(lock(simulated, py)?);
     let (run, error, known, history) = py.detach(|| {
-        let mut history = mmsim_recording::History::new(unexplored.size());
+        let mut history = History::new(unexplored.size());
         let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
             // The lock is free again before Python code runs.
             let Ok(mut simulated) = simulated.lock() else {
@@ -110,17 +111,17 @@ fn simulate(
         Ok((run, error, mouse.map().clone(), Arc::new(history)))
     })?;
     let (maze, searched) = (maze.clone_ref(py), Arc::clone(searched));
-    Ok(Search { maze, strategy: strategy.name(), run, known, error, history, searched })
+    Ok(PySearch { maze, strategy: strategy.name(), run, known, error, history, searched })
 }
 
-impl Search {
+impl PySearch {
     fn bounds(&self) -> PathBounds {
         PathBounds::new(&self.known)
     }
 }
 
 #[pymethods]
-impl Search {
+impl PySearch {
     /// True if the mouse has entered a goal cell.
     #[getter]
     fn goal_reached(&self) -> bool {
@@ -188,9 +189,9 @@ impl Search {
 
     /// The states that the mouse has reported.
     #[getter]
-    fn states(&self) -> History {
+    fn states(&self) -> PyHistory {
         let states = StateSource::Search(Arc::clone(&self.history));
-        History { states, maze: Arc::clone(&self.searched) }
+        PyHistory { states, maze: Arc::clone(&self.searched) }
     }
 
     fn __repr__(&self) -> String {
@@ -204,7 +205,7 @@ impl Search {
         let index = self.history.len().saturating_sub(1);
         let bytes = self.history.get(index);
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
-        HistoryState { index, bytes, maze: Arc::clone(&self.searched) }.svg()
+        PyState { index, bytes, maze: Arc::clone(&self.searched) }.svg()
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
@@ -216,7 +217,9 @@ impl Search {
         let mut frames = Vec::with_capacity(self.history.len());
         for index in 0..self.history.len() {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
-            frames.push(Frame::new(&State::decode(bytes, truth.size()).map_err(value_error)?));
+            frames.push(AnimatedState::new(
+                &State::decode(bytes, truth.size()).map_err(value_error)?,
+            ));
         }
         Ok(animation::html(truth, &frames))
     }

@@ -12,11 +12,11 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
+use crate::convert::{self, named};
 use crate::error::value_error;
-use crate::geometry;
 use crate::grid::columns;
 use crate::known::PyKnownMaze;
-use crate::maze::{PyMaze, style};
+use crate::maze::PyMaze;
 use crate::signals;
 
 /// The maximum number of environments in a batch. Each one takes a few kilobytes.
@@ -72,10 +72,10 @@ impl SearchBatch {
         let (pool, size) = if let Some(mazes) = mazes {
             listed(mazes.iter().map(|maze| maze.maze.clone()).collect())?
         } else {
-            let size = geometry::size(size)?;
-            (MazePool::Generated(size, self::style(style)?), size)
+            let size = convert::size(size)?;
+            (MazePool::Generated(size, named(Style::ALL, Style::name, style)?), size)
         };
-        let max_steps = geometry::limit(max_steps)?.unwrap_or_else(|| 4 * geometry::area(size));
+        let max_steps = convert::limit(max_steps)?.unwrap_or_else(|| 4 * convert::area(size));
         if max_steps == 0 {
             return Err(value_error("expected at least one step in max_steps, found 0"));
         }

@@ -10,16 +10,16 @@ use mmsim_recording::{Block, save};
 use mmsim_server::Simulation;
 use pyo3::prelude::*;
 
-use crate::connection::{Backend, Connection, Simulated, lock};
+use crate::connection::{Backend, PyConnection, Simulated, lock};
+use crate::convert::limit;
 use crate::error::io_error;
-use crate::geometry::limit;
-use crate::history::{History, SearchedMaze, StateSource};
+use crate::history::{PyHistory, SearchedMaze, StateSource};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 
 /// A simulation in this process, with the rules and messages of `mmsim`.
-#[pyclass(extends = Connection, frozen, module = "micromouse_sim")]
-pub(crate) struct Simulator {
+#[pyclass(extends = PyConnection, frozen, name = "Simulator", module = "micromouse_sim")]
+pub(crate) struct PySimulator {
     /// The true maze.
     #[pyo3(get)]
     pub(crate) maze: Py<PyMaze>,
@@ -27,7 +27,7 @@ pub(crate) struct Simulator {
     pub(crate) simulated: Arc<Mutex<Simulated>>,
 }
 
-impl Simulator {
+impl PySimulator {
     /// Creates the simulation of a maze.
     pub(crate) fn initializer(
         maze: Py<PyMaze>,
@@ -38,13 +38,13 @@ impl Simulator {
         let searched = Arc::new(SearchedMaze { unexplored, truth: Some(truth.clone()) });
         let simulation = Simulation::new(name, truth.clone());
         let simulated = Arc::new(Mutex::new(Simulated::new(simulation, max_states)));
-        let connection = Connection::new(Backend::Process(Arc::clone(&simulated)), Some(true));
+        let connection = PyConnection::new(Backend::Process(Arc::clone(&simulated)), Some(true));
         PyClassInitializer::from(connection).add_subclass(Self { maze, searched, simulated })
     }
 }
 
 #[pymethods]
-impl Simulator {
+impl PySimulator {
     #[new]
     #[pyo3(signature = (maze, max_states = None))]
     fn new(
@@ -62,9 +62,9 @@ impl Simulator {
 
     /// The states since the last reset. They change while the mouse runs.
     #[getter]
-    fn history(&self) -> History {
+    fn history(&self) -> PyHistory {
         let states = StateSource::Simulator(Arc::clone(&self.simulated));
-        History { states, maze: Arc::clone(&self.searched) }
+        PyHistory { states, maze: Arc::clone(&self.searched) }
     }
 
     /// Writes the states to a recording, which `mmsim replay` shows.

@@ -8,12 +8,12 @@ use mmsim_client::TransportError;
 use mmsim_zmtp::{Endpoint, EndpointError, ReqClient};
 use pyo3::prelude::*;
 
-use crate::error::{NoReply, SimulatorError};
+use crate::error::{NoReply, run_error};
 use crate::signals;
 
 /// A socket that several threads may use.
 pub(crate) struct Socket {
-    endpoint: String,
+    pub(crate) endpoint: String,
     address: Endpoint,
     /// The limit for each reply, or `None` for no limit.
     timeout: Option<Duration>,
@@ -42,10 +42,6 @@ impl Socket {
         Ok(Self { endpoint, address, timeout, idle })
     }
 
-    pub(crate) fn endpoint(&self) -> &str {
-        &self.endpoint
-    }
-
     /// Sends a request and returns the reply. A signal handler that raises an exception ends the
     /// wait. After an error, the next request uses a new connection.
     pub(crate) fn exchange(&self, py: Python<'_>, request: &[u8]) -> PyResult<Vec<u8>> {
@@ -72,7 +68,7 @@ impl Socket {
         };
         if frames != 1 {
             let endpoint = self.endpoint.clone();
-            return Err(simulator_error(&TransportError::Frames { endpoint, found: frames }));
+            return Err(run_error(TransportError::Frames { endpoint, found: frames }.into()));
         }
         *self.idle.lock().unwrap_or_else(PoisonError::into_inner) = Some(connected);
         Ok(reply)
@@ -90,15 +86,11 @@ impl Socket {
 
     fn disconnected(&self, reason: &impl ToString) -> PyErr {
         let (endpoint, reason) = (self.endpoint.clone(), reason.to_string());
-        simulator_error(&TransportError::Disconnected { endpoint, reason })
+        run_error(TransportError::Disconnected { endpoint, reason }.into())
     }
 }
 
 fn failed(endpoint: &str, reason: &impl ToString) -> PyErr {
     let (endpoint, reason) = (endpoint.into(), reason.to_string());
-    simulator_error(&TransportError::Failed { endpoint, reason })
-}
-
-fn simulator_error(error: &TransportError) -> PyErr {
-    SimulatorError::new_err(error.to_string())
+    run_error(TransportError::Failed { endpoint, reason }.into())
 }

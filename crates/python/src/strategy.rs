@@ -8,8 +8,8 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
+use crate::convert::{inside, pose, to_pose};
 use crate::error::{Error, SearchError, value_error};
-use crate::geometry::{inside, pose, to_pose};
 use crate::grid::{UNREACHABLE, columns, from_columns};
 use crate::known::PyKnownMaze;
 
@@ -17,10 +17,10 @@ use crate::known::PyKnownMaze;
 #[pyclass(frozen, name = "Strategy", module = "micromouse_sim")]
 pub(crate) struct PyStrategy {
     kind: BundledStrategy,
-    search: Mutex<Search>,
+    search: Mutex<CurrentSearch>,
 }
 
-struct Search {
+struct CurrentSearch {
     strategy: Box<dyn Strategy + Send>,
     /// The size and the goal of the first map. A strategy searches only one maze.
     maze: Option<(MazeSize, CellSet)>,
@@ -31,7 +31,7 @@ impl PyStrategy {
     #[new]
     fn new(name: &str) -> PyResult<Self> {
         let kind: BundledStrategy = name.parse().map_err(value_error)?;
-        let search = Search { strategy: kind.strategy(), maze: None };
+        let search = CurrentSearch { strategy: kind.strategy(), maze: None };
         Ok(Self { kind, search: Mutex::new(search) })
     }
 
@@ -57,7 +57,7 @@ impl PyStrategy {
         inside(map.size(), pose.cell)?;
         let decision = py.detach(|| {
             let mut search = self.search.lock().map_err(|_| failed())?;
-            let Search { strategy, maze } = &mut *search;
+            let CurrentSearch { strategy, maze } = &mut *search;
             if *maze.get_or_insert((map.size(), *map.goals())) != (map.size(), *map.goals()) {
                 let message = "a strategy searches one maze (create a Strategy for each search)";
                 return Err(value_error(message));

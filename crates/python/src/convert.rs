@@ -1,11 +1,11 @@
-//! Conversions between the types of the crate `mmsim-maze` and Python's `Heading`, `Pose` and
-//! `Walls`.
+//! Conversions of arguments from Python, and of results to Python.
 
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Pose, WallsAround};
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyString, PyTuple};
+use serde::Serialize;
 
 use crate::error::{type_error, value_error};
 
@@ -17,7 +17,7 @@ struct Types {
     headings: [Py<PyAny>; 4],
     pose: Py<PyAny>,
     /// All values of `Walls`, by [`walls_index`].
-    walls: [Py<PyAny>; 8],
+    walls: Vec<Py<PyAny>>,
 }
 
 static TYPES: PyOnceLock<Types> = PyOnceLock::new();
@@ -35,13 +35,11 @@ impl Types {
         let [north, east, south, west] = &letters;
         let member = |letter| PyResult::Ok(heading.call1((letter,))?.unbind());
         let headings = [member(north)?, member(east)?, member(south)?, member(west)?];
-        let mut values = [const { None }; 8];
-        for [left, front, right] in (0..8).map(|bits| [0, 1, 2].map(|bit| bits >> bit & 1 == 1)) {
-            let around = WallsAround { left, front, right };
-            values[walls_index(around)] = Some(walls.call1((left, front, right))?.unbind());
-        }
-        let none = || py.None();
-        let walls = values.map(|value| value.unwrap_or_else(none));
+        let values = (0..8).map(|index| {
+            let [left, front, right] = [0, 1, 2].map(|bit| index >> bit & 1 == 1);
+            Ok(walls.call1((left, front, right))?.unbind())
+        });
+        let walls = values.collect::<PyResult<_>>()?;
         let letters = letters.map(Bound::unbind);
         Ok(Self { letters, headings, pose: module.getattr("Pose")?.unbind(), walls })
     }
@@ -63,12 +61,27 @@ pub(crate) fn heading(value: &Bound<'_, PyAny>) -> PyResult<Heading> {
     }
     let Ok(text) = value.cast::<PyString>() else { return Err(type_error("a heading", value)) };
     let text = text.to_cow()?;
-    let mut letters = text.chars();
-    letters
-        .next()
+    letter(&text)
         .and_then(Heading::from_letter)
-        .filter(|_| letters.next().is_none())
         .ok_or_else(|| value_error(format_args!("expected N, E, S or W, found {text:?}")))
+}
+
+/// Returns the letter of a text with only one.
+pub(crate) fn letter(text: &str) -> Option<char> {
+    let mut letters = text.chars();
+    letters.next().filter(|_| letters.next().is_none())
+}
+
+/// Finds the value with this name.
+pub(crate) fn named<T: Copy>(
+    values: &[T],
+    name_of: fn(T) -> &'static str,
+    name: &str,
+) -> PyResult<T> {
+    values.iter().copied().find(|&value| name_of(value) == name).ok_or_else(|| {
+        let names: Vec<_> = values.iter().copied().map(name_of).collect();
+        value_error(format_args!("expected one of {}, found {name:?}", names.join(", ")))
+    })
 }
 
 /// Reads a coordinate of a cell.
@@ -195,4 +208,13 @@ pub(crate) fn walls(value: &Bound<'_, PyAny>) -> PyResult<WallsAround> {
 pub(crate) fn to_cells(py: Python<'_>, cells: &CellSet) -> PyResult<Py<PyTuple>> {
     let cells: Vec<(u8, u8)> = cells.iter().map(|cell| (cell.x, cell.y)).collect();
     Ok(PyTuple::new(py, cells)?.unbind())
+}
+
+/// Converts a value with the keys of its JSON form.
+pub(crate) fn to_python<'py>(
+    py: Python<'py>,
+    value: &impl Serialize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let json = serde_json::to_string(value).map_err(value_error)?;
+    py.import("json")?.call_method1("loads", (json,))
 }
