@@ -29,10 +29,10 @@ impl AnimatedState {
 }
 
 /// Returns the animation of these states. Where scripts are disabled, it shows the last state.
-pub(crate) fn html(maze: &Maze, frames: &[AnimatedState]) -> String {
+pub(crate) fn html(maze: &Maze, states: &[AnimatedState]) -> String {
     // The identifier must be unique in the page, which may contain the output of several sessions.
     let id = format!("micromouse-{:016x}", RandomState::new().hash_one(()));
-    let (picture, data) = (picture(maze, frames), data(maze, frames));
+    let (picture, data) = (picture(maze, states), data(maze, states));
     format!(
         "<div id=\"{id}\">{picture}</div>\n\
          <script>({SCRIPT})(document.getElementById(\"{id}\"), {data});</script>\n",
@@ -42,11 +42,11 @@ pub(crate) fn html(maze: &Maze, frames: &[AnimatedState]) -> String {
 
 /// Draws the known walls of the last state and the path of the mouse, without numbers, as an SVG of
 /// a few kilobytes.
-fn picture(maze: &Maze, frames: &[AnimatedState]) -> String {
+fn picture(maze: &Maze, states: &[AnimatedState]) -> String {
     let size = maze.size();
     let (width, height) = (CELL * i32::from(size.width()), CELL * i32::from(size.height()));
     let corner = |cell: Cell| (CELL * i32::from(cell.x), height - CELL - CELL * i32::from(cell.y));
-    let last = frames.last();
+    let last = states.last();
     let is_known = |cell: Cell, heading| {
         let flags = |cell| last.and_then(|last| last.cells.get(size.index(cell)?));
         let has =
@@ -67,8 +67,8 @@ fn picture(maze: &Maze, frames: &[AnimatedState]) -> String {
             unknown += &line;
         }
     }
-    let centres = frames.iter().map(|frame| {
-        let (left, top) = corner(frame.pose.cell);
+    let centres = states.iter().map(|state| {
+        let (left, top) = corner(state.pose.cell);
         format!("{} {}", left + CELL / 2, top + CELL / 2)
     });
     let trail: Vec<String> = centres.collect();
@@ -86,12 +86,12 @@ fn picture(maze: &Maze, frames: &[AnimatedState]) -> String {
 
 /// Returns the states as JSON. A number of a cell has two digits in base 36. Each state lists the
 /// cells that it changes, each with its new weight and flags.
-fn data(maze: &Maze, frames: &[AnimatedState]) -> String {
+fn data(maze: &Maze, states: &[AnimatedState]) -> String {
     let size = maze.size();
     let mut poses = String::new();
     let mut changes: Vec<String> = Vec::new();
     let mut before = vec![[0; 2]; size.area()];
-    for AnimatedState { pose: Pose { cell, heading }, cells } in frames {
+    for AnimatedState { pose: Pose { cell, heading }, cells } in states {
         push_digits(&mut poses, size.index(*cell).unwrap_or(0));
         poses.push(heading.letter());
         let mut text = String::new();

@@ -64,7 +64,7 @@ pub(crate) struct Competition<'py> {
 
 /// The row of a search.
 #[derive(Serialize)]
-struct Row<'a> {
+struct MouseSearchRow<'a> {
     strategy: &'a str,
     #[serde(flatten)]
     search: SearchRow,
@@ -96,11 +96,11 @@ pub(crate) fn compare<'py>(
     }
     let row = |(maze, mouse): (usize, usize)| {
         let search = SearchRow::new(&mazes[maze], figures[mouse][maze].clone());
-        Row { strategy: names[mouse], search }
+        MouseSearchRow { strategy: names[mouse], search }
     };
     let indices =
         (0..mazes.len()).flat_map(|maze| (0..names.len()).map(move |mouse| (maze, mouse)));
-    let rows: Vec<Row<'_>> = indices.map(row).collect();
+    let rows: Vec<MouseSearchRow<'_>> = indices.map(row).collect();
     to_python(py, &rows)
 }
 
@@ -169,7 +169,7 @@ fn run_function(
     maze: &Py<PyMaze>,
     max_states: u32,
 ) -> PyResult<SearchFigures> {
-    let initializer = PySimulator::initializer(maze.clone_ref(py), Some(max_states as usize));
+    let initializer = PySimulator::initializer(maze.clone_ref(py), Some(max_states));
     let simulator = Bound::new(py, initializer)?;
     let error = match mouse.call1((&simulator,)) {
         Err(error) if !error.is_instance_of::<PyException>(py) => return Err(error),

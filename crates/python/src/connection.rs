@@ -14,7 +14,7 @@ use pyo3::types::PyBytes;
 use crate::annotation::{Pending, printable};
 use crate::convert::{coordinate, heading, pose, to_pose, to_walls};
 use crate::error::{Refused, SimulatorError, run_error, value_error};
-use crate::grid::Bytes;
+use crate::grid::GridBytes;
 use crate::known::{PyKnownMaze, flags};
 use crate::socket::Socket;
 
@@ -49,12 +49,12 @@ pub(crate) struct Simulated {
 }
 
 impl Simulated {
-    pub(crate) fn new(simulation: Simulation, max_states: Option<usize>) -> Self {
+    pub(crate) fn new(simulation: Simulation, max_states: Option<u32>) -> Self {
         Self {
             simulation,
             times: Times::new(1),
             clock: Clock::start(),
-            max_states: max_states.unwrap_or(usize::MAX),
+            max_states: max_states.map_or(usize::MAX, |states| states as usize),
             reply: Vec::new(),
         }
     }
@@ -224,15 +224,15 @@ impl PyConnection {
         walls: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
         let pose = pose(x, y, heading)?;
-        let weights = Bytes::read("weights", weights)?;
+        let weights = GridBytes::read("weights", weights)?;
         let walls = match walls.cast::<PyKnownMaze>() {
             Ok(known) => {
                 let known = known.get().lock(py)?;
                 let [width, height] =
                     [known.size().width(), known.size().height()].map(usize::from);
-                Bytes { width, height, cells: flags(&known) }
+                GridBytes { width, height, cells: flags(&known) }
             }
-            Err(_) => Bytes::read("walls", walls)?,
+            Err(_) => GridBytes::read("walls", walls)?,
         };
         if let Backend::Process(simulated) = &self.backend {
             weights.check_size(lock(simulated, py)?.simulation.maze().size())?;

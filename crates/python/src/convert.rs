@@ -177,11 +177,6 @@ pub(crate) fn size(value: &Bound<'_, PyAny>) -> PyResult<MazeSize> {
     })
 }
 
-/// Returns the number of cells.
-pub(crate) fn area(size: MazeSize) -> u32 {
-    u32::from(size.width()) * u32::from(size.height())
-}
-
 /// Creates a `Pose`.
 pub(crate) fn to_pose(py: Python<'_>, pose: Pose) -> PyResult<Bound<'_, PyAny>> {
     let types = Types::get(py)?;

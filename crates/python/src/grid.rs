@@ -54,13 +54,13 @@ pub(crate) fn columns(size: MazeSize) -> impl Iterator<Item = Cell> {
 
 /// The bytes of a grid, column by column from the west, as in a state.
 #[derive(PartialEq, Eq)]
-pub(crate) struct Bytes {
+pub(crate) struct GridBytes {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) cells: Vec<u8>,
 }
 
-impl Bytes {
+impl GridBytes {
     /// Reads a two-dimensional array or nested sequences of integers. Integers above 255 become
     /// 255. Errors begin with the name of the argument.
     pub(crate) fn read(name: &str, grid: &Bound<'_, PyAny>) -> PyResult<Self> {

@@ -71,11 +71,7 @@ impl PyHistory {
             indices.map(state).collect::<Option<Vec<_>>>()
         })?;
         let states = states.ok_or_else(|| PyMemoryError::new_err("cannot read the states"))?;
-        let list = PyList::empty(py);
-        for (index, bytes) in states {
-            list.append(Bound::new(py, self.state(index, bytes))?)?;
-        }
-        Ok(list)
+        PyList::new(py, states.into_iter().map(|(index, bytes)| self.state(index, bytes)))
     }
 }
 

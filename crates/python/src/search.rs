@@ -214,13 +214,11 @@ impl PySearch {
         if self.history.is_empty() {
             return Err(Error::new_err("the search has no states"));
         }
-        let mut frames = Vec::with_capacity(self.history.len());
-        for index in 0..self.history.len() {
+        let states = (0..self.history.len()).map(|index| {
             let bytes = reader.get(index).ok_or_else(|| Error::new_err("cannot read a state"))?;
-            frames.push(AnimatedState::new(
-                &State::decode(bytes, truth.size()).map_err(value_error)?,
-            ));
-        }
-        Ok(animation::html(truth, &frames))
+            let state = State::decode(bytes, truth.size()).map_err(value_error)?;
+            Ok(AnimatedState::new(&state))
+        });
+        Ok(animation::html(truth, &states.collect::<PyResult<Vec<_>>>()?))
     }
 }

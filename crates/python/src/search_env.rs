@@ -75,7 +75,8 @@ impl SearchBatch {
             let size = convert::size(size)?;
             (MazePool::Generated(size, named(Style::ALL, Style::name, style)?), size)
         };
-        let max_steps = convert::limit(max_steps)?.unwrap_or_else(|| 4 * convert::area(size));
+        let default = || 4 * u32::from(size.width()) * u32::from(size.height());
+        let max_steps = convert::limit(max_steps)?.unwrap_or_else(default);
         if max_steps == 0 {
             return Err(value_error("expected at least one step in max_steps, found 0"));
         }

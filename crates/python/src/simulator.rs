@@ -31,7 +31,7 @@ impl PySimulator {
     /// Creates the simulation of a maze.
     pub(crate) fn initializer(
         maze: Py<PyMaze>,
-        max_states: Option<usize>,
+        max_states: Option<u32>,
     ) -> PyClassInitializer<Self> {
         let PyMaze { name, maze: truth, .. } = maze.get();
         let unexplored = KnownMaze::unexplored(truth);
@@ -51,8 +51,7 @@ impl PySimulator {
         maze: Py<PyMaze>,
         max_states: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let max_states = limit(max_states)?.map(|states| states as usize);
-        Ok(Self::initializer(maze, max_states))
+        Ok(Self::initializer(maze, limit(max_states)?))
     }
 
     /// Returns the map of a mouse that has not read any walls yet.

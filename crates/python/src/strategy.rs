@@ -16,7 +16,9 @@ use crate::known::PyKnownMaze;
 /// A bundled strategy during one search.
 #[pyclass(frozen, name = "Strategy", module = "micromouse_sim")]
 pub(crate) struct PyStrategy {
-    kind: BundledStrategy,
+    /// The name of the strategy.
+    #[pyo3(get)]
+    name: &'static str,
     search: Mutex<CurrentSearch>,
 }
 
@@ -32,13 +34,7 @@ impl PyStrategy {
     fn new(name: &str) -> PyResult<Self> {
         let kind: BundledStrategy = name.parse().map_err(value_error)?;
         let search = CurrentSearch { strategy: kind.strategy(), maze: None };
-        Ok(Self { kind, search: Mutex::new(search) })
-    }
-
-    /// The name of the strategy.
-    #[getter]
-    fn name(&self) -> &'static str {
-        self.kind.name()
+        Ok(Self { name: kind.name(), search: Mutex::new(search) })
     }
 
     /// Returns the pose after the next step, or None if the search is over.
@@ -80,7 +76,7 @@ impl PyStrategy {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Strategy {:?}>", self.kind.name())
+        format!("<Strategy {:?}>", self.name)
     }
 }
 
