@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from os import PathLike
-from types import TracebackType
-from typing import Any, Final, Literal, TypeVar, Union, final, overload
+from typing import Any, Final, Literal, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +18,8 @@ _Format = Literal["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"
 _Unknown = Literal["open", "closed"]
 _Bytes8 = npt.NDArray[np.uint8]
 _Distances = npt.NDArray[np.uint16]
-_ClientT = TypeVar("_ClientT", bound=Client)
+_Flags = npt.NDArray[np.bool_]
+_Observation = tuple[_Bytes8, _Bytes8, _Bytes8, npt.NDArray[np.int64]]
 
 __all__ = [
     "Client",
@@ -385,11 +385,8 @@ class Client(Connection):
     def close(self) -> None:
         """Closes the connection. A further request uses a new one."""
 
-    def __enter__(self: _ClientT) -> _ClientT: ...
-    def __exit__(
-        self,
-        *_error: type[BaseException] | BaseException | TracebackType | None,
-    ) -> None: ...
+    def __enter__(self) -> Client: ...
+    def __exit__(self, *_error: object) -> None: ...
 
 @final
 class History(Sequence[State]):
@@ -611,25 +608,19 @@ class SearchBatch:
     def step_one(self, action: int) -> tuple[float, bool, bool]:
         """Takes one action in the first environment."""
 
-    def step(
-        self, actions: npt.NDArray[np.int64]
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    def step(self, actions: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.float64], _Flags, _Flags]:
         """Takes one action in each environment, or begins a new episode where one is over."""
 
-    def observation(
-        self, index: int
-    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
+    def observation(self, index: int) -> _Observation:
         """Returns walls, openings, goals and the pose of one environment."""
 
-    def observations(
-        self,
-    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
+    def observations(self) -> _Observation:
         """Returns walls, openings, goals and poses of all environments."""
 
     def info(self, index: int) -> tuple[npt.NDArray[np.int8], bool]:
         """Returns the action mask of one environment, and whether its mouse was in the goal."""
 
-    def infos(self) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.bool_]]:
+    def infos(self) -> tuple[npt.NDArray[np.int8], _Flags]:
         """Returns the action masks of all environments, and whether each mouse was in the goal."""
 
     def maze(self, index: int) -> Maze:
