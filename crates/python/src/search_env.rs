@@ -49,8 +49,6 @@ pub(crate) struct SearchBatch {
     size: MazeSize,
     rules: EpisodeRules,
     envs: Vec<SearchEnv>,
-    /// True for each environment whose episode is over.
-    is_over: Vec<bool>,
 }
 
 #[pymethods]
@@ -92,7 +90,7 @@ impl SearchBatch {
             signals::check()?;
             envs.push(SearchEnv::new(&pool, seed));
         }
-        Ok(Self { pool, size, rules, envs, is_over: vec![false; count] })
+        Ok(Self { pool, size, rules, envs })
     }
 
     /// Width and height in cells.
@@ -103,15 +101,12 @@ impl SearchBatch {
 
     /// Begins a new episode. A seed also determines the mazes of later episodes.
     fn reset(&mut self, index: usize, seed: Option<u64>) -> PyResult<()> {
-        let Self { pool, envs, is_over, .. } = self;
-        let count = envs.len();
-        let (env, is_over) =
-            envs.get_mut(index).zip(is_over.get_mut(index)).ok_or_else(|| no_env(index, count))?;
+        let count = self.envs.len();
+        let env = self.envs.get_mut(index).ok_or_else(|| no_env(index, count))?;
         match seed {
-            Some(seed) => *env = SearchEnv::new(pool, seed),
-            None => env.reset(pool),
+            Some(seed) => *env = SearchEnv::new(&self.pool, seed),
+            None => env.reset(&self.pool),
         }
-        *is_over = false;
         Ok(())
     }
 
@@ -131,7 +126,7 @@ impl SearchBatch {
         actions: PyReadonlyArray1<'py, i64>,
     ) -> PyResult<Results<'py>> {
         let actions = actions.as_array();
-        let Self { pool, rules, envs, is_over, .. } = self;
+        let Self { pool, rules, envs, .. } = self;
         if actions.len() != envs.len() {
             let found = actions.len();
             return Err(value_error(format_args!(
@@ -142,18 +137,15 @@ impl SearchBatch {
         let quarters: Vec<u8> =
             actions.iter().map(|&action| quarters(action)).collect::<PyResult<_>>()?;
         let outcomes: Vec<Outcome> = py.detach(|| {
-            let envs = envs.iter_mut().zip(is_over).zip(quarters);
-            envs.map(|((env, is_over), quarters)| {
-                let outcome = if *is_over {
+            let step = |(env, quarters): (&mut SearchEnv, u8)| {
+                if env.is_over {
                     env.reset(pool);
                     Outcome::default()
                 } else {
                     env.act(quarters, *rules)
-                };
-                *is_over = outcome.is_terminated || outcome.is_truncated;
-                outcome
-            })
-            .collect()
+                }
+            };
+            envs.iter_mut().zip(quarters).map(step).collect()
         });
         let array = |flag: fn(&Outcome) -> bool| {
             outcomes.iter().map(flag).collect::<Array1<_>>().into_pyarray(py)
@@ -307,6 +299,8 @@ struct SearchEnv {
     steps: u32,
     is_goal_reached: bool,
     is_proven: bool,
+    /// True after the last action of the episode.
+    is_over: bool,
     /// The flags of each cell as in a state, in the order of [`columns`].
     walls: Vec<u8>,
     /// The sides of each cell that are known to be open, with the same flags.
@@ -328,6 +322,7 @@ impl SearchEnv {
             steps: 0,
             is_goal_reached: false,
             is_proven: false,
+            is_over: false,
             walls: Vec::new(),
             openings: Vec::new(),
             goals: Vec::new(),
@@ -345,7 +340,7 @@ impl SearchEnv {
     fn begin(&mut self) {
         self.known = KnownMaze::unexplored(&self.maze);
         self.pose = self.maze.start();
-        (self.steps, self.is_proven) = (0, false);
+        (self.steps, self.is_proven, self.is_over) = (0, false, false);
         let size = self.maze.size();
         self.walls.resize(size.area(), 0);
         self.openings.resize(size.area(), 0);
@@ -383,6 +378,7 @@ impl SearchEnv {
         }
         let is_terminated = if rules.until_proven { self.is_proven } else { self.is_goal_reached };
         let is_truncated = !is_terminated && self.steps >= rules.max_steps;
+        self.is_over = is_terminated || is_truncated;
         Outcome { reward, is_terminated, is_truncated }
     }
 
