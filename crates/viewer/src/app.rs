@@ -24,9 +24,11 @@ use crate::source::fast_runs::Vehicles;
 #[derive(Default)]
 pub struct ViewerConfig {
     pub(crate) live: Option<LiveServer>,
+    /// The folder whose recordings the page lists.
     pub(crate) recordings_dir: Option<PathBuf>,
-    pub(crate) mazes: Catalogue,
-    pub(crate) recordings: Vec<(String, Recording)>,
+    pub(crate) mazes: MazeList,
+    recordings: Vec<(String, Recording)>,
+    /// The memory limit for all open recordings.
     pub(crate) budget: Arc<MemoryBudget>,
     /// True if the live simulation is a two-run trial.
     pub(crate) is_trial: bool,
@@ -67,7 +69,7 @@ impl ViewerConfig {
 
     /// Sets the mazes that can be loaded from the page.
     pub fn with_mazes(self, mazes: Catalogue) -> Self {
-        Self { mazes, ..self }
+        Self { mazes: MazeList::new(mazes), ..self }
     }
 
     /// Sets the vehicles whose fast runs the page plays.
@@ -104,10 +106,8 @@ pub(crate) struct AppState {
     /// The ID of this server process. If the ID changes, a page knows that the server was
     /// restarted.
     pub(crate) server_id: String,
-    pub(crate) live: Option<LiveServer>,
-    /// The folder whose recordings the page lists.
-    pub(crate) recordings_dir: Option<PathBuf>,
-    pub(crate) mazes: MazeList,
+    /// What the viewer shows. Its recordings are in `recordings`.
+    pub(crate) config: ViewerConfig,
     pub(crate) limits: Limits,
     /// The queue for jobs that wait until a mouse has stopped. Each job has already stopped the
     /// mouse that it waits for, so a full queue delays no stop.
@@ -121,11 +121,6 @@ pub(crate) struct AppState {
     /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
-    /// True if the live simulation is a two-run trial.
-    pub(crate) is_trial: bool,
-    pub(crate) vehicles: Vehicles,
-    /// The memory limit for all open recordings.
-    pub(crate) budget: Arc<MemoryBudget>,
     recordings: Mutex<OpenRecordings>,
 }
 
@@ -136,19 +131,15 @@ struct OpenRecordings {
 }
 
 impl AppState {
-    pub(crate) fn new(config: ViewerConfig, limits: Limits) -> Self {
-        let ViewerConfig { live, recordings_dir, mazes, recordings, budget, is_trial, vehicles } =
-            config;
+    pub(crate) fn new(mut config: ViewerConfig, limits: Limits) -> Self {
         let mut open = OpenRecordings::default();
-        for (title, recording) in recordings {
+        for (title, recording) in std::mem::take(&mut config.recordings) {
             open.insert(&title, recording);
         }
         let queue = |kind, max_jobs| JobQueue::new(kind, max_jobs, limits.queue_time);
         Self {
             server_id: format!("{:x}", Timestamp::now().as_nanosecond()),
-            live,
-            recordings_dir,
-            mazes: MazeList::new(mazes),
+            config,
             limits,
             mouse_jobs: queue("mice", MAX_MOUSE_JOBS),
             run_jobs: queue("runs", MAX_RUN_JOBS),
@@ -156,21 +147,19 @@ impl AppState {
             exports: queue("exports", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
-            is_trial,
-            vehicles,
-            budget,
             recordings: Mutex::new(open),
         }
     }
 
     pub(crate) fn live(&self) -> ApiResult<&LiveServer> {
-        self.live.as_ref().ok_or_else(|| ApiError::not_found("no simulation is being served"))
+        let live = self.config.live.as_ref();
+        live.ok_or_else(|| ApiError::not_found("no simulation is being served"))
     }
 
     /// Returns the live simulation, unless it is a two-run trial.
     pub(crate) fn search(&self) -> ApiResult<&LiveServer> {
         let live = self.live()?;
-        if self.is_trial {
+        if self.config.is_trial {
             return Err(ApiError::conflict("not available during a two-run trial"));
         }
         Ok(live)
@@ -250,6 +239,7 @@ fn source_not_found(id: &str) -> ApiError {
 }
 
 /// A catalogue of mazes, with the size and shortest path length of each maze.
+#[derive(Default)]
 pub(crate) struct MazeList {
     catalogue: Catalogue,
     entries: OnceLock<Vec<MazeEntry>>,

@@ -84,7 +84,7 @@ async fn page_info(State(state): SharedState) -> Json<PageInfo> {
 }
 
 async fn list_mazes(State(state): SharedState) -> ApiResult<Response> {
-    run_blocking(move || Ok(Json(state.mazes.entries()).into_response())).await
+    run_blocking(move || Ok(Json(state.config.mazes.entries()).into_response())).await
 }
 
 #[derive(Deserialize)]
@@ -97,7 +97,7 @@ async fn maze_picture(
     Query(MazePath { path }): Query<MazePath>,
 ) -> ApiResult<Response> {
     run_blocking(move || {
-        let (_, maze) = state.mazes.read(&path)?;
+        let (_, maze) = state.config.mazes.read(&path)?;
         Ok(([(header::CONTENT_TYPE, SVG)], thumbnail(&maze)).into_response())
     })
     .await
@@ -119,7 +119,7 @@ async fn load_maze(
         .mouse_jobs
         .run(move |_| {
             let live = state.search()?;
-            let (name, maze) = state.mazes.read(&path)?;
+            let (name, maze) = state.config.mazes.read(&path)?;
             Ok(Json(RunNumber {
                 run: live.load_maze(&path, &name, maze, run, state.limits.stop_time)?,
             }))
@@ -132,7 +132,7 @@ async fn describe_source(
     Path(id): Path<String>,
 ) -> ApiResult<Json<SourceInfo>> {
     run_blocking(move || {
-        let live = state.live.as_ref().filter(|_| state.is_trial && id == "live");
+        let live = state.config.live.as_ref().filter(|_| state.config.is_trial && id == "live");
         let robot = live.and_then(|live| Some(live.control.own()?.name.clone()));
         Ok(Json(SourceInfo::new(id.clone(), &*state.source(&id)?, robot)?))
     })
@@ -210,7 +210,7 @@ async fn true_fast_runs(
     Path((id, vehicle)): Path<(String, String)>,
     Query(RunNumber { run }): Query<RunNumber>,
 ) -> ApiResult<Json<Vec<RouteRun>>> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
+    let (source, vehicle) = (state.source(&id)?, state.config.vehicles.find(&vehicle)?);
     state
         .run_jobs
         .run(move |_| {
@@ -227,7 +227,7 @@ async fn known_fast_run(
     Path((id, vehicle)): Path<(String, String)>,
     Query(StateQuery { run, at }): Query<StateQuery>,
 ) -> ApiResult<Json<RouteRun>> {
-    let (source, vehicle) = (state.source(&id)?, state.vehicles.find(&vehicle)?);
+    let (source, vehicle) = (state.source(&id)?, state.config.vehicles.find(&vehicle)?);
     state
         .run_jobs
         .run(move |_| Ok(Json(fast_runs::over_known_walls(&source, run, at, &vehicle)?)))
@@ -286,7 +286,13 @@ async fn export_page(
         .exports
         .run(move |cancel| {
             let source = state.source(&id)?;
-            let file = export::to_file(&source, run, &state.vehicles, &state.budget, cancel)?;
+            let file = export::to_file(
+                &source,
+                run,
+                &state.config.vehicles,
+                &state.config.budget,
+                cancel,
+            )?;
             // A browser must never show the page as a page of this server.
             download(&source, run, "html", BINARY, read_stream(file))
         })

@@ -55,19 +55,20 @@ struct StrategyInfo {
 
 impl PageInfo {
     pub(crate) fn new(state: &AppState) -> Self {
+        let ViewerConfig { live, recordings_dir, vehicles, is_trial, .. } = &state.config;
         Self {
             server_id: state.server_id.clone(),
-            live: state.live.is_some(),
-            records: state.recordings_dir.is_some(),
-            zmq: state.live.as_ref().map(|live| live.address.clone()),
+            live: live.is_some(),
+            records: recordings_dir.is_some(),
+            zmq: live.as_ref().map(|live| live.address.clone()),
             strategies: BundledStrategy::ALL
                 .iter()
                 .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
                 .collect(),
-            vehicles: state.vehicles.names(),
-            vehicle: state.vehicles.selected(),
-            own: state.live.as_ref().and_then(|live| live.control.own().cloned()),
-            is_trial: state.is_trial,
+            vehicles: vehicles.names(),
+            vehicle: vehicles.selected(),
+            own: live.as_ref().and_then(|live| live.control.own().cloned()),
+            is_trial: *is_trial,
             opened: state.open_recordings(),
         }
     }
@@ -126,7 +127,7 @@ struct ServerEvent {
 
 impl ServerEvent {
     fn new(state: &AppState) -> Self {
-        let live = state.live.as_ref();
+        let live = state.config.live.as_ref();
         let status = live.map(|live| live.monitor.status());
         // The end of a run closes a recording, and the first state of a run creates one.
         let recordings =

@@ -54,8 +54,9 @@ pub(crate) fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
 /// Opens a listed recording and returns its ID.
 pub(crate) fn open(state: &AppState, name: &str) -> ApiResult<String> {
     state.check_capacity()?;
-    let path = find(state.recordings_dir.as_deref(), name)?;
-    let recording = Recording::open_within(&path, &state.budget).map_err(ApiError::bad_request)?;
+    let path = find(state.config.recordings_dir.as_deref(), name)?;
+    let recording =
+        Recording::open_within(&path, &state.config.budget).map_err(ApiError::bad_request)?;
     state.open(name, recording)
 }
 
@@ -118,7 +119,7 @@ pub(crate) fn upload_router() -> Router<Arc<AppState>> {
 
 async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
     run_blocking(move || {
-        let folder = state.recordings_dir.as_deref();
+        let folder = state.config.recordings_dir.as_deref();
         let entries = folder.map(recordings::list).transpose()?.unwrap_or_default();
         Ok(Json(entries).into_response())
     })
@@ -171,7 +172,7 @@ async fn upload(
             file.rewind().map_err(ApiError::internal)?;
             let file = std::io::BufReader::new(file);
             let title = recordings::title(&name);
-            let recording = Recording::read_within(file, &state.budget)
+            let recording = Recording::read_within(file, &state.config.budget)
                 .map_err(|error| ApiError::bad_request(format!("{title}: {error}")))?;
             Ok(Json(RecordingId { id: state.open(&title, recording)? }))
         })
