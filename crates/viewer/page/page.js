@@ -5,7 +5,6 @@ import * as api from "./api.js";
 import { CompareBar } from "./compare_bar.js";
 import { clearError, query, setAttributes, setText, showCopied, showError } from "./dom.js";
 import { isExported } from "./embedded.js";
-import { listen } from "./events.js";
 import { FastRun } from "./fast_run.js";
 import { Ghosts } from "./ghost.js";
 import { findRecording, installCopyButton, linkUrl, parseLink } from "./link.js";
@@ -58,7 +57,7 @@ let opening = openLink();
 addEventListener("hashchange", () => (opening = opening.then(openLink)));
 
 if (isExported) showExported();
-else listen(
+else api.listen(
   (event) => {
     // The simulator was restarted. Its new runs and recordings reuse the IDs on this page.
     if (event.server !== info.server) return location.reload();

@@ -16,8 +16,8 @@ use crate::http::jobs::{ApiError, ApiResult};
 
 /// Expands to a list with the name, media type and content of each file.
 macro_rules! files {
-    ($($name:literal: $media_type:expr),+ $(,)?) => {
-        &[$(($name, $media_type, include_str!(concat!("../../page/", $name)))),+]
+    ($($media_type:ident: $($name:literal),+;)+) => {
+        &[$($(($name, $media_type, include_str!(concat!("../../page/", $name)))),+),+]
     };
 }
 
@@ -27,39 +27,15 @@ const JSON: &str = "application/json";
 const HTML: &str = "text/html; charset=utf-8";
 
 /// The name, media type and content of each file.
-const FILES: &[(&str, &str, &str)] = files![
-    "annotations.js": SCRIPT,
-    "api.js": SCRIPT,
-    "axis.js": SCRIPT,
-    "chart.js": SCRIPT,
-    "compare_bar.js": SCRIPT,
-    "dom.js": SCRIPT,
-    "embedded.js": SCRIPT,
-    "events.js": SCRIPT,
-    "fast_run.js": SCRIPT,
-    "fast_run_chart.js": SCRIPT,
-    "fast_run_map.js": SCRIPT,
-    "fast_run_player.js": SCRIPT,
-    "figures.js": SCRIPT,
-    "ghost.js": SCRIPT,
-    "index.html": HTML,
-    "link.js": SCRIPT,
-    "log.js": SCRIPT,
-    "map.js": SCRIPT,
-    "marks.js": SCRIPT,
-    "mazes.js": SCRIPT,
-    "overview.js": SCRIPT,
-    "pace.js": SCRIPT,
-    "page.css": STYLE,
-    "page.js": SCRIPT,
-    "panel.js": SCRIPT,
-    "recordings.js": SCRIPT,
-    "run.js": SCRIPT,
-    "state.js": SCRIPT,
-    "timeline.js": SCRIPT,
-    "trajectory.js": SCRIPT,
-    "viewport.js": SCRIPT,
-];
+const FILES: &[(&str, &str, &str)] = files! {
+    HTML: "index.html";
+    STYLE: "page.css";
+    SCRIPT: "annotations.js", "api.js", "axis.js", "chart.js", "compare_bar.js", "dom.js",
+        "embedded.js", "fast_run.js", "fast_run_chart.js", "fast_run_map.js", "fast_run_player.js",
+        "figures.js", "ghost.js", "link.js", "log.js", "map.js", "marks.js", "mazes.js",
+        "overview.js", "page.js", "panel.js", "recordings.js", "run.js", "state.js",
+        "timeline.js", "trajectory.js", "viewport.js";
+};
 
 /// Returns the content of a file, or an empty text if there is no file with this name.
 fn file(name: &str) -> &'static str {
