@@ -2,7 +2,7 @@
 // The texts and colours that a mouse displays in the cells, as in the simulator mms.
 
 import { setAttributes, svgElement } from "./dom.js";
-import { PITCH } from "./state.js";
+import { PITCH, corner } from "./state.js";
 
 /** @typedef {import("./api.js").DrawingStyle} DrawingStyle */
 
@@ -32,24 +32,19 @@ export class CellAnnotations {
       const at = value.indexOf(" ");
       const [label, text] = [value.slice(0, at), value.slice(at + 1)];
       const { path, scale } = textPath(text, this.#style);
-      const [x, y] = this.#corner(cell);
+      const [x, y] = corner(cell, this.#size);
       const position = `translate(${x + PITCH / 2} ${y + PITCH / 2})${scale === 1 ? "" : ` scale(${scale})`}`;
       const className = label ? `text ${label}` : "text";
       return { class: className, "data-cell": this.#name(cell), "data-text": text, transform: position, d: path };
     });
     const coloured = [...colours].flatMap((letter, cell) => (letter === "-" ? [] : [/** @type {[number, string]} */ ([cell, letter])]));
     this.#colours.show(coloured, (cell, letter) => {
-      const [x, y] = this.#corner(cell);
+      const [x, y] = corner(cell, this.#size);
       const { inset } = this.#style;
       const side = PITCH - 2 * inset;
       const area = { x: x + inset, y: y + inset, width: side, height: side };
       return { class: "colour", "data-cell": this.#name(cell), ...area, fill: this.#style.colours[letter] };
     });
-  }
-
-  /** @param {number} cell @returns {[number, number]} */
-  #corner(cell) {
-    return [(cell % this.#size.width) * PITCH, (this.#size.height - 1 - Math.floor(cell / this.#size.width)) * PITCH];
   }
 
   /** @param {number} cell */

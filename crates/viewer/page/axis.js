@@ -2,7 +2,10 @@
 // The horizontal axis that the chart, the events and the slider share. The state with index i is drawn where the thumb
 // of the slider is when the state with index i is shown.
 
-import { query, setText } from "./dom.js";
+import { query, setAttributes, setText } from "./dom.js";
+
+/** The height of a plot in units of its view box. One unit of the width is one unit of the axis. */
+export const HEIGHT = 100;
 
 export class Axis {
   /** Index of the last state on the axis, at least 1. */
@@ -90,16 +93,27 @@ export class Axis {
 }
 
 /**
- * Writes the ticks of an axis.
- * @param {HTMLElement} axis @param {[text: string, style: Record<string, string>][]} ticks the text and the position of each tick
+ * Writes the numbers of an axis.
+ * @param {HTMLElement} axis @param {"top" | "left"} side
+ * @param {[text: string, distance: number | string][]} ticks each with its distance from the side, in percent
  */
-export function showTicks(axis, ticks) {
-  const labels = ticks.map(([text, style]) => {
-    const label = Object.assign(document.createElement("span"), { textContent: text });
-    Object.assign(label.style, style);
+export function showTicks(axis, side, ticks) {
+  const labels = ticks.map(([textContent, distance]) => {
+    const label = Object.assign(document.createElement("span"), { textContent });
+    label.style[side] = `${distance}%`;
     return label;
   });
   axis.replaceChildren(...labels);
+}
+
+/**
+ * Scales a plot and draws its grid.
+ * @param {HTMLElement} plot @param {number} last @param {(number | string)[]} rows @param {number[]} columns
+ */
+export function drawGrid(plot, last, rows, columns) {
+  const lines = [...rows.map((y) => `M0 ${y}H${last}`), ...columns.map((x) => `M${x} 0V${HEIGHT}`)];
+  setAttributes(query(plot, "svg", SVGElement), { viewBox: `0 0 ${last} ${HEIGHT}` });
+  setAttributes(query(plot, ".grid", SVGElement), { d: lines.join("") });
 }
 
 /**

@@ -2,11 +2,9 @@
 // Line chart of the optimistic and pessimistic distance over the run. The pointer shows the values at a state, and a
 // click shows the state.
 
-import { showTicks, tickStep } from "./axis.js";
+import { HEIGHT, drawGrid, showTicks, tickStep } from "./axis.js";
 import { formatNumber, query, setAttributes, setText } from "./dom.js";
 
-/** The height of the chart in units of its view box. One unit of the width is one state. */
-const HEIGHT = 100;
 /** The maximum number of intervals between ticks of the vertical axis. */
 const MAX_INTERVALS = 3;
 /** Minimum distance between the centres of two state numbers, in pixels per character and in addition. */
@@ -17,7 +15,6 @@ const [CHARACTER, GAP] = [6.5, 30];
 export class Chart {
   #axis;
   #plot;
-  #svg;
   /** @type {BoundsHistory} */
   #history = { states: 0, stride: 1, optimistic: [], pessimistic: [] };
   #unit = "steps";
@@ -28,7 +25,6 @@ export class Chart {
   constructor(panel, axis, seek) {
     this.#axis = axis;
     this.#plot = query(panel, ".plot");
-    this.#svg = query(this.#plot, "svg", SVGElement);
     axis.onChange.push(() => this.#scale());
     axis.listen(this.#plot, query(panel, ".timeline .tip"), (index) => this.#history.states > 0 && seek(index), (index) => this.#tip(index));
     this.#scale();
@@ -69,9 +65,9 @@ export class Chart {
     const end = pessimistic.at(-1) ?? null;
     const dot = end === null ? "" : `M${last} ${y(end)}h0`;
     const paths = { optimistic: line(optimistic), pessimistic: line(pessimistic), dot };
-    for (const [name, d] of Object.entries(paths)) setAttributes(query(this.#svg, `.${name}`, SVGElement), { d });
+    for (const [name, d] of Object.entries(paths)) setAttributes(query(this.#plot, `.${name}`, SVGElement), { d });
     this.#rows = ticks.map(y);
-    this.#label(".y", states > 0 ? ticks : [], (_, i) => ({ top: `${this.#rows[i]}%` }));
+    showTicks(query(this.#plot, ".y"), "top", states > 0 ? ticks.map((tick, i) => [formatNumber(tick), this.#rows[i]]) : []);
     setText(this.#plot, ".y-title", states > 0 ? this.#unit : "");
     this.#scale();
   }
@@ -79,24 +75,12 @@ export class Chart {
   /** Scales the lines and draws the ticks for the number of states and the width of the axis. */
   #scale() {
     const { last, width } = this.#axis;
-    setAttributes(this.#svg, { viewBox: `0 0 ${last} ${HEIGHT}` });
     const max = this.#history.states > 1 ? last + 1 : this.#history.states;
     const step = tickStep(max, width / (formatNumber(max).length * CHARACTER + GAP));
     const numbers = Array.from({ length: Math.floor(max / step) }, (_, i) => (i + 1) * step);
     if (max > 0 && step > 1) numbers.unshift(1);
-    this.#label(".x", numbers, (number) => ({ left: `${100 * this.#axis.share(number - 1)}%` }));
-    const rows = this.#rows.map((y) => `M0 ${y}H${last}`);
-    const columns = numbers.map((number) => `M${number - 1} 0V${HEIGHT}`);
-    setAttributes(query(this.#svg, ".grid", SVGElement), { d: [...rows, ...columns].join("") });
-  }
-
-  /**
-   * Writes the numbers of an axis.
-   * @param {string} axis @param {number[]} numbers
-   * @param {(number: number, i: number) => Record<string, string>} style the position of a number
-   */
-  #label(axis, numbers, style) {
-    showTicks(query(this.#plot, axis), numbers.map((number, i) => [formatNumber(number), style(number, i)]));
+    showTicks(query(this.#plot, ".x"), "left", numbers.map((number) => [formatNumber(number), 100 * this.#axis.share(number - 1)]));
+    drawGrid(this.#plot, last, this.#rows, numbers.map((number) => number - 1));
   }
 
   /** Describes the distances at a state. Returns "" if there are no states. @param {number} index */
@@ -113,9 +97,7 @@ export class Chart {
   #describe(optimistic, pessimistic) {
     if (optimistic === null) return "goal unreachable";
     if (pessimistic === null) return `at least ${formatNumber(optimistic)} ${this.#unit}`;
-    const isProven = optimistic === pessimistic;
-    return isProven
-      ? `${formatNumber(optimistic)} ${this.#unit}, proven`
-      : `${formatNumber(optimistic)} to ${formatNumber(pessimistic)} ${this.#unit}`;
+    if (optimistic === pessimistic) return `${formatNumber(optimistic)} ${this.#unit}, proven`;
+    return `${formatNumber(optimistic)} to ${formatNumber(pessimistic)} ${this.#unit}`;
   }
 }

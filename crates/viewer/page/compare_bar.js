@@ -24,37 +24,35 @@ const FOLLOW_PAUSE = 100;
 
 export class CompareBar {
   #element = query(document, "#compare");
-  /** @type {Set<Panel>} */
-  #panels = new Set();
+  #panels;
   /** The panel that was moved last. @type {Panel | null} */
   #leader = null;
   /** The state that the leader showed before it was moved. @type {import("./figures.js").Shown | null} */
   #before = null;
-  /** @type {LinkKind} */
-  #kind = "state";
+  /** How the panels are linked. @type {LinkKind} */
+  kind = "state";
   /** The last search for each panel. @type {WeakMap<Panel, { key: string, source: api.Source, states: number, found: Promise<api.FoundState> }>} */
   #searches = new WeakMap();
 
-  constructor() {
+  /** @param {Map<string, Panel>} panels the open panels by ID */
+  constructor(panels) {
+    this.#panels = panels;
     for (const button of this.#buttons) {
       const kind = /** @type {LinkKind} */ (button.value);
       button.title = KINDS[kind].join(" ").trim();
       button.onclick = () => this.#link(kind);
     }
     const stored = recall("link");
-    this.kind = isLinkKind(stored) ? stored : "state";
-  }
-
-  get kind() {
-    return this.#kind;
+    this.setKind(isLinkKind(stored) ? stored : "state");
   }
 
   get #buttons() {
     return [...this.#element.querySelectorAll("button")].filter(({ name }) => name === "link");
   }
 
-  set kind(kind) {
-    this.#kind = kind;
+  /** @param {LinkKind} kind */
+  setKind(kind) {
+    this.kind = kind;
     remember("link", kind);
     for (const button of this.#buttons) button.ariaPressed = `${button.value === kind}`;
     setText(this.#element, ".about", KINDS[kind][0]);
@@ -62,8 +60,8 @@ export class CompareBar {
 
   /** Moves the other panels to the states that correspond to the active panel. @param {LinkKind} kind */
   #link(kind) {
-    this.kind = kind;
-    this.#leader = [...this.#panels].find(({ element }) => element.classList.contains("active")) ?? null;
+    this.setKind(kind);
+    this.#leader = [...this.#panels.values()].find(({ element }) => element.classList.contains("active")) ?? null;
     this.#before = null;
     void this.sync();
   }
@@ -71,7 +69,6 @@ export class CompareBar {
   /** Adds a panel. No panel moves until the user moves one. @param {Panel} panel */
   add(panel) {
     this.#leader = null;
-    this.#panels.add(panel);
     panel.timeline.onMove = () => {
       this.#leader = panel;
       this.#before = panel.shown;
@@ -81,7 +78,6 @@ export class CompareBar {
 
   /** @param {Panel} panel */
   remove(panel) {
-    this.#panels.delete(panel);
     panel.timeline.onMove = () => {};
     if (this.#leader === panel) this.#leader = null;
     this.#element.hidden = this.#panels.size < 2;
@@ -89,12 +85,12 @@ export class CompareBar {
 
   /** Moves the other panels if the moved panel shows another state or a run has grown. */
   sync = oneAtATime(async () => {
-    const [leader, kind] = [this.#leader, this.#kind];
+    const [leader, kind] = [this.#leader, this.kind];
     if (!leader?.shown || kind === "off") return;
     const { shown, timeline } = leader;
     // The leader has not shown its new state yet.
     if (shown === this.#before && shown.index !== timeline.target) return;
-    const others = [...this.#panels].filter((panel) => panel !== leader);
+    const others = [...this.#panels.values()].filter((panel) => panel !== leader);
     await Promise.all(others.map((panel) => this.#move(panel, shown, kind)));
     if (timeline.following) await sleep(FOLLOW_PAUSE);
   });
@@ -110,7 +106,7 @@ export class CompareBar {
       index = found.at;
     }
     // The user may have moved this panel, or changed the link, in the meantime.
-    if (panel === this.#leader || kind !== this.#kind) return;
+    if (panel === this.#leader || kind !== this.kind) return;
     const isThere = timeline.target === Math.min(index, timeline.states - 1);
     if (!isThere || timeline.following || timeline.playing) timeline.moveLinked(index);
   }

@@ -156,8 +156,9 @@ export function confirmReset(action, name, states, { warning = "", mouse } = {})
 export const listStep = (key) =>
   ({ ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity })[key];
 
-/** Says for a moment that a button has copied something. @param {HTMLElement} button */
-export async function showCopied(button) {
+/** Copies a text, if the browser allows it, and says so on a button for a moment. @param {HTMLElement} button @param {string} text */
+export async function copy(button, text) {
+  await navigator.clipboard.writeText(text);
   button.classList.add("copied");
   await sleep(COPIED_TIME);
   button.classList.remove("copied");

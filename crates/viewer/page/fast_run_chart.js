@@ -1,13 +1,11 @@
 // @ts-check
 // The chart of the speed and the acceleration over time, above the slider. The acceleration is that of the selected run.
 
-import { showTicks, tickStep } from "./axis.js";
+import { HEIGHT, drawGrid, showTicks, tickStep } from "./axis.js";
 import { query, setAttributes, svgElement } from "./dom.js";
 
 /** @typedef {import("./fast_run.js").RouteState} RouteState */
 
-/** The height of a plot in units of its view box. One unit of the width is one millisecond. */
-const HEIGHT = 100;
 /** The maximum number of intervals between ticks of the speed. */
 const MAX_INTERVALS = 3;
 /** The minimum distance between the times on the axis, in pixels. */
@@ -61,14 +59,10 @@ export class FastRunChart {
     const d = points.length > 0 ? `M0 ${HEIGHT / 2}L${points.join("L")}V${HEIGHT / 2}z` : "";
     const area = query(this.#accelerations, ".area", SVGElement);
     setAttributes(area, { class: `area ${selected?.colour ?? ""}`, d });
-    this.#label(this.#speeds, speeds.map(String), this.#rows[0]);
-    this.#label(this.#accelerations, [`${limit}`, "0", `−${limit}`], this.#rows[1]);
+    const accelerations = [`${limit}`, "0", `−${limit}`];
+    showTicks(query(this.#speeds, ".y"), "top", this.#rows[0].map((height, i) => [`${speeds[i]}`, height]));
+    showTicks(query(this.#accelerations, ".y"), "top", this.#rows[1].map((height, i) => [accelerations[i], height]));
     this.#scale();
-  }
-
-  /** @param {HTMLElement} plot @param {string[]} texts @param {number[]} heights */
-  #label(plot, texts, heights) {
-    showTicks(query(plot, ".y"), heights.map((height, i) => [texts[i], { top: `${height}%` }]));
   }
 
   /** Scales the lines and draws the ticks of the time. */
@@ -77,16 +71,8 @@ export class FastRunChart {
     if (width === 0) return; // not shown
     const step = tickStep(last, width / TICK_DISTANCE);
     const times = Array.from({ length: this.#selected ? Math.floor(last / step) + 1 : 0 }, (_, i) => i * step);
-    const columns = times.map((time) => `M${time} 0V${HEIGHT}`);
-    [this.#speeds, this.#accelerations].forEach((plot, i) => {
-      const rows = this.#rows[i].map((y) => `M0 ${y}H${last}`);
-      setAttributes(query(plot, "svg", SVGElement), { viewBox: `0 0 ${last} ${HEIGHT}` });
-      setAttributes(query(plot, ".grid", SVGElement), { d: [...rows, ...columns].join("") });
-    });
-    showTicks(
-      query(this.#accelerations, ".x"),
-      times.map((time) => [`${time / 1000}`, { left: `${100 * this.#axis.share(time)}%` }]),
-    );
+    [this.#speeds, this.#accelerations].forEach((plot, i) => drawGrid(plot, last, this.#rows[i], times));
+    showTicks(query(this.#accelerations, ".x"), "left", times.map((time) => [`${time / 1000}`, 100 * this.#axis.share(time)]));
   }
 
   /** Describes the speed and the acceleration at a time. Returns "" if no run is shown. @param {number} milliseconds */

@@ -69,14 +69,6 @@ function showPhases(panel, phases) {
   query(panel, ".phases .best-run").hidden = !isSeveral;
 }
 
-/** Describes the walls of a visited cell that the mouse does not know. @param {number} cell @param {StateView | undefined} view */
-export function describeUnknownWalls(cell, view) {
-  const [, sides] = view?.unknown_walls.find(([other]) => other === cell) ?? [];
-  if (!sides) return "";
-  const names = HEADINGS.filter((_, heading) => sides & (1 << heading));
-  return ` · unknown ${names.length === 1 ? "wall" : "walls"}: ${names.join(", ")}`;
-}
-
 /** Describes how often the mouse was put back or jumped, and whether it was in this state. @param {StateView} view */
 function describeEvents({ event, goal_reached, error, phases: { restarts, jumps } }) {
   /** @param {number} count */

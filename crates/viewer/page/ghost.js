@@ -3,7 +3,7 @@
 // marks the walls that only one of the two mice knows.
 
 import { nextFrame, pluralize, query, setAttributes, setText, svgElement } from "./dom.js";
-import { PITCH, WALL_BITS, centre } from "./state.js";
+import { PITCH, centre, corner, reportedWalls } from "./state.js";
 
 /**
  * @typedef {import("./panel.js").Panel} Panel
@@ -11,27 +11,20 @@ import { PITCH, WALL_BITS, centre } from "./state.js";
  * @typedef {import("./state.js").Size} Size
  */
 
-const [NORTH, EAST, SOUTH, WEST] = WALL_BITS;
 /** The lines between the centres of two cells for each heading. */
 const LINES = [`v-${PITCH}`, `h${PITCH}`, `v${PITCH}`, `h-${PITCH}`];
 /** The ghost's trail is drawn beside the mouse's own trail, by this offset in units of the drawing. */
 const OFFSET = 2.8;
 
 export class Ghosts {
-  /** The panels with the elements that are drawn on their maps. @type {Map<Panel, Elements | null>} */
-  #panels = new Map();
+  #panels;
+  /** The elements that are drawn on each map. @type {WeakMap<SVGSVGElement, Elements>} */
+  #drawn = new WeakMap();
   #updating = false;
 
-  /** @param {Panel} panel */
-  add(panel) {
-    this.#panels.set(panel, null);
-    void this.update();
-  }
-
-  /** @param {Panel} panel */
-  remove(panel) {
-    this.#panels.delete(panel);
-    void this.update();
+  /** @param {Map<string, Panel>} panels the open panels by ID */
+  constructor(panels) {
+    this.#panels = panels;
   }
 
   /** Updates all maps before the next frame. */
@@ -40,13 +33,13 @@ export class Ghosts {
     this.#updating = true;
     await nextFrame();
     this.#updating = false;
-    for (const panel of this.#panels.keys()) this.#show(panel);
+    for (const panel of this.#panels.values()) this.#show(panel);
   }
 
   /** @param {Panel} panel */
   #show(panel) {
     const { element, source, svg, shown } = panel;
-    const others = [...this.#panels.keys()].filter((other) => other !== panel);
+    const others = [...this.#panels.values()].filter((other) => other !== panel);
     for (const part of element.querySelectorAll(".compare-layer")) part.toggleAttribute("hidden", others.length === 0);
     const other = chosen(query(element, "[name=other]", HTMLSelectElement), others);
     const [ghost, differences] = ["ghost", "differences"].map((name) => query(element, `[name=${name}]`, HTMLInputElement));
@@ -54,8 +47,8 @@ export class Ghosts {
     const sizes = [source, other?.source].map((size) => `${size?.width} × ${size?.height}`).join(" and ");
     const reason = source && other?.source && !isSameSize ? `Ghost and Differences need mazes of the same size, not ${sizes}.` : "";
     ghost.disabled = differences.disabled = reason !== "";
-    let elements = this.#panels.get(panel) ?? null;
-    if (svg && elements?.svg !== svg) this.#panels.set(panel, (elements = new Elements(svg)));
+    if (svg && !this.#drawn.has(svg)) this.#drawn.set(svg, new Elements(svg));
+    const elements = svg ? this.#drawn.get(svg) : undefined;
     const compared = source && isSameSize && shown && other?.shown ? other.shown : null;
     elements?.showGhost(ghost.checked ? compared : null, source);
     const walls = elements?.showDifferences(shown, differences.checked ? compared : null, source);
@@ -87,7 +80,6 @@ class Elements {
 
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
-    this.svg = svg;
     const mouse = svg.querySelector(".mouse");
     this.#mouse = svgElement("path", { class: "ghost-mouse", d: mouse?.getAttribute("d") ?? "" });
     const walls = svg.querySelector(".walls");
@@ -116,7 +108,7 @@ class Elements {
   showDifferences(shown, other, size) {
     const [here, there] = [[""], [""]];
     if (shown && other && size) {
-      const [own, others] = [reportedWalls(shown, size), reportedWalls(other, size)];
+      const [own, others] = [shown, other].map(({ state, view }) => reportedWalls(state.walls, view.declared_walls, size));
       own.forEach((reported, wall) => {
         if (reported !== others[wall]) (reported ? here : there).push(wallLine(wall, size));
       });
@@ -127,29 +119,8 @@ class Elements {
   }
 }
 
-/**
- * Returns 1 for each inner wall that the mouse reports, by 2 * its cell + (1 if it is an east wall, 0 if it is a north wall).
- * @param {Shown} shown @param {Size} size
- */
-function reportedWalls({ state: { walls }, view }, { width, height }) {
-  const reported = new Uint8Array(2 * width * height);
-  for (let cell = 0; cell < width * height; cell++) {
-    const hasNorth = cell + width < width * height;
-    const hasEast = (cell + 1) % width > 0;
-    if (hasNorth && (walls[cell] & NORTH || walls[cell + width] & SOUTH)) reported[2 * cell] = 1;
-    if (hasEast && (walls[cell] & EAST || walls[cell + 1] & WEST)) reported[2 * cell + 1] = 1;
-  }
-  for (const [wall, isPresent] of view.declared_walls) {
-    const cell = wall >> 1;
-    const isInner = wall & 1 ? (cell + 1) % width > 0 : cell + width < width * height;
-    if (isInner) reported[wall] = Number(isPresent);
-  }
-  return reported;
-}
-
 /** @param {number} wall @param {Size} size */
-function wallLine(wall, { width, height }) {
-  const cell = wall >> 1;
-  const [x, y] = [(cell % width) * PITCH, (height - 1 - Math.floor(cell / width)) * PITCH];
+function wallLine(wall, size) {
+  const [x, y] = corner(wall >> 1, size);
   return wall & 1 ? `M${x + PITCH} ${y}v${PITCH}` : `M${x} ${y}h${PITCH}`;
 }

@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { isLinkKind } from "./compare_bar.js";
-import { query, showCopied } from "./dom.js";
+import { copy, query } from "./dom.js";
 
 /**
  * @typedef {import("./panel.js").Panel} Panel
@@ -74,14 +74,7 @@ export async function findRecording(open, { id, name }, isSameServer) {
 /** @param {ParentNode} parent @param {() => string} url @returns {HTMLButtonElement} */
 export function installCopyButton(parent, url) {
   const button = query(parent, "[name=copy-link]", HTMLButtonElement);
-  button.onclick = async () => {
-    try {
-      await navigator.clipboard.writeText(url());
-    } catch {
-      return showLink(url());
-    }
-    await showCopied(button);
-  };
+  button.onclick = () => copy(button, url()).catch(() => showLink(url()));
   return button;
 }
 

@@ -4,7 +4,7 @@
 
 import { setAttributes, svgElement } from "./dom.js";
 import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
-import { DX, DY, HEADINGS, NO_PATH, PITCH, VISITED, WALL_BITS, centre } from "./state.js";
+import { HEADINGS, NO_PATH, PITCH, VISITED, centre, corner, reportedWalls } from "./state.js";
 
 /**
  * @typedef {import("./api.js").DrawingStyle} DrawingStyle
@@ -40,15 +40,13 @@ export class MazeMap {
   #source;
   #cells;
   #walls;
-  #wallSides;
-  /** The element of a wall, by 2 * its cell + (1 if it is an east wall, 0 if it is a north wall). */
-  #wallIndex;
+  /** The number of each wall, as described for `reportedWalls`. Walls in the south and west of the maze have none. */
+  #wallNumbers;
   #numbers;
   #numberClasses;
   #annotations;
   #style;
   #heat;
-  #trail;
   #passages;
   /** The element of the passage between two cells, by 2 * the southern or western cell + (1 if the other is east). */
   #passageIndex;
@@ -60,7 +58,6 @@ export class MazeMap {
   constructor(drawing, source, style) {
     const parsed = new DOMParser().parseFromString(drawing, "image/svg+xml").documentElement;
     const svg = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (document.adoptNode(parsed)));
-    const { width, height } = source;
     /** @param {string} selector */
     const all = (selector) => [...svg.querySelectorAll(selector)];
     this.#source = source;
@@ -84,18 +81,11 @@ export class MazeMap {
     /** Returns the cell of a wall or a passage, and the heading of its side. @param {string | null} name */
     const side = (name) => {
       const [column, row, letter] = (name ?? "").split(",");
-      const [x, y] = [Number(column), Number(row)];
-      return { x, y, cell: y * width + x, heading: "NESW".indexOf(letter) };
+      return { cell: Number(row) * source.width + Number(column), heading: "NESW".indexOf(letter) };
     };
-    this.#wallIndex = new Int16Array(2 * cells.length);
-    /** The two cells next to each wall, and the bit of the wall in each cell. Either cell may report the wall. */
-    this.#wallSides = walls.map((wall, i) => {
-      const { x, y, cell, heading } = side(wall.getAttribute("data-wall"));
-      const [otherX, otherY] = [x + DX[heading], y + DY[heading]];
-      const outer = otherX < 0 || otherY < 0 || otherX >= width || otherY >= height;
-      const [bit, otherBit] = [WALL_BITS[heading], WALL_BITS[(heading + 2) % 4]];
-      if (heading < 2) this.#wallIndex[2 * cell + heading] = i;
-      return { outer, cell, bit, other: otherY * width + otherX, otherBit };
+    this.#wallNumbers = walls.map((wall) => {
+      const { cell, heading } = side(wall.getAttribute("data-wall"));
+      return heading < 2 ? 2 * cell + heading : -1;
     });
 
     const passages = all(".passage");
@@ -104,7 +94,6 @@ export class MazeMap {
       const { cell, heading } = side(passage.getAttribute("data-passage"));
       this.#passageIndex[2 * cell + heading] = i;
     });
-    this.#trail = style.trail;
     this.#passages = new Elements(passages, (passage) => this.#passageAttributes(passage));
 
     /** @type {string[]} */
@@ -146,13 +135,9 @@ export class MazeMap {
    */
   #showWalls(walls, declared, missed) {
     for (let i = 0; i < walls.length; i++) this.#cells.set(i, walls[i] & VISITED);
-    const overrides = new Map(declared.map(([wall, present]) => [this.#wallIndex[wall], Number(present)]));
-    for (const wall of missed) overrides.set(this.#wallIndex[wall], MISSED);
-    for (let i = 0; i < this.#wallSides.length; i++) {
-      const { outer, cell, bit, other, otherBit } = this.#wallSides[i];
-      const reported = outer || walls[cell] & bit || walls[other] & otherBit ? 1 : 0;
-      this.#walls.set(i, outer ? reported : (overrides.get(i) ?? reported));
-    }
+    const values = reportedWalls(walls, declared, this.#source);
+    for (const wall of missed) values[wall] = MISSED;
+    this.#wallNumbers.forEach((wall, i) => this.#walls.set(i, values[wall] ?? 1));
   }
 
   /** @param {string} colours */
@@ -187,7 +172,7 @@ export class MazeMap {
   /** @param {number[]} trail */
   #showTrail(trail) {
     const { width } = this.#source;
-    const { ages, min_fade: minFade } = this.#trail;
+    const { ages, min_fade: minFade } = this.#style.trail;
     const fade = Math.max(trail.length, minFade);
     const shown = new Int16Array(this.#passages.elements.length).fill(-1);
     trail.forEach((passage, i) => {
@@ -201,7 +186,7 @@ export class MazeMap {
 
   /** @param {number} value the passage * ages + its age, or -1 @returns {Record<string, string>} */
   #passageAttributes(value) {
-    const { ages, lines, arrows } = this.#trail;
+    const { ages, lines, arrows } = this.#style.trail;
     if (value < 0) return { class: "passage", stroke: "none", d: "" };
     const [passage, age] = [Math.floor(value / ages), value % ages];
     const [from, heading] = [passage >> 2, passage & 3];
@@ -238,9 +223,8 @@ export class MazeMap {
   /** Outlines a cell, or removes the outline if `cell` is null. @param {number | null} cell */
   highlight(cell) {
     if (cell === null) return this.#cursor.remove();
-    const { width, height } = this.#source;
-    const y = height - 1 - Math.floor(cell / width);
-    setAttributes(this.#cursor, { x: (cell % width) * PITCH, y: y * PITCH });
+    const [x, y] = corner(cell, this.#source);
+    setAttributes(this.#cursor, { x, y });
     this.svg.append(this.#cursor);
   }
 }
@@ -270,5 +254,9 @@ export function describeCell(cell, { width, start, goals }, state, view) {
     if (state.walls[cell] & VISITED) parts.push("visited");
     if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }
+  // Those of a visited cell.
+  const [, sides = 0] = view?.unknown_walls.find(([at]) => at === cell) ?? [];
+  const unknown = HEADINGS.filter((_, heading) => sides & (1 << heading));
+  if (unknown.length > 0) parts.push(`unknown ${unknown.length === 1 ? "wall" : "walls"}: ${unknown.join(", ")}`);
   return parts.join(" · ");
 }

@@ -3,9 +3,8 @@
 
 import * as api from "./api.js";
 import { CompareBar } from "./compare_bar.js";
-import { clearError, query, setAttributes, setText, showCopied, showError } from "./dom.js";
+import { clearError, copy, query, setAttributes, setText, showError } from "./dom.js";
 import { isExported } from "./embedded.js";
-import { FastRun } from "./fast_run.js";
 import { Ghosts } from "./ghost.js";
 import { findRecording, installCopyButton, linkUrl, parseLink } from "./link.js";
 import { MazeList } from "./mazes.js";
@@ -19,8 +18,6 @@ const NEEDS_SERVER = "aside section, .history, .run, .export, .log, [name=close]
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
-/** The fast runs of each panel. @type {Map<string, FastRun>} */
-const fastRuns = new Map();
 /** ID of the panel that receives keyboard shortcuts. */
 let active = "";
 /** @type {RunForm | undefined} */
@@ -37,8 +34,8 @@ const [info, style] = await Promise.all([api.pageInfo(), api.drawingStyle()]).ca
   showError(error);
   throw error;
 });
-const compareBar = new CompareBar();
-const ghosts = new Ghosts();
+const compareBar = new CompareBar(panels);
+const ghosts = new Ghosts(panels);
 const showLiveButton = query(document, "#show-live", HTMLButtonElement);
 showLiveButton.onclick = () => showLive()?.element.focus();
 installCopyButton(query(document, "#compare"), () => linkUrl(info.server, shownPanels(), compareBar.kind));
@@ -148,7 +145,7 @@ async function openLink() {
   // The link has no effect after a reload, so the page stays as the user left it.
   history.replaceState(null, "", location.pathname + location.search);
   const isSameServer = link.server === info.server;
-  if (link.kind) compareBar.kind = link.kind;
+  if (link.kind) compareBar.setKind(link.kind);
   if (link.live) await openLive(link.live, isSameServer).catch(showError);
   /** @type {Set<string>} */
   const used = new Set();
@@ -175,22 +172,19 @@ async function openLive({ run, index }, isSameServer) {
 
 /** @param {string} id */
 function openPanel(id) {
-  const panel = new Panel(id, style);
+  const panel = new Panel(id, style, info);
   const { element } = panel;
   panels.set(id, panel);
   // The live simulation comes first.
   const list = query(document, "#panels");
   list.insertBefore(element, id === LIVE ? list.firstChild : null);
   compareBar.add(panel);
-  ghosts.add(panel);
-  const fastRun = new FastRun(panel, info);
-  fastRuns.set(id, fastRun);
+  void ghosts.update();
   const copyButton = installCopyButton(element, () => linkUrl(info.server, [panel]));
   panel.onShow = () => {
     copyButton.disabled = !panel.shown;
     void compareBar.sync();
     void ghosts.update();
-    fastRun.update();
   };
   element.addEventListener("focusin", () => activate(id));
   element.addEventListener("pointerdown", () => activate(id));
@@ -223,12 +217,10 @@ function remove(id) {
   const beside = nextElementSibling ?? previousElementSibling;
   const neighbour = (beside instanceof HTMLElement && beside.dataset.source) || "";
   const focused = panel.element.contains(document.activeElement);
-  compareBar.remove(panel);
-  ghosts.remove(panel);
-  fastRuns.get(id)?.close();
-  fastRuns.delete(id);
-  panel.close();
   panels.delete(id);
+  compareBar.remove(panel);
+  panel.close();
+  void ghosts.update();
   activate(active === id ? neighbour : active);
   const fallback = showLiveButton.hidden ? query(document, "[name=file]") : showLiveButton;
   if (focused) (panels.get(neighbour)?.element ?? fallback).focus();
@@ -246,17 +238,7 @@ if (!navigator.clipboard) {
   query(zmq, "svg", SVGElement).remove();
   zmq.title = "";
 }
-zmq.onclick = async () => {
-  if (!navigator.clipboard) return;
-  await navigator.clipboard.writeText(address);
-  await showCopied(zmq);
-};
-
-/** Passes a key to the panel that receives shortcuts. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
-function handleKey(event) {
-  const fastRun = fastRuns.get(active);
-  return fastRun?.handleKey(event) || panels.get(active)?.handleKey(event, isConnected && !fastRun?.isOn) || false;
-}
+zmq.onclick = () => navigator.clipboard && copy(zmq, address);
 
 const keys = query(document, "#keys", HTMLDialogElement);
 query(document, "#help").onclick = () => keys.showModal();
@@ -273,6 +255,6 @@ document.addEventListener("keydown", (event) => {
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
   else if (key === "/" && mazes && isConnected) mazes.focusSearch();
-  else if (!handleKey(event)) return;
+  else if (!panels.get(active)?.handleKey(event, isConnected)) return;
   event.preventDefault();
 });

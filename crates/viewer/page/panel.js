@@ -4,7 +4,8 @@
 
 import * as api from "./api.js";
 import { cloneTemplate, nextFrame, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
-import { announce, describeUnknownWalls, showFigures } from "./figures.js";
+import { FastRun } from "./fast_run.js";
+import { announce, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
 import { MazeMap, describeCell } from "./map.js";
 import { Overview } from "./overview.js";
@@ -43,6 +44,7 @@ export class Panel {
   #overview;
   #viewport;
   #log;
+  #fastRun;
   #abort = new AbortController();
   #loading = false;
   /** The live run in the last event. @type {{ run: number, states: number } | null} */
@@ -73,8 +75,8 @@ export class Panel {
   /** The size of the maze, such as `16 × 16`. */
   #size = "";
 
-  /** @param {string} id @param {api.DrawingStyle} style */
-  constructor(id, style) {
+  /** @param {string} id @param {api.DrawingStyle} style @param {api.PageInfo} info */
+  constructor(id, style, info) {
     const { element } = this;
     this.id = id;
     this.#style = style;
@@ -83,6 +85,7 @@ export class Panel {
     this.#overview = new Overview(element, this.timeline);
     this.#viewport = new Viewport(element, style);
     this.#log = new LogPane(element, (index) => this.timeline.seek(index));
+    this.#fastRun = new FastRun(this, info);
     showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
     for (const event of ["pointerdown", "keydown"]) {
@@ -186,6 +189,7 @@ export class Panel {
 
   close() {
     this.source = null;
+    this.#fastRun.close();
     this.timeline.seek(0);
     this.#abort.abort();
     this.element.remove();
@@ -252,6 +256,7 @@ export class Panel {
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
     this.#showSlowly();
+    this.#fastRun.update();
     this.onShow();
   }
 
@@ -318,7 +323,9 @@ export class Panel {
 
   /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event @param {boolean} connected */
   handleKey(event, connected) {
-    return (connected && (this.timeline.handleKey(event) || this.#overview.marks.handleKey(event))) || this.#viewport.handleKey(event);
+    if (this.#fastRun.handleKey(event)) return true;
+    const hasStates = connected && !this.#fastRun.isOn;
+    return (hasStates && (this.timeline.handleKey(event) || this.#overview.marks.handleKey(event))) || this.#viewport.handleKey(event);
   }
 
   /** Moves the highlight with the arrow keys. The first move starts at the mouse. @param {KeyboardEvent} event */
@@ -349,7 +356,7 @@ export class Panel {
     const hint = waiting && !this.source?.robot ? this.hint : "";
     const cell = this.#cell;
     const shown = this.shown;
-    const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view) + describeUnknownWalls(cell, shown?.view) : hint;
+    const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view) : hint;
     setText(this.element, ".readout", text);
   }
 }

@@ -12,7 +12,7 @@
 export const NO_PATH = 255;
 export const VISITED = 1;
 /** The bit of a cell's wall for each heading. */
-export const WALL_BITS = [16, 2, 4, 8];
+const [NORTH, EAST, SOUTH, WEST] = [16, 2, 4, 8];
 export const HEADINGS = ["north", "east", "south", "west"];
 /** The offset to the next cell for each heading. */
 export const DX = [0, 1, 0, -1];
@@ -22,6 +22,25 @@ export const PITCH = 20;
 
 /** Returns the centre of a cell in units of the drawing. @param {number} x @param {number} y @param {Size} size */
 export const centre = (x, y, { height }) => `${(x + 0.5) * PITCH} ${(height - y - 0.5) * PITCH}`;
+
+/** Returns the north-western corner of a cell in units of the drawing. @param {number} cell @param {Size} size */
+export const corner = (cell, { width, height }) => [(cell % width) * PITCH, (height - 1 - Math.floor(cell / width)) * PITCH];
+
+/**
+ * Returns 1 for each wall that the mouse reports, by 2 * its cell + (1 if it is an east wall, 0 if it is a north wall). The
+ * walls around the maze count as reported.
+ * @param {Uint8Array} walls @param {[number, boolean][]} declared walls that override the flags @param {Size} size
+ */
+export function reportedWalls(walls, declared, { width, height }) {
+  const reported = new Uint8Array(2 * width * height).fill(1);
+  for (let cell = 0; cell < width * height; cell++) {
+    const [north, east] = [cell + width, cell + 1];
+    if (north < width * height) reported[2 * cell] = walls[cell] & NORTH || walls[north] & SOUTH ? 1 : 0;
+    if (east % width > 0) reported[2 * cell + 1] = walls[cell] & EAST || walls[east] & WEST ? 1 : 0;
+  }
+  for (const [wall, isPresent] of declared) reported[wall] = Number(isPresent);
+  return reported;
+}
 
 const COLUMN_MAJOR = "F".charCodeAt(0);
 

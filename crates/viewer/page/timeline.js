@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { Axis } from "./axis.js";
-import { buttonOf, formatNumber, query, setAttributes, setText, showError } from "./dom.js";
+import { buttonOf, formatNumber, oneAtATime, query, setAttributes, setText, showError } from "./dom.js";
 
 /** Step of the arrow keys with Shift, in states. */
 const LARGE_STEP = 10;
@@ -230,14 +230,9 @@ class PaceSlider {
   }
 
   /** Sends the newest pace, one request at a time. */
-  async #inform() {
-    if (!this.#send || this.#sending) return;
+  #inform = oneAtATime(async () => {
     this.#sending = true;
-    let sent = NaN;
-    while (sent !== this.rate) {
-      sent = this.rate;
-      await this.#send(Number.isFinite(sent) ? sent : null);
-    }
+    await this.#send?.(Number.isFinite(this.rate) ? this.rate : null);
     this.#sending = false;
-  }
+  });
 }

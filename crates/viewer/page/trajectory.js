@@ -39,14 +39,8 @@ export class Trajectory {
 
   /** Returns the segment at a time, or null if the run is empty. @param {number} time @returns {Segment | null} */
   segmentAt(time) {
-    const segments = this.run.segments;
-    let [low, high] = [0, segments.length - 1];
-    while (low < high) {
-      const middle = Math.ceil((low + high) / 2);
-      if (segments[middle].time <= time) low = middle;
-      else high = middle - 1;
-    }
-    return segments[low] ?? null;
+    const { segments } = this.run;
+    return segments.findLast((segment) => segment.time <= time) ?? segments[0] ?? null;
   }
 
   /** Returns the states at which lines that draw the run begin and end. @returns {Moment[]} */

@@ -27,7 +27,7 @@ export class Viewport {
   /** The area of the whole drawing. */
   #whole = new DOMRect();
   #map;
-  #axes = document.createElement("div");
+  #axes;
   #buttons;
   /** The pressed pointers. @type {Map<number, { x: number, y: number }>} */
   #pointers = new Map();
@@ -38,8 +38,7 @@ export class Viewport {
     this.#wallWidths = style.walls;
     const map = query(panel, ".map");
     this.#map = map;
-    this.#axes.className = "axes";
-    this.#axes.ariaHidden = "true";
+    this.#axes = query(map, ".axes");
     this.#buttons = {
       in: buttonOf(panel, "zoom-in", () => this.#zoomBy(ZOOM_STEP)),
       out: buttonOf(panel, "zoom-out", () => this.#zoomBy(1 / ZOOM_STEP)),
@@ -48,9 +47,8 @@ export class Viewport {
     map.addEventListener("wheel", (event) => this.#handleWheel(event), { passive: false });
     map.addEventListener("pointerdown", (event) => this.#press(event));
     map.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
-      map.addEventListener(end, (event) => this.#release(event));
-    }
+    map.addEventListener("pointerup", (event) => this.#release(event));
+    map.addEventListener("pointercancel", (event) => this.#release(event));
     // With two fingers, the map zooms and the page does not scroll.
     const preventScroll = (/** @type {TouchEvent} */ event) => event.touches.length > 1 && event.preventDefault();
     map.addEventListener("touchstart", preventScroll, { passive: false });
@@ -141,9 +139,10 @@ export class Viewport {
     this.#map.classList.toggle("zoomed", this.#zoom > 1);
     this.#buttons.in.disabled = this.#zoom >= this.#maxZoom;
     this.#buttons.out.disabled = this.#buttons.reset.disabled = this.#zoom === 1;
-    const scale = svg.getScreenCTM()?.a ?? 0;
-    if (scale > 0) this.#setWallWidths(svg, scale);
-    this.#showAxes(svg);
+    const matrix = svg.getScreenCTM();
+    if (!matrix) return;
+    this.#setWallWidths(svg, matrix.a);
+    this.#showAxes(svg, matrix);
   }
 
   /** Keeps walls wide enough to be seen. @param {SVGSVGElement} svg @param {number} scale in pixels per unit */
@@ -154,13 +153,10 @@ export class Viewport {
   }
 
   /** Writes the coordinates of the visible columns below the maze and those of the rows to the left of it. */
-  /** @param {SVGSVGElement} svg */
-  #showAxes(svg) {
-    const matrix = svg.getScreenCTM();
-    if (!matrix) return;
+  /** @param {SVGSVGElement} svg @param {DOMMatrix} matrix from units to pixels */
+  #showAxes(svg, { a: scale, e, f }) {
     const frame = svg.getBoundingClientRect();
     const map = this.#map.getBoundingClientRect();
-    const { a: scale, e, f } = matrix;
     const { width, height } = this.#size;
     const pitch = PITCH * scale;
     const every = [1, 2, 5, 10].find((step) => step * pitch >= LABEL_DISTANCE) ?? 20;
