@@ -1,10 +1,13 @@
 //! What a viewer shows: its configuration, and the state that all HTTP handlers share.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use axum::extract::State;
+use axum::Json;
+use axum::extract::{FromRequestParts, Path, Query, State};
+use axum::http::request::Parts;
+use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use mmsim_formats::{Catalogue, Entry};
 use mmsim_maze::{Maze, MazeSize};
@@ -12,9 +15,9 @@ use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 use mmsim_solvers::MazeFacts;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::http::jobs::{ApiError, ApiResult, JobQueue};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, JobQueue};
 use crate::http::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
 use crate::source::Source;
@@ -38,7 +41,7 @@ pub struct ViewerConfig {
 impl ViewerConfig {
     /// Shows the simulation of a server and allows the page to run bundled mice against it.
     /// `maze` is the path of the maze that the server simulates.
-    pub fn with_live(mut self, server: &Server, maze: &Path) -> Self {
+    pub fn with_live(mut self, server: &Server, maze: &std::path::Path) -> Self {
         self.live = Some(LiveServer::new(server.monitor(), server.address(), maze));
         self
     }
@@ -124,8 +127,61 @@ pub(crate) struct AppState {
     recordings: Mutex<OpenRecordings>,
 }
 
+/// A run that a request names by the ID of its source and its number.
+pub(crate) struct RequestedRun {
+    pub(crate) state: Arc<AppState>,
+    pub(crate) source: Arc<Source>,
+    pub(crate) run: u32,
+}
+
+#[derive(Deserialize)]
+struct SourceId {
+    id: String,
+}
+
+#[derive(Deserialize, Serialize)]
+pub(crate) struct RunNumber {
+    pub(crate) run: u32,
+}
+
+impl FromRequestParts<Arc<AppState>> for RequestedRun {
+    type Rejection = Response;
+
+    async fn from_request_parts(
+        parts: &mut Parts,
+        state: &Arc<AppState>,
+    ) -> Result<Self, Response> {
+        let (Path(SourceId { id }), Query(RunNumber { run })) =
+            <(Path<SourceId>, Query<RunNumber>)>::from_request_parts(parts, state).await?;
+        let source = state.source(&id).map_err(ApiError::into_response)?;
+        Ok(Self { state: Arc::clone(state), source, run })
+    }
+}
+
+impl RequestedRun {
+    /// Responds with the result of a job that may read all states of the run.
+    pub(crate) async fn read<T: Send + 'static>(
+        self,
+        job: impl FnOnce(&Source, u32, &CancelToken) -> ApiResult<T> + Send + 'static,
+    ) -> ApiResult<Json<T>> {
+        let Self { state, source, run } = self;
+        state.run_jobs.run(move |cancel| Ok(Json(job(&source, run, cancel)?))).await
+    }
+
+    /// Indexes the run up to a state that exists. If that takes long, does so as a job, which ends when the
+    /// request is cancelled.
+    pub(crate) async fn index_to(&self, at: usize) -> ApiResult<()> {
+        if self.source.is_trail_long(self.run, at) {
+            let (source, run) = (Arc::clone(&self.source), self.run);
+            let index = move |cancel: &CancelToken| source.run_to(run, at, cancel).map(drop);
+            self.state.run_jobs.run(index).await?;
+        }
+        Ok(())
+    }
+}
+
 #[derive(Default)]
-struct OpenRecordings {
+pub(crate) struct OpenRecordings {
     last_id: u32,
     by_id: BTreeMap<u32, Arc<Source>>,
 }
@@ -174,29 +230,9 @@ impl AppState {
         found.ok_or_else(|| source_not_found(id))
     }
 
-    /// Indexes a run up to a state that exists. If that takes long, does so as a job, which ends when the
-    /// request is cancelled.
-    pub(crate) async fn index_run(
-        &self,
-        source: &Arc<Source>,
-        run: u32,
-        at: usize,
-    ) -> ApiResult<()> {
-        if source.is_trail_long(run, at) {
-            let source = Arc::clone(source);
-            self.run_jobs.run(move |cancel| source.run_to(run, at, cancel).map(drop)).await?;
-        }
-        Ok(())
-    }
-
     /// Returns the IDs of the open recordings.
     pub(crate) fn open_recordings(&self) -> Vec<String> {
         self.recordings().by_id.keys().map(u32::to_string).collect()
-    }
-
-    /// Returns an error if the maximum number of recordings is already open.
-    pub(crate) fn check_capacity(&self) -> ApiResult<()> {
-        self.recordings().check_capacity()
     }
 
     /// Adds an open recording and returns its ID.
@@ -212,13 +248,14 @@ impl AppState {
         closed.map(|_| ()).ok_or_else(|| source_not_found(id))
     }
 
-    fn recordings(&self) -> MutexGuard<'_, OpenRecordings> {
+    pub(crate) fn recordings(&self) -> MutexGuard<'_, OpenRecordings> {
         self.recordings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl OpenRecordings {
-    fn check_capacity(&self) -> ApiResult<()> {
+    /// Returns an error if the maximum number of recordings is already open.
+    pub(crate) fn check_capacity(&self) -> ApiResult<()> {
         if self.by_id.len() < MAX_OPEN_RECORDINGS {
             return Ok(());
         }

@@ -20,10 +20,11 @@ use base64::write::EncoderWriter;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mmsim_drawing::page_json;
-use mmsim_recording::{Block, LogEnd, MemoryBudget, Recording};
+use mmsim_recording::{Block, LogEnd, Recording};
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
+use crate::app::ViewerConfig;
 use crate::http::assets;
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
@@ -65,66 +66,40 @@ pub fn export_html(
     on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
     let source = Source::recording(title, recording);
-    Ok(write(&source, vehicles, out, &CancelToken::default(), on_progress)?)
+    write(&source, vehicles, out, &CancelToken::default(), on_progress)
 }
 
 /// Writes a run to a temporary HTML file and rewinds the file.
 pub(crate) fn to_file(
     source: &Arc<Source>,
     run: u32,
-    vehicles: &Vehicles,
-    budget: &Arc<MemoryBudget>,
+    config: &ViewerConfig,
     cancel: &CancelToken,
 ) -> ApiResult<File> {
     source.describe(run)?;
-    let source = match source.integrity() {
-        Some(_) => Arc::clone(source),
+    let source = if source.integrity().is_some() {
+        Arc::clone(source)
+    } else {
         // The live run may grow or end while it is written.
-        None => Arc::new(copy(source, run, budget, cancel)?),
+        let file = io::BufReader::new(recordings::save(source, run, cancel)?);
+        let recording = Recording::read_within(file, &config.budget)
+            .map_err(|error| ApiError::conflict(format!("cannot export the run: {error}")))?;
+        Arc::new(Source::recording(&source.describe(run)?.title, recording))
     };
-    let written = || {
+    let written = || -> io::Result<File> {
         let mut file = tempfile::tempfile()?;
-        write(&source, vehicles, BufWriter::new(&mut file), cancel, |_| {})?;
+        write(&source, &config.vehicles, BufWriter::new(&mut file), cancel, |_| {})?;
         file.rewind()?;
         Ok(file)
     };
-    written().map_err(|error| match error {
-        ExportError::Api(error) => error,
-        error => ApiError::internal(format!("cannot save the page: {error}")),
-    })
+    let failed = |error| ApiError::internal(format!("cannot save the page: {error}"));
+    written().map_err(|error| error.downcast().unwrap_or_else(failed))
 }
 
-/// Returns a recording of the states that a run has now.
-fn copy(
-    source: &Source,
-    run: u32,
-    budget: &Arc<MemoryBudget>,
-    cancel: &CancelToken,
-) -> ApiResult<Source> {
-    let file = recordings::save(source, run, cancel)?;
-    let recording = Recording::read_within(io::BufReader::new(file), budget)
-        .map_err(|error| ApiError::conflict(format!("cannot export the run: {error}")))?;
-    Ok(Source::recording(&source.describe(run)?.title, recording))
-}
-
-/// An error while writing a page.
-#[derive(Debug, thiserror::Error)]
-enum ExportError {
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    #[error(transparent)]
-    Json(#[from] serde_json::Error),
-    #[error(transparent)]
-    Api(#[from] ApiError),
-}
-
-impl From<ExportError> for io::Error {
-    fn from(error: ExportError) -> Self {
-        match error {
-            ExportError::Io(error) => error,
-            ExportError::Json(error) => error.into(),
-            ExportError::Api(error) => Self::other(error),
-        }
+/// Lets the functions that write a page return only one kind of error. [`to_file`] converts it back.
+impl From<ApiError> for io::Error {
+    fn from(error: ApiError) -> Self {
+        Self::other(error)
     }
 }
 
@@ -135,7 +110,7 @@ fn write(
     mut out: impl Write,
     cancel: &CancelToken,
     mut on_progress: impl FnMut(usize),
-) -> Result<(), ExportError> {
+) -> io::Result<()> {
     let (run, _, states) = source.current_run()?;
     let (head, tail) = assets::document(&title(source)?)?;
     out.write_all(head.as_bytes())?;
@@ -161,15 +136,15 @@ fn write(
         on_progress(end);
     }
     out.write_all(tail.as_bytes())?;
-    Ok(out.flush()?)
+    out.flush()
 }
 
 /// Writes an element with data.
 fn element<W: Write>(
     out: &mut W,
     name: &str,
-    write: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
-) -> Result<(), ExportError> {
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
     write!(out, "<script type=\"text/plain\" data-embedded=\"{name}\">")?;
     let mut text = EncoderWriter::new(&mut *out, &BASE64_STANDARD);
     // JSON is written in tiny pieces, which are slow to compress one by one.
@@ -178,7 +153,7 @@ fn element<W: Write>(
     gzip.into_inner().map_err(IntoInnerError::into_error)?.finish()?;
     text.finish()?;
     drop(text);
-    Ok(writeln!(out, "</script>")?)
+    writeln!(out, "</script>")
 }
 
 /// Returns the responses of the server by path, except those that depend on a state. Known walls are
@@ -186,7 +161,7 @@ fn element<W: Write>(
 fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiResult<Value> {
     let (run, _, states) = source.current_run()?;
     let path = |resource: &str| format!("/api/sources/{ID}{resource}");
-    let responses = [
+    let mut responses = vec![
         ("/api/page".to_string(), json(&PageInfo::exported(ID, vehicles))?.to_string()),
         ("/drawing.json".into(), page_json()),
         (path(""), json(&SourceInfo::new(ID.into(), source, None)?)?.to_string()),
@@ -194,9 +169,8 @@ fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiR
         (path("/costs"), json(&source.bounds(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
     ];
-    let mut responses: Vec<_> = responses.into();
     let description = source.describe(run)?;
-    for vehicle in vehicles.iter() {
+    for vehicle in &vehicles.all {
         cancel.check()?;
         if let Some(maze) = &description.truth {
             let runs = json(&fast_runs::in_maze(maze, vehicle))?.to_string();
@@ -212,11 +186,7 @@ fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiR
 }
 
 /// Writes the log lines, reading those of one block of states at a time.
-fn write_log(
-    source: &Source,
-    cancel: &CancelToken,
-    out: &mut dyn Write,
-) -> Result<(), ExportError> {
+fn write_log(source: &Source, cancel: &CancelToken, out: &mut dyn Write) -> io::Result<()> {
     let (run, _, states) = source.current_run()?;
     let mut log = Serializer::new(out);
     let mut log = log.serialize_seq(None)?;
@@ -232,8 +202,7 @@ fn write_log(
 /// Returns the title of the document: the names of the recording, the maze and the mouse.
 fn title(source: &Source) -> ApiResult<String> {
     let (run, description, states) = source.current_run()?;
-    let last = states.checked_sub(1);
-    let context = last.and_then(|last| source.block(run, last).ok()?.context(last));
+    let context = source.last_context(run, states);
     let mouse = context.as_ref().and_then(|context| context.notes().mouse());
     let mouse = mouse.map(|mouse| format!(", {mouse}")).unwrap_or_default();
     Ok(format!("{}: {}{mouse} – mmsim", description.title, description.info.name))
@@ -327,6 +296,31 @@ mod tests {
         elements.map(decode).collect()
     }
 
+    /// Applies a change, as `patch` in `embedded.js` does.
+    pub(super) fn patch(old: &Value, change: &Value) -> Value {
+        match change {
+            Value::Object(changes) => changes.get("=").cloned().unwrap_or_else(|| {
+                let mut object = old.as_object().unwrap().clone();
+                for (key, change) in changes {
+                    let old = object.get(key).unwrap_or(&Value::Null);
+                    object.insert(key.clone(), patch(old, change));
+                }
+                Value::Object(object)
+            }),
+            Value::Array(splices) => {
+                let mut array = old.as_array().unwrap().clone();
+                for splice in splices {
+                    let splice = splice.as_array().unwrap();
+                    let [index, count] =
+                        [0, 1].map(|i| usize::try_from(splice[i].as_u64().unwrap()).unwrap());
+                    array.splice(index..index + count, splice[2..].iter().cloned());
+                }
+                Value::Array(array)
+            }
+            _ => change.clone(),
+        }
+    }
+
     #[test]
     fn a_page_contains_everything_about_each_state() {
         let (page, progress) = &*PAGE;
@@ -338,7 +332,7 @@ mod tests {
         for block in embedded(page, "states") {
             let mut view = Value::Null;
             for change in block.as_array().unwrap() {
-                view = patch::patch(&view, change);
+                view = patch(&view, change);
                 assert_eq!(view, json(&StateView::new(&source, 0, index).unwrap()).unwrap());
                 index += 1;
             }

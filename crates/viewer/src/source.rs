@@ -265,6 +265,12 @@ impl Source {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
+    /// Returns the context of the last of `states` states, or `None` if there is none or the run has ended.
+    pub(crate) fn last_context(&self, run: u32, states: usize) -> Option<Context> {
+        let last = states.checked_sub(1)?;
+        self.block(run, last).ok()?.context(last)
+    }
+
     /// Returns the bounds at sampled states of a run, and caches them.
     pub(crate) fn bounds(&self, run: u32, cancel: &CancelToken) -> ApiResult<BoundsHistory> {
         let (description, states) = (self.describe(run)?, self.states(run)?);

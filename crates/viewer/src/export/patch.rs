@@ -71,38 +71,13 @@ fn splice(index: usize, count: usize, elements: &[Value]) -> Value {
     [json!(index), json!(count)].into_iter().chain(elements.iter().cloned()).collect()
 }
 
-/// Applies a change, as `patch` in `embedded.js` does.
-#[cfg(test)]
-pub(super) fn patch(old: &Value, change: &Value) -> Value {
-    match change {
-        Value::Object(changes) => changes.get("=").cloned().unwrap_or_else(|| {
-            let mut object = old.as_object().unwrap().clone();
-            for (key, change) in changes {
-                let old = object.get(key).unwrap_or(&Value::Null);
-                object.insert(key.clone(), patch(old, change));
-            }
-            Value::Object(object)
-        }),
-        Value::Array(splices) => {
-            let mut array = old.as_array().unwrap().clone();
-            for splice in splices {
-                let splice = splice.as_array().unwrap();
-                let [index, count] =
-                    [0, 1].map(|i| usize::try_from(splice[i].as_u64().unwrap()).unwrap());
-                array.splice(index..index + count, splice[2..].iter().cloned());
-            }
-            Value::Array(array)
-        }
-        _ => change.clone(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::collection::{btree_map, vec};
     use proptest::prelude::*;
 
     use super::*;
+    use crate::export::tests::patch;
 
     #[test]
     fn changes_are_small() {

@@ -13,11 +13,10 @@ use futures_util::stream;
 use mmsim_drawing::{Scene, thumbnail};
 use mmsim_mouse::Pace;
 use mmsim_recording::Block;
-use mmsim_run::{BoundsHistory, RunEvents};
 use mmsim_solvers::BundledStrategy;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use crate::app::{AppState, SharedState};
+use crate::app::{AppState, RequestedRun, RunNumber, SharedState};
 use crate::export;
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
@@ -26,7 +25,7 @@ use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
 use crate::source::pictures::{PictureOptions, download};
 use crate::source::views::{SourceInfo, StateView};
-use crate::source::{fast_runs, pictures, recordings, search};
+use crate::source::{Source, fast_runs, pictures, recordings, search};
 
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";
@@ -45,38 +44,36 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/states", get(states))
         .route(
             "/api/sources/{id}/picture.svg",
-            get(|state, id, query, options| {
+            get(|run, query, options| {
                 let svg = |scene: &Scene<'_>| Ok(scene.svg());
-                pictures::picture(state, id, query, options, ("svg", SVG), svg)
+                pictures::picture(run, query, options, ("svg", SVG), svg)
             }),
         )
         .route(
             "/api/sources/{id}/picture.png",
-            get(|state, id, query, options| {
-                pictures::picture(state, id, query, options, ("png", "image/png"), pictures::png)
+            get(|run, query, options| {
+                pictures::picture(run, query, options, ("png", "image/png"), pictures::png)
             }),
         )
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
-        .route("/api/sources/{id}/costs", get(bounds))
-        .route("/api/sources/{id}/events", get(run_events))
+        .route("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(Source::bounds)))
+        .route("/api/sources/{id}/events", get(|run: RequestedRun| run.read(Source::events)))
         .route("/api/sources/{id}/log", get(search::log_lines))
         .route("/api/sources/{id}/find", get(search::find_state))
         .route("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs))
         .route("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
         .route("/api/sources/{id}/page.html", get(export_page))
-        .merge(recordings::router())
+        .route("/api/recordings", get(recordings::list_recordings))
+        .route("/api/recordings/open", post(recordings::open_recording))
+        .route("/api/recordings/close", post(recordings::close_recording))
         .route("/api/mouse", post(act))
         .layer(middleware::from_fn_with_state(state.limits, buffer_body))
-        .merge(recordings::upload_router())
+        // The body of an uploaded recording must not be buffered.
+        .route("/api/recordings", post(recordings::upload))
         .with_state(state)
         .merge(assets::router())
-}
-
-#[derive(Deserialize, Serialize)]
-struct RunNumber {
-    run: u32,
 }
 
 async fn page_info(State(state): SharedState) -> Json<PageInfo> {
@@ -141,18 +138,16 @@ async fn describe_source(
 
 #[derive(Deserialize)]
 struct StatesQuery {
-    run: u32,
     from: usize,
     count: Option<usize>,
 }
 
 async fn states(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(StatesQuery { run, from, count }): Query<StatesQuery>,
+    RequestedRun { source, run, .. }: RequestedRun,
+    Query(StatesQuery { from, count }): Query<StatesQuery>,
 ) -> ApiResult<Response> {
     run_blocking(move || {
-        let (source, count) = (state.source(&id)?, count.unwrap_or(1).min(Block::STATES));
+        let count = count.unwrap_or(1).min(Block::STATES);
         let mut bytes = Vec::new();
         // The range covers one block or two adjacent blocks.
         let end = from.saturating_add(count).min(source.states(run)?);
@@ -169,130 +164,76 @@ async fn states(
 }
 
 #[derive(Deserialize)]
-struct StateQuery {
-    run: u32,
+struct StateIndex {
     at: usize,
 }
 
 async fn state_view(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(StateQuery { run, at }): Query<StateQuery>,
+    requested: RequestedRun,
+    Query(StateIndex { at }): Query<StateIndex>,
 ) -> ApiResult<Json<StateView>> {
-    let source = state.source(&id)?;
-    if at < source.states(run)? {
-        state.index_run(&source, run, at).await?;
+    if at < requested.source.states(requested.run)? {
+        requested.index_to(at).await?;
     }
+    let RequestedRun { source, run, .. } = requested;
     run_blocking(move || Ok(Json(StateView::new(&source, run, at)?))).await
-}
-
-async fn bounds(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Json<BoundsHistory>> {
-    let source = state.source(&id)?;
-    state.run_jobs.run(move |cancel| Ok(Json(source.bounds(run, cancel)?))).await
-}
-
-async fn run_events(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Json<RunEvents>> {
-    let source = state.source(&id)?;
-    state.run_jobs.run(move |cancel| Ok(Json(source.events(run, cancel)?))).await
 }
 
 /// Returns the fastest run through the true maze, and the runs along other routes.
 async fn true_fast_runs(
-    State(state): SharedState,
-    Path((id, vehicle)): Path<(String, String)>,
-    Query(RunNumber { run }): Query<RunNumber>,
+    run: RequestedRun,
+    Path((_, vehicle)): Path<(String, String)>,
 ) -> ApiResult<Json<Vec<RouteRun>>> {
-    let (source, vehicle) = (state.source(&id)?, state.config.vehicles.find(&vehicle)?);
-    state
-        .run_jobs
-        .run(move |_| {
-            let description = source.describe(run)?;
-            let unknown = || ApiError::conflict("the recording does not contain the true maze");
-            Ok(Json(fast_runs::in_maze(description.truth.as_ref().ok_or_else(unknown)?, &vehicle)))
-        })
-        .await
+    let vehicle = run.state.config.vehicles.find(&vehicle)?;
+    run.read(move |source, run, _| {
+        let description = source.describe(run)?;
+        let unknown = || ApiError::conflict("the recording does not contain the true maze");
+        Ok(fast_runs::in_maze(description.truth.as_ref().ok_or_else(unknown)?, &vehicle))
+    })
+    .await
 }
 
 /// Returns the fastest run over the walls that the mouse knows in a state.
 async fn known_fast_run(
-    State(state): SharedState,
-    Path((id, vehicle)): Path<(String, String)>,
-    Query(StateQuery { run, at }): Query<StateQuery>,
+    run: RequestedRun,
+    Path((_, vehicle)): Path<(String, String)>,
+    Query(StateIndex { at }): Query<StateIndex>,
 ) -> ApiResult<Json<RouteRun>> {
-    let (source, vehicle) = (state.source(&id)?, state.config.vehicles.find(&vehicle)?);
-    state
-        .run_jobs
-        .run(move |_| Ok(Json(fast_runs::over_known_walls(&source, run, at, &vehicle)?)))
-        .await
+    let vehicle = run.state.config.vehicles.find(&vehicle)?;
+    run.read(move |source, run, _| fast_runs::over_known_walls(source, run, at, &vehicle)).await
 }
 
-async fn page_svg(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Response> {
+async fn page_svg(RequestedRun { source, run, .. }: RequestedRun) -> ApiResult<Response> {
     run_blocking(move || {
-        Ok(([(header::CONTENT_TYPE, SVG)], pictures::page_svg(&*state.source(&id)?, run)?)
-            .into_response())
+        Ok(([(header::CONTENT_TYPE, SVG)], pictures::page_svg(&source, run)?).into_response())
     })
     .await
 }
 
 async fn gif_animation(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
+    RequestedRun { state, source, run }: RequestedRun,
     Query(options): Query<PictureOptions>,
 ) -> ApiResult<Response> {
+    let draw = move |cancel: &CancelToken| {
+        let gif = pictures::gif(&source, run, options, cancel)?;
+        download(&source, run, "gif", "image/gif", gif)
+    };
+    state.exports.run(draw).await
+}
+
+async fn save_recording(RequestedRun { state, source, run }: RequestedRun) -> ApiResult<Response> {
+    let save = move |cancel: &CancelToken| {
+        let file = recordings::save(&source, run, cancel)?;
+        download(&source, run, "mcap", BINARY, read_stream(file))
+    };
+    state.recording_jobs.run(save).await
+}
+
+async fn export_page(RequestedRun { state, source, run }: RequestedRun) -> ApiResult<Response> {
     Arc::clone(&state)
         .exports
         .run(move |cancel| {
-            let source = state.source(&id)?;
-            let gif = pictures::gif(&source, run, options, cancel)?;
-            download(&source, run, "gif", "image/gif", gif)
-        })
-        .await
-}
-
-async fn save_recording(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Response> {
-    Arc::clone(&state)
-        .recording_jobs
-        .run(move |cancel| {
-            let source = state.source(&id)?;
-            let file = recordings::save(&source, run, cancel)?;
-            download(&source, run, "mcap", BINARY, read_stream(file))
-        })
-        .await
-}
-
-async fn export_page(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(RunNumber { run }): Query<RunNumber>,
-) -> ApiResult<Response> {
-    Arc::clone(&state)
-        .exports
-        .run(move |cancel| {
-            let source = state.source(&id)?;
-            let file = export::to_file(
-                &source,
-                run,
-                &state.config.vehicles,
-                &state.config.budget,
-                cancel,
-            )?;
+            let file = export::to_file(&source, run, &state.config, cancel)?;
             // A browser must never show the page as a page of this server.
             download(&source, run, "html", BINARY, read_stream(file))
         })

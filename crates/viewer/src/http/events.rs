@@ -66,7 +66,7 @@ impl PageInfo {
                 .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
                 .collect(),
             vehicles: vehicles.names(),
-            vehicle: vehicles.selected(),
+            vehicle: vehicles.selected.clone(),
             own: live.as_ref().and_then(|live| live.control.own().cloned()),
             is_trial: *is_trial,
             opened: state.open_recordings(),

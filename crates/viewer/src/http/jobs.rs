@@ -161,12 +161,6 @@ impl Drop for CancelOnDrop {
 pub(crate) struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
-    /// Creates a token that is cancelled already.
-    #[cfg(test)]
-    pub(crate) fn cancelled() -> Self {
-        Self(Arc::new(AtomicBool::new(true)))
-    }
-
     /// Returns an error if the client has disconnected.
     pub(crate) fn check(&self) -> ApiResult<()> {
         if self.0.load(Ordering::Relaxed) {
@@ -187,6 +181,13 @@ mod tests {
     use tokio::runtime;
 
     use super::*;
+
+    impl CancelToken {
+        /// Creates a token that is cancelled already.
+        pub(crate) fn cancelled() -> Self {
+            Self(Arc::new(AtomicBool::new(true)))
+        }
+    }
 
     /// The time limit of a wait, long enough for a busy machine.
     const TIMEOUT: Duration = Duration::from_secs(300);

@@ -21,8 +21,9 @@ use crate::source::Source;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Vehicles {
-    all: Vec<Vehicle>,
-    selected: Option<String>,
+    pub(crate) all: Vec<Vehicle>,
+    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
+    pub(crate) selected: Option<String>,
 }
 
 /// The error for two different vehicles with the same name.
@@ -50,22 +51,13 @@ impl Vehicles {
         Ok(vehicles)
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Vehicle> {
-        self.all.iter()
-    }
-
     /// Returns the names of all vehicles.
     pub(crate) fn names(&self) -> Vec<String> {
-        self.iter().map(|vehicle| vehicle.name().into()).collect()
-    }
-
-    /// Returns the name of the vehicle that the page selects, or `None` if a preset fits the maze.
-    pub(crate) fn selected(&self) -> Option<String> {
-        self.selected.clone()
+        self.all.iter().map(|vehicle| vehicle.name().into()).collect()
     }
 
     fn get(&self, name: &str) -> Option<&Vehicle> {
-        self.iter().find(|vehicle| vehicle.name() == name)
+        self.all.iter().find(|vehicle| vehicle.name() == name)
     }
 
     /// Returns the vehicle with this name.
@@ -149,9 +141,8 @@ pub(crate) fn over_known_walls(
     let known = source.describe(run)?.decode(&states, at)?.known;
     let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);
     let mut planner = Planner::new(vehicle.clone());
-    let found = planner.plan(walls, start, known.goals());
-    let found =
-        found.map_err(|_| "The mouse does not know a path to the goal in this state.".to_string());
+    let unknown = |_| "The mouse does not know a path to the goal in this state.".to_string();
+    let found = planner.plan(walls, start, known.goals()).map_err(unknown);
     Ok(RouteRun::new("known-walls", found, vehicle, known.goals()))
 }
 
@@ -197,7 +188,6 @@ impl RouteRun {
 
 impl TimedRun {
     fn new(run: &FastRun, trajectory: &Trajectory, goals: &CellSet) -> Self {
-        let segments = trajectory.segments();
         let MotionState { x, y, .. } = trajectory.at(0.0);
         Self {
             text: run.to_string(),
@@ -210,7 +200,7 @@ impl TimedRun {
             x: rounded(x),
             y: rounded(y),
             half_cell: trajectory.half_cell(),
-            segments: segments.iter().map(SegmentView::new).collect(),
+            segments: trajectory.segments().iter().map(SegmentView::new).collect(),
         }
     }
 }
@@ -262,7 +252,7 @@ mod tests {
         let vehicles = Vehicles::new([Vehicle::ares(), mine.clone(), mine.clone()]).unwrap();
         assert_eq!(vehicles.names(), ["ukmars", "ares", "expert", "kerise", "mine"]);
         assert_eq!(
-            (vehicles.find("mine").unwrap(), &*vehicles.selected().unwrap()),
+            (vehicles.find("mine").unwrap(), vehicles.selected.as_deref().unwrap()),
             (mine, "mine")
         );
         let Err(error) = Vehicles::new([other]) else { panic!("expected an error") };

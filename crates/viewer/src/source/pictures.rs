@@ -1,9 +1,7 @@
 //! Pictures of mazes and states, for the page and for download.
 
-use std::sync::Arc;
-
 use axum::body::Body;
-use axum::extract::{Path, Query, State};
+use axum::extract::Query;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use mmsim_drawing::{
@@ -13,7 +11,7 @@ use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
-use crate::app::SharedState;
+use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::{DecodedState, Source};
 
@@ -125,6 +123,7 @@ pub(crate) fn draw_state<T>(
     let DecodedState { state, map, context, is_trial, .. } = description.decode(&states, index)?;
     let (notes, (_, trail)) = (context.notes(), source.run_to(run, index, cancel)?);
     let passages = trail.passages();
+    let plan = || planned_path(&map, state.pose(), |cell| state.weights().at(cell));
     let scene = Scene::from_map(&map)
         .with_truth(description.truth.as_ref())
         .with_mouse(state.pose())
@@ -133,17 +132,12 @@ pub(crate) fn draw_state<T>(
         .with_colours(|cell| notes.colour(cell).map(Colour::letter))
         .with_trail(&passages)
         .with_shortest_path(shortest(is_trial))
-        .with_planned_path(if options.plan {
-            planned_path(&map, state.pose(), |cell| state.weights().at(cell))
-        } else {
-            Vec::new()
-        });
+        .with_planned_path(options.plan.then(plan).unwrap_or_default());
     Ok(draw(options.apply(scene)))
 }
 
 #[derive(Deserialize)]
 pub(crate) struct PictureQuery {
-    run: u32,
     /// The index of the state.
     #[serde(default)]
     at: usize,
@@ -151,21 +145,17 @@ pub(crate) struct PictureQuery {
 
 /// Responds with the picture of a state, as a file that `draw` creates.
 pub(crate) async fn picture<T: Into<Body> + 'static>(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(PictureQuery { run, at }): Query<PictureQuery>,
+    RequestedRun { state, source, run }: RequestedRun,
+    Query(PictureQuery { at }): Query<PictureQuery>,
     Query(options): Query<PictureOptions>,
     (extension, media_type): (&'static str, &'static str),
     draw: fn(&Scene<'_>) -> ApiResult<T>,
 ) -> ApiResult<Response> {
-    Arc::clone(&state)
-        .pictures
-        .run(move |cancel| {
-            let source = state.source(&id)?;
-            let picture = draw_state(&source, run, at, options, cancel, |scene| draw(&scene))??;
-            download(&source, run, extension, media_type, picture)
-        })
-        .await
+    let draw = move |cancel: &CancelToken| {
+        let picture = draw_state(&source, run, at, options, cancel, |scene| draw(&scene))??;
+        download(&source, run, extension, media_type, picture)
+    };
+    state.pictures.run(draw).await
 }
 
 /// Returns a response that browsers save as a file.

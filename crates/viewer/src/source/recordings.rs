@@ -5,20 +5,19 @@ use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use axum::Json;
 use axum::body::Body;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
-use axum::{Json, Router};
 use jiff::Timestamp;
 use mmsim_recording::{Block, Recording, save as save_recording};
 use serde::{Deserialize, Serialize};
 
-use crate::app::{AppState, SharedState};
+use crate::app::SharedState;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
-use crate::source::{Source, recordings};
+use crate::source::Source;
 
 /// The maximum number of listed recordings.
 const MAX_LISTED: usize = 500;
@@ -33,7 +32,7 @@ pub(crate) struct RecordingEntry {
 }
 
 /// Lists the newest recordings in a folder, newest first.
-pub(crate) fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
+fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
     let failed = |error| ApiError::internal(format!("cannot read {}: {error}", folder.display()));
     let mut entries = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
@@ -49,15 +48,6 @@ pub(crate) fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
     entries.sort_by(|a, b| (b.modified, &b.name).cmp(&(a.modified, &a.name)));
     entries.truncate(MAX_LISTED);
     Ok(entries)
-}
-
-/// Opens a listed recording and returns its ID.
-pub(crate) fn open(state: &AppState, name: &str) -> ApiResult<String> {
-    state.check_capacity()?;
-    let path = find(state.config.recordings_dir.as_deref(), name)?;
-    let recording =
-        Recording::open_within(&path, &state.config.budget).map_err(ApiError::bad_request)?;
-    state.open(name, recording)
 }
 
 /// Returns the path of a listed recording. Only listed names are accepted, so a name cannot refer
@@ -100,53 +90,47 @@ pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> ApiResult
 }
 
 /// Returns a title for an uploaded file: the file name, shortened and without control characters.
-pub(crate) fn title(name: &str) -> String {
+fn title(name: &str) -> String {
     let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
     if title.is_empty() { "recording".into() } else { title }
 }
 
-pub(crate) fn router() -> Router<Arc<AppState>> {
-    Router::new()
-        .route("/api/recordings", get(list_recordings))
-        .route("/api/recordings/open", post(open_recording))
-        .route("/api/recordings/close", post(close_recording))
-}
-
-/// Returns the route that receives a recording, whose body must not be buffered.
-pub(crate) fn upload_router() -> Router<Arc<AppState>> {
-    Router::new().route("/api/recordings", post(upload))
-}
-
-async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
+pub(crate) async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
     run_blocking(move || {
         let folder = state.config.recordings_dir.as_deref();
-        let entries = folder.map(recordings::list).transpose()?.unwrap_or_default();
+        let entries = folder.map(list).transpose()?.unwrap_or_default();
         Ok(Json(entries).into_response())
     })
     .await
 }
 
 #[derive(Deserialize)]
-struct RecordingName {
+pub(crate) struct RecordingName {
     name: String,
 }
 
 #[derive(Deserialize, Serialize)]
-struct RecordingId {
+pub(crate) struct RecordingId {
     id: String,
 }
 
-async fn open_recording(
+pub(crate) async fn open_recording(
     State(state): SharedState,
     Json(RecordingName { name }): Json<RecordingName>,
 ) -> ApiResult<Json<RecordingId>> {
     Arc::clone(&state)
         .recording_jobs
-        .run(move |_| Ok(Json(RecordingId { id: recordings::open(&state, &name)? })))
+        .run(move |_| {
+            state.recordings().check_capacity()?;
+            let path = find(state.config.recordings_dir.as_deref(), &name)?;
+            let recording = Recording::open_within(&path, &state.config.budget)
+                .map_err(ApiError::bad_request)?;
+            Ok(Json(RecordingId { id: state.open(&name, recording)? }))
+        })
         .await
 }
 
-async fn close_recording(
+pub(crate) async fn close_recording(
     State(state): SharedState,
     Json(RecordingId { id }): Json<RecordingId>,
 ) -> ApiResult<StatusCode> {
@@ -155,12 +139,12 @@ async fn close_recording(
 }
 
 /// Receives an uploaded recording and opens it.
-async fn upload(
+pub(crate) async fn upload(
     State(state): SharedState,
     Query(RecordingName { name }): Query<RecordingName>,
     body: Body,
 ) -> ApiResult<Json<RecordingId>> {
-    state.check_capacity()?;
+    state.recordings().check_capacity()?;
     let permit = state.uploads.acquire().await?;
     // The file has no name, so the system deletes it even if the process is killed.
     let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
@@ -170,8 +154,8 @@ async fn upload(
         .run(move |_| {
             let _permit = permit;
             file.rewind().map_err(ApiError::internal)?;
-            let file = std::io::BufReader::new(file);
-            let title = recordings::title(&name);
+            let file = io::BufReader::new(file);
+            let title = title(&name);
             let recording = Recording::read_within(file, &state.config.budget)
                 .map_err(|error| ApiError::bad_request(format!("{title}: {error}")))?;
             Ok(Json(RecordingId { id: state.open(&title, recording)? }))

@@ -2,12 +2,12 @@
 //! progress as in a state of another run.
 
 use axum::Json;
-use axum::extract::{Path, Query, State};
+use axum::extract::Query;
 use mmsim_recording::LogEnd;
 use mmsim_run::{LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
-use crate::app::SharedState;
+use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::source::Source;
 
@@ -16,7 +16,6 @@ const MAX_LINES: usize = 500;
 
 #[derive(Deserialize)]
 pub(crate) struct LogQuery {
-    run: u32,
     /// The index of the state around which lines are returned.
     at: usize,
     /// The index of the first state whose lines are returned.
@@ -41,22 +40,20 @@ pub(crate) struct LogView {
 }
 
 pub(crate) async fn log_lines(
-    State(state): SharedState,
-    Path(id): Path<String>,
+    run: RequestedRun,
     Query(query): Query<LogQuery>,
 ) -> ApiResult<Json<LogView>> {
-    let source = state.source(&id)?;
-    state.run_jobs.run(move |cancel| Ok(Json(LogView::new(&source, &query, cancel)?))).await
+    run.read(move |source, run, cancel| query.select(source, run, cancel)).await
 }
 
-impl LogView {
-    fn new(source: &Source, query: &LogQuery, cancel: &CancelToken) -> ApiResult<Self> {
-        let LogQuery { run, from, .. } = *query;
-        let max = query.max.unwrap_or(MAX_LINES).min(MAX_LINES);
-        let filter = query.filter.to_lowercase();
+impl LogQuery {
+    fn select(&self, source: &Source, run: u32, cancel: &CancelToken) -> ApiResult<LogView> {
+        let from = self.from;
+        let max = self.max.unwrap_or(MAX_LINES).min(MAX_LINES);
+        let filter = self.filter.to_lowercase();
         let matches = |text: &str| filter.is_empty() || text.to_lowercase().contains(&filter);
         let states = source.states(run)?;
-        let at = query.at.min(states.saturating_sub(1));
+        let at = self.at.min(states.saturating_sub(1));
         let mut lines = source.log(run, &(from..=at), LogEnd::Last, max, cancel, matches)?;
         // Earlier lines of the first state may be missing.
         let oldest = lines.first().filter(|_| lines.len() == max);
@@ -73,13 +70,12 @@ impl LogView {
         };
         lines.append(&mut later);
         let lines = lines.into_iter().map(|line| (line.state, line.text)).collect();
-        Ok(Self { lines, first, last, has_later })
+        Ok(LogView { lines, first, last, has_later })
     }
 }
 
 #[derive(Deserialize)]
 pub(crate) struct FindQuery {
-    run: u32,
     /// The number of steps since the leg began or, without a leg, since the first state.
     steps: u64,
     /// The number of a leg. See [`LegProgress`].
@@ -104,9 +100,8 @@ enum Target {
 }
 
 pub(crate) async fn find_state(
-    State(state): SharedState,
-    Path(id): Path<String>,
-    Query(FindQuery { run, steps, leg }): Query<FindQuery>,
+    requested: RequestedRun,
+    Query(FindQuery { steps, leg }): Query<FindQuery>,
 ) -> ApiResult<Json<FoundState>> {
     let target = match leg {
         Some(leg) => {
@@ -114,11 +109,11 @@ pub(crate) async fn find_state(
         }
         None => Target::Steps(steps),
     };
-    let source = state.source(&id)?;
-    let states = source.states(run)?;
+    let states = requested.source.states(requested.run)?;
     if let Some(last) = states.checked_sub(1) {
-        state.index_run(&source, run, last).await?;
+        requested.index_to(last).await?;
     }
+    let RequestedRun { source, run, .. } = requested;
     run_blocking(move || {
         let index = source.index(run)?;
         let phases = |state| index.phases(state, |state| source.peek_block(run, state));

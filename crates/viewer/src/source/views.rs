@@ -60,9 +60,7 @@ impl SourceInfo {
             }
         };
         let truth = description.truth.as_ref();
-        // The run may have ended in the meantime.
-        let reported = states.checked_sub(1).and_then(|last| {
-            let context = source.block(run, last).ok()?.context(last)?;
+        let reported = source.last_context(run, states).and_then(|context| {
             trial_status(context.notes())?;
             Some(context.notes().mouse().unwrap_or_default().to_string())
         });
@@ -139,12 +137,14 @@ impl StateView {
         let LegProgress { leg, steps } = phases.leg();
         let is_trial = decoded.is_trial;
         let block = |index| source.block(run, index).ok();
-        let trial = if is_trial {
-            TrialReport::new(&*source.index(run)?, index, &times, block)
-        } else {
-            None
-        };
+        let run_index = source.index(run)?;
+        let report = || TrialReport::new(&run_index, index, &times, block);
+        let trial = is_trial.then(report).flatten();
+        let number = |cell| description.size.index(cell);
+        let passage = |Pose { cell, heading }| Some(4 * number(cell)? + heading as usize);
         let weight = |cell| decoded.state.weights().at(cell);
+        let plan = planned_path(&decoded.map, decoded.state.pose(), weight);
+        let truth = description.truth.as_ref();
         Ok(Self {
             at: index,
             states: source.states(run)?,
@@ -152,24 +152,14 @@ impl StateView {
             figures: StateFigures::new(&phases, &times, [&decoded.map, &decoded.known], trial),
             leg: (leg, steps),
             unknown_walls: unknown_walls(&decoded.known),
-            trail: (trail.passages().into_iter())
-                .filter_map(|Pose { cell, heading }| {
-                    Some(4 * description.size.index(cell)? + heading as usize)
-                })
-                .collect(),
-            plan: planned_path(&decoded.map, decoded.state.pose(), weight)
-                .into_iter()
-                .filter_map(|cell| description.size.index(cell))
-                .collect(),
+            trail: trail.passages().into_iter().filter_map(passage).collect(),
+            plan: plan.into_iter().filter_map(number).collect(),
             mouse: notes.mouse().map(String::from),
             strategy: notes.strategy().map(String::from),
             texts: texts(notes, description.size),
             colours: colours(notes, description.size),
             declared_walls: declared_walls(notes, description.size),
-            missed_walls: description
-                .truth
-                .as_ref()
-                .map_or_else(Vec::new, |maze| missed_walls(&decoded.map, maze)),
+            missed_walls: truth.map_or_else(Vec::new, |maze| missed_walls(&decoded.map, maze)),
         })
     }
 }
