@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, JobQueue};
 use crate::http::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
-use crate::source::Source;
+use crate::source::StateSource;
 use crate::source::fast_runs::Vehicles;
 
 /// The simulation, recordings and mazes that a [`Viewer`](crate::Viewer) shows.
@@ -130,7 +130,7 @@ pub(crate) struct AppState {
 /// A run that a request names by the ID of its source and its number.
 pub(crate) struct RequestedRun {
     pub(crate) state: Arc<AppState>,
-    pub(crate) source: Arc<Source>,
+    pub(crate) source: Arc<StateSource>,
     pub(crate) run: u32,
 }
 
@@ -162,7 +162,7 @@ impl RequestedRun {
     /// Responds with the result of a job that may read all states of the run.
     pub(crate) async fn read<T: Send + 'static>(
         self,
-        job: impl FnOnce(&Source, u32, &CancelToken) -> ApiResult<T> + Send + 'static,
+        job: impl FnOnce(&StateSource, u32, &CancelToken) -> ApiResult<T> + Send + 'static,
     ) -> ApiResult<Json<T>> {
         let Self { state, source, run } = self;
         state.run_jobs.run(move |cancel| Ok(Json(job(&source, run, cancel)?))).await
@@ -183,7 +183,7 @@ impl RequestedRun {
 #[derive(Default)]
 pub(crate) struct OpenRecordings {
     last_id: u32,
-    by_id: BTreeMap<u32, Arc<Source>>,
+    by_id: BTreeMap<u32, Arc<StateSource>>,
 }
 
 impl AppState {
@@ -222,7 +222,7 @@ impl AppState {
     }
 
     /// Returns the source with this ID, which is `live` or the number of an open recording.
-    pub(crate) fn source(&self, id: &str) -> ApiResult<Arc<Source>> {
+    pub(crate) fn source(&self, id: &str) -> ApiResult<Arc<StateSource>> {
         if id == "live" {
             return Ok(Arc::clone(&self.live()?.source));
         }
@@ -266,7 +266,7 @@ impl OpenRecordings {
     /// Adds an open recording, even if the maximum number of recordings is already open.
     fn insert(&mut self, title: &str, recording: Recording) -> String {
         self.last_id += 1;
-        self.by_id.insert(self.last_id, Arc::new(Source::recording(title, recording)));
+        self.by_id.insert(self.last_id, Arc::new(StateSource::recording(title, recording)));
         self.last_id.to_string()
     }
 }

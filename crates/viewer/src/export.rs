@@ -30,7 +30,7 @@ use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::fast_runs::Vehicles;
 use crate::source::views::{SourceInfo, StateView};
-use crate::source::{Source, fast_runs, pictures, recordings};
+use crate::source::{StateSource, fast_runs, pictures, recordings};
 
 /// The ID of the recording on an exported page.
 const ID: &str = "1";
@@ -65,13 +65,13 @@ pub fn export_html(
     out: impl Write,
     on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
-    let source = Source::recording(title, recording);
+    let source = StateSource::recording(title, recording);
     write(&source, vehicles, out, &CancelToken::default(), on_progress)
 }
 
 /// Writes a run to a temporary HTML file and rewinds the file.
 pub(crate) fn to_file(
-    source: &Arc<Source>,
+    source: &Arc<StateSource>,
     run: u32,
     config: &ViewerConfig,
     cancel: &CancelToken,
@@ -84,7 +84,7 @@ pub(crate) fn to_file(
         let file = io::BufReader::new(recordings::save(source, run, cancel)?);
         let recording = Recording::read_within(file, &config.budget)
             .map_err(|error| ApiError::conflict(format!("cannot export the run: {error}")))?;
-        Arc::new(Source::recording(&source.describe(run)?.title, recording))
+        Arc::new(StateSource::recording(&source.describe(run)?.title, recording))
     };
     let written = || -> io::Result<File> {
         let mut file = tempfile::tempfile()?;
@@ -105,7 +105,7 @@ impl From<ApiError> for io::Error {
 
 /// Writes a recording.
 fn write(
-    source: &Source,
+    source: &StateSource,
     vehicles: &Vehicles,
     mut out: impl Write,
     cancel: &CancelToken,
@@ -158,7 +158,7 @@ fn element<W: Write>(
 
 /// Returns the responses of the server by path, except those that depend on a state. Known walls are
 /// those of the last state.
-fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiResult<Value> {
+fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) -> ApiResult<Value> {
     let (run, _, states) = source.current_run()?;
     let path = |resource: &str| format!("/api/sources/{ID}{resource}");
     let mut responses = vec![
@@ -186,7 +186,7 @@ fn responses(source: &Source, vehicles: &Vehicles, cancel: &CancelToken) -> ApiR
 }
 
 /// Writes the log lines, reading those of one block of states at a time.
-fn write_log(source: &Source, cancel: &CancelToken, out: &mut dyn Write) -> io::Result<()> {
+fn write_log(source: &StateSource, cancel: &CancelToken, out: &mut dyn Write) -> io::Result<()> {
     let (run, _, states) = source.current_run()?;
     let mut log = Serializer::new(out);
     let mut log = log.serialize_seq(None)?;
@@ -200,7 +200,7 @@ fn write_log(source: &Source, cancel: &CancelToken, out: &mut dyn Write) -> io::
 }
 
 /// Returns the title of the document: the names of the recording, the maze and the mouse.
-fn title(source: &Source) -> ApiResult<String> {
+fn title(source: &StateSource) -> ApiResult<String> {
     let (run, description, states) = source.current_run()?;
     let context = source.last_context(run, states);
     let mouse = context.as_ref().and_then(|context| context.notes().mouse());
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn a_page_contains_everything_about_each_state() {
         let (page, progress) = &*PAGE;
-        let source = Source::recording("run.mcap", recording());
+        let source = StateSource::recording("run.mcap", recording());
         let states = source.states(0).unwrap();
         assert!(states > 3 * Block::STATES, "{states}");
         assert_eq!(progress, &[256, 512, 768, states]);
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn a_cancelled_export_ends() {
-        let source = Source::recording("run.mcap", recording());
+        let source = StateSource::recording("run.mcap", recording());
         let error =
             write(&source, &Vehicles::default(), io::sink(), &CancelToken::cancelled(), |_| ())
                 .unwrap_err();

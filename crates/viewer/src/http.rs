@@ -28,7 +28,7 @@ use tracing::{debug, warn};
 
 use crate::app::{AppState, ViewerConfig};
 use crate::http::access::{Access, guard};
-use crate::http::limits::{Connection, Limits};
+use crate::http::limits::{Limits, TimedConnection};
 
 /// The delay before accepting connections again after an error, such as running out of file
 /// descriptors.
@@ -176,7 +176,7 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
             let connection = http1::Builder::new()
                 .timer(TokioTimer::new())
                 .header_read_timeout(limits.header_time)
-                .serve_connection(TokioIo::new(Connection::new(stream, limits)), service);
+                .serve_connection(TokioIo::new(TimedConnection::new(stream, limits)), service);
             if let Err(error) = connection.await {
                 debug!("connection to the page closed: {error}");
             }

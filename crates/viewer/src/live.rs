@@ -16,14 +16,14 @@ use mmsim_server::{Monitor, MonitorError};
 use mmsim_solvers::{BundledStrategy, Mouse};
 
 use crate::http::jobs::{ApiError, ApiResult};
-use crate::source::Source;
+use crate::source::StateSource;
 
 /// A running server, and the control of the mice that the page starts.
 pub(crate) struct LiveServer {
     pub(crate) monitor: Monitor,
     /// The address that the page shows for clients.
     pub(crate) address: String,
-    pub(crate) source: Arc<Source>,
+    pub(crate) source: Arc<StateSource>,
     pub(crate) control: Arc<MouseControl>,
     /// The path of the current maze, as listed in the catalogue.
     maze: Mutex<String>,
@@ -32,7 +32,7 @@ pub(crate) struct LiveServer {
 impl LiveServer {
     pub(crate) fn new(monitor: Monitor, address: &str, maze: &Path) -> Self {
         Self {
-            source: Arc::new(Source::live(monitor.clone())),
+            source: Arc::new(StateSource::live(monitor.clone())),
             monitor,
             address: address.into(),
             control: Arc::default(),

@@ -43,7 +43,7 @@ const MAX_TRAIL_STATES: usize = 16 * Block::STATES;
 const RECORDED_RUN: u32 = 0;
 
 /// A source of states with a cache of recently read data.
-pub(crate) struct Source {
+pub(crate) struct StateSource {
     kind: SourceKind,
     cache: Mutex<RunCache>,
 }
@@ -127,7 +127,7 @@ impl RunDescription {
     }
 }
 
-impl Source {
+impl StateSource {
     pub(crate) fn live(monitor: Monitor) -> Self {
         Self { kind: SourceKind::Live(monitor), cache: Mutex::default() }
     }

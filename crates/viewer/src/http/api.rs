@@ -25,7 +25,7 @@ use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
 use crate::source::pictures::{PictureOptions, download};
 use crate::source::views::{SourceInfo, StateView};
-use crate::source::{Source, fast_runs, pictures, recordings, search};
+use crate::source::{StateSource, fast_runs, pictures, recordings, search};
 
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";
@@ -57,8 +57,8 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         )
         .route("/api/sources/{id}/animation.gif", get(gif_animation))
         .route("/api/sources/{id}/moment", get(state_view))
-        .route("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(Source::bounds)))
-        .route("/api/sources/{id}/events", get(|run: RequestedRun| run.read(Source::events)))
+        .route("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(StateSource::bounds)))
+        .route("/api/sources/{id}/events", get(|run: RequestedRun| run.read(StateSource::events)))
         .route("/api/sources/{id}/log", get(search::log_lines))
         .route("/api/sources/{id}/find", get(search::find_state))
         .route("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs))

@@ -160,14 +160,14 @@ pub(crate) async fn buffer_body(
 }
 
 /// A connection that fails if its client reads too slowly.
-pub(crate) struct Connection {
+pub(crate) struct TimedConnection {
     stream: TcpStream,
     send_deadline: RateDeadline,
     /// The timer that wakes the task at the deadline while the send buffer is full.
     timer: Pin<Box<Sleep>>,
 }
 
-impl Connection {
+impl TimedConnection {
     pub(crate) fn new(stream: TcpStream, limits: Limits) -> Self {
         let send_deadline = RateDeadline::new(limits, Instant::now());
         let timer = Box::pin(sleep_until(send_deadline.expires_at));
@@ -197,7 +197,7 @@ impl Connection {
     }
 }
 
-impl AsyncRead for Connection {
+impl AsyncRead for TimedConnection {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -207,7 +207,7 @@ impl AsyncRead for Connection {
     }
 }
 
-impl AsyncWrite for Connection {
+impl AsyncWrite for TimedConnection {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,

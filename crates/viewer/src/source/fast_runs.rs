@@ -7,7 +7,7 @@ use mmsim_maze::{CellSet, Maze, Unknown};
 use serde::Serialize;
 
 use crate::http::jobs::{ApiError, ApiResult};
-use crate::source::Source;
+use crate::source::StateSource;
 
 /// The presets, and vehicles of the user. The page selects the user's first one.
 ///
@@ -132,7 +132,7 @@ struct SegmentView {
 
 /// Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
 pub(crate) fn over_known_walls(
-    source: &Source,
+    source: &StateSource,
     run: u32,
     at: usize,
     vehicle: &Vehicle,

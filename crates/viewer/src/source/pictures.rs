@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
-use crate::source::{DecodedState, Source};
+use crate::source::{DecodedState, StateSource};
 
 /// The length of the longer side of a PNG, in pixels.
 const PNG_SIDE_PX: u32 = 1280;
@@ -61,7 +61,7 @@ impl PictureOptions {
 }
 
 /// Draws the initial SVG of a run, which the page updates for each state.
-pub(crate) fn page_svg(source: &Source, run: u32) -> ApiResult<String> {
+pub(crate) fn page_svg(source: &StateSource, run: u32) -> ApiResult<String> {
     let description = source.describe(run)?;
     let scene = match &description.truth {
         Some(maze) => Scene::from_maze(maze),
@@ -77,7 +77,7 @@ pub(crate) fn png(scene: &Scene<'_>) -> ApiResult<Vec<u8>> {
 
 /// Draws a run as an animated GIF.
 pub(crate) fn gif(
-    source: &Source,
+    source: &StateSource,
     run: u32,
     options: PictureOptions,
     cancel: &CancelToken,
@@ -101,7 +101,7 @@ pub(crate) fn gif(
 /// Calls `draw` with the scene of a state. If the run has no states yet, the scene shows the
 /// unexplored maze.
 pub(crate) fn draw_state<T>(
-    source: &Source,
+    source: &StateSource,
     run: u32,
     index: usize,
     options: PictureOptions,
@@ -160,7 +160,7 @@ pub(crate) async fn picture<T: Into<Body> + 'static>(
 
 /// Returns a response that browsers save as a file.
 pub(crate) fn download(
-    source: &Source,
+    source: &StateSource,
     run: u32,
     extension: &str,
     media_type: &'static str,

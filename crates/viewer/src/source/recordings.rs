@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::app::SharedState;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
-use crate::source::Source;
+use crate::source::StateSource;
 
 /// The maximum number of listed recordings.
 const MAX_LISTED: usize = 500;
@@ -60,7 +60,7 @@ fn find(folder: Option<&Path>, name: &str) -> ApiResult<PathBuf> {
 }
 
 /// Saves a run to a temporary file and rewinds the file.
-pub(crate) fn save(source: &Source, run: u32, cancel: &CancelToken) -> ApiResult<fs::File> {
+pub(crate) fn save(source: &StateSource, run: u32, cancel: &CancelToken) -> ApiResult<fs::File> {
     let failed =
         |error: io::Error| ApiError::internal(format!("cannot save the recording: {error}"));
     let (description, times) = (source.describe(run)?, source.times(run)?);

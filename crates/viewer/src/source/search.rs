@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
-use crate::source::Source;
+use crate::source::StateSource;
 
 /// The maximum number of log lines up to a state, and of later log lines, in a response.
 const MAX_LINES: usize = 500;
@@ -47,7 +47,7 @@ pub(crate) async fn log_lines(
 }
 
 impl LogQuery {
-    fn select(&self, source: &Source, run: u32, cancel: &CancelToken) -> ApiResult<LogView> {
+    fn select(&self, source: &StateSource, run: u32, cancel: &CancelToken) -> ApiResult<LogView> {
         let from = self.from;
         let max = self.max.unwrap_or(MAX_LINES).min(MAX_LINES);
         let filter = self.filter.to_lowercase();
@@ -93,7 +93,7 @@ pub(crate) struct FoundState {
 
 /// The progress that the mouse must have made.
 #[derive(Clone, Copy, Debug)]
-enum Target {
+enum StepTarget {
     /// The total number of steps.
     Steps(u64),
     Leg(LegProgress),
@@ -105,9 +105,9 @@ pub(crate) async fn find_state(
 ) -> ApiResult<Json<FoundState>> {
     let target = match leg {
         Some(leg) => {
-            Target::Leg(LegProgress { leg, steps: u32::try_from(steps).unwrap_or(u32::MAX) })
+            StepTarget::Leg(LegProgress { leg, steps: u32::try_from(steps).unwrap_or(u32::MAX) })
         }
-        None => Target::Steps(steps),
+        None => StepTarget::Steps(steps),
     };
     let states = requested.source.states(requested.run)?;
     if let Some(last) = states.checked_sub(1) {
@@ -123,7 +123,7 @@ pub(crate) async fn find_state(
     .await
 }
 
-impl Target {
+impl StepTarget {
     fn is_reached(self, phases: &Phases) -> bool {
         match self {
             Self::Steps(steps) => phases.total.steps >= steps,
@@ -141,7 +141,7 @@ impl Target {
 /// one, finds the last state before a later leg. Returns `None` if there are no states. `phases`
 /// returns the phases up to a state.
 fn find<E>(
-    target: Target,
+    target: StepTarget,
     states: usize,
     mut phases: impl FnMut(usize) -> Result<Phases, E>,
 ) -> Result<Option<FoundState>, E> {
@@ -174,13 +174,13 @@ mod tests {
     use super::*;
 
     /// Finds a state by looking at each state.
-    fn find_naively(target: Target, all: &[Phases]) -> Option<FoundState> {
+    fn find_naively(target: StepTarget, all: &[Phases]) -> Option<FoundState> {
         let last = all.len().checked_sub(1)?;
         let Some(first) = all.iter().position(|phases| target.is_reached(phases)) else {
             return Some(FoundState { at: last, is_reached: false });
         };
         let at = match target {
-            Target::Leg(LegProgress { leg, .. }) if all[first].leg().leg != leg => {
+            StepTarget::Leg(LegProgress { leg, .. }) if all[first].leg().leg != leg => {
                 all.iter().rposition(|phases| phases.leg().leg < all[first].leg().leg)?
             }
             _ => first,
@@ -218,7 +218,7 @@ mod tests {
             let all: Vec<_> = (0..count).map(|state| phases(state).unwrap()).collect();
             for (leg, steps) in targets {
                 let targets =
-                    [Target::Leg(LegProgress { leg, steps }), Target::Steps((leg * steps).into())];
+                    [StepTarget::Leg(LegProgress { leg, steps }), StepTarget::Steps((leg * steps).into())];
                 for target in targets {
                     let found = find(target, count, phases).unwrap();
                     prop_assert_eq!(found, find_naively(target, &all), "{:?}", target);
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn few_states_of_a_long_run_are_read() {
         let mut reads = 0;
-        let found = find(Target::Steps(0), 256_000, |_| {
+        let found = find(StepTarget::Steps(0), 256_000, |_| {
             reads += 1;
             Ok::<_, ()>(Phases::default())
         });

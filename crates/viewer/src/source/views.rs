@@ -10,7 +10,7 @@ use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
 use crate::http::jobs::{ApiResult, CancelToken};
-use crate::source::Source;
+use crate::source::StateSource;
 
 /// The message that the page shows for a recording that was not closed.
 const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
@@ -48,7 +48,7 @@ pub(crate) struct SourceInfo {
 impl SourceInfo {
     /// Describes a source. `robot` is the name of the robot if the source is known to be a two-run
     /// trial.
-    pub(crate) fn new(id: String, source: &Source, robot: Option<String>) -> ApiResult<Self> {
+    pub(crate) fn new(id: String, source: &StateSource, robot: Option<String>) -> ApiResult<Self> {
         let (run, description, states) = source.current_run()?;
         let info = &description.info;
         let (integrity, note) = match source.integrity() {
@@ -128,7 +128,7 @@ pub(crate) struct StateView {
 }
 
 impl StateView {
-    pub(crate) fn new(source: &Source, run: u32, index: usize) -> ApiResult<Self> {
+    pub(crate) fn new(source: &StateSource, run: u32, index: usize) -> ApiResult<Self> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
         let decoded = description.decode(&states, index)?;
         let times = source.times_to(run, index)?;
