@@ -2,11 +2,9 @@
 
 use mmsim_maze::Excerpt;
 
-use crate::annotations::{
-    Annotation, Entries, MAX_ANNOTATIONS_BYTES, MAX_ENTRY_BYTES, colour_letter, wall_letter,
-};
-use crate::buffer::BufferTooSmall;
+use crate::annotations::{Annotation, Entries, MAX_ENTRY_BYTES, colour_letter, wall_letter};
 use crate::error::RequestError;
+use crate::layout::{BufferTooSmall, MAX_ANNOTATIONS_BYTES};
 use crate::message::heading_byte;
 
 /// Writes annotations requests into the caller's buffer.

@@ -20,10 +20,7 @@ use mmsim_maze::{Cell, Excerpt, Heading, MazeSize, WallState, needs_escape};
 
 use crate::colour::Colour;
 use crate::error::RequestError;
-
-/// The maximum length of an annotations request in bytes. Clients send longer annotations as
-/// several requests.
-pub const MAX_ANNOTATIONS_BYTES: usize = 4096;
+use crate::layout::MAX_ANNOTATIONS_BYTES;
 
 /// The maximum number of characters in the text of a cell.
 pub const MAX_TEXT_CHARS: usize = 10;

@@ -2,8 +2,7 @@
 
 use mmsim_maze::{Cell, Excerpt, MazeSize};
 
-use crate::annotations::MAX_ANNOTATIONS_BYTES;
-use crate::layout::{WALLS_REQUEST_BYTES, state_bytes};
+use crate::layout::{MAX_ANNOTATIONS_BYTES, WALLS_REQUEST_BYTES, state_bytes};
 
 /// The reason why a simulator cannot serve a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

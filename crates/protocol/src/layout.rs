@@ -1,5 +1,7 @@
-//! The positions of the fields in a state. The fields are, in sequence: the letter `S`, x, y,
-//! the heading, the order of the weights, the weights, the order of the walls, and the walls.
+//! The lengths of messages and the positions of the fields in a state, and buffers for messages.
+//!
+//! The fields of a state are, in sequence: the letter `S`, x, y, the heading, the order of the
+//! weights, the weights, the order of the walls, and the walls.
 
 use core::ops::Range;
 
@@ -38,6 +40,32 @@ pub(crate) const fn walls(area: usize) -> Range<usize> {
 /// of a state: letter, x, y and heading.
 pub(crate) const WALLS_REQUEST_BYTES: usize = HEADING + 1;
 
+/// The maximum length of an annotations request in bytes. Clients send longer annotations as
+/// several requests.
+pub const MAX_ANNOTATIONS_BYTES: usize = 4096;
+
+/// The error for a buffer that is too short for a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a buffer of at least {expected} bytes, found {found}")]
+pub struct BufferTooSmall {
+    /// The length of the message in bytes.
+    pub expected: usize,
+    /// The length of the buffer in bytes.
+    pub found: usize,
+}
+
+/// Returns the first `length` bytes of the buffer.
+pub(crate) fn front_of(buffer: &mut [u8], length: usize) -> Result<&mut [u8], BufferTooSmall> {
+    let found = buffer.len();
+    buffer.get_mut(..length).ok_or(BufferTooSmall { expected: length, found })
+}
+
+/// Copies a message into the buffer and returns the length of the message.
+pub(crate) fn write_bytes(buffer: &mut [u8], message: &[u8]) -> Result<usize, BufferTooSmall> {
+    front_of(buffer, message.len())?.copy_from_slice(message);
+    Ok(message.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -50,5 +78,18 @@ mod tests {
         let bytes = [size(1, 1), size(2, 3), size(16, 16), size(32, 32)].map(state_bytes);
         assert_eq!(bytes, [8, 18, 518, 2054]);
         assert_eq!((MAX_STATE_BYTES, WALLS_REQUEST_BYTES), (2054, 4));
+    }
+
+    #[test]
+    fn messages_fill_the_front_of_the_buffer() {
+        let mut buffer = [9; 4];
+        assert_eq!(front_of(&mut buffer, 0), Ok(&mut [][..]));
+        assert_eq!(front_of(&mut buffer, 4), Ok(&mut [9; 4][..]));
+        assert_eq!(write_bytes(&mut buffer, b"ab"), Ok(2));
+        assert_eq!(buffer, [b'a', b'b', 9, 9]);
+        let error = write_bytes(&mut buffer, b"abcde").unwrap_err();
+        assert_eq!(error, BufferTooSmall { expected: 5, found: 4 });
+        insta::assert_snapshot!(error, @"expected a buffer of at least 5 bytes, found 4");
+        assert_eq!(buffer, [b'a', b'b', 9, 9]);
     }
 }

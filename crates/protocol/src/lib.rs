@@ -61,8 +61,6 @@ extern crate alloc;
 
 mod annotation_writer;
 mod annotations;
-mod belief;
-mod buffer;
 mod colour;
 mod error;
 #[cfg(feature = "info")]
@@ -81,15 +79,14 @@ pub use mmsim_maze::{
 
 pub use annotation_writer::{AnnotationError, AnnotationWriter};
 pub use annotations::{
-    Annotation, Annotations, MAX_ANNOTATIONS_BYTES, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES,
-    MAX_TEXT_CHARS, colour_from_letter, colour_letter, wall_from_letter, wall_letter,
+    Annotation, Annotations, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES, MAX_TEXT_CHARS,
+    colour_from_letter, colour_letter, wall_from_letter, wall_letter,
 };
-pub use buffer::BufferTooSmall;
 pub use colour::Colour;
 pub use error::RequestError;
 #[cfg(feature = "info")]
 pub use info::{ANNOTATIONS, Info};
-pub use layout::{MAX_STATE_BYTES, state_bytes};
+pub use layout::{BufferTooSmall, MAX_ANNOTATIONS_BYTES, MAX_STATE_BYTES, state_bytes};
 pub use matrix::{CellWalls, Matrix, Order};
 pub use message::StateMessage;
 pub use reply::{ERROR_PREFIX, Reply, UnknownReply};

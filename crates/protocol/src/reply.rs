@@ -2,7 +2,7 @@
 
 use mmsim_maze::{Excerpt, WallsAround};
 
-use crate::buffer::{BufferTooSmall, front_of, write_bytes};
+use crate::layout::{BufferTooSmall, front_of, write_bytes};
 
 const PONG: &[u8] = b"pong";
 const OK: &[u8] = b"ok";

@@ -3,8 +3,8 @@
 use mmsim_maze::{Excerpt, MazeSize, Pose};
 
 use crate::annotations::Annotations;
-use crate::buffer::{BufferTooSmall, write_bytes};
 use crate::error::RequestError;
+use crate::layout::{BufferTooSmall, write_bytes};
 use crate::message::{decode_pose, heading_byte};
 use crate::state::State;
 
@@ -101,8 +101,7 @@ mod tests {
     use mmsim_maze::{Cell, Heading};
 
     use super::*;
-    use crate::annotations::MAX_ANNOTATIONS_BYTES;
-    use crate::layout::WALLS_REQUEST_BYTES;
+    use crate::layout::{MAX_ANNOTATIONS_BYTES, WALLS_REQUEST_BYTES};
 
     fn error(message: &[u8]) -> String {
         Request::decode(message, MazeSize::CLASSIC).unwrap_err().to_string()
