@@ -79,6 +79,28 @@ pub enum Annotation<'a> {
     ClearWalls,
 }
 
+impl<'a> Annotation<'a> {
+    /// Removes the first of these [`entries`](Annotations::entries), and decodes it. Returns `None` if
+    /// there are no entries.
+    ///
+    /// # Errors
+    /// Returns an error if the entry is invalid. Whether a cell is in the maze is not checked.
+    ///
+    /// ```
+    /// use mmsim_protocol::Annotation;
+    /// let mut entries: &[u8] = b"tL\x02\0hi";
+    /// assert_eq!(Annotation::take_first(&mut entries)?, Some(Annotation::ClearTexts));
+    /// assert_eq!(entries, b"L\x02\0hi");
+    /// # Ok::<(), mmsim_protocol::RequestError>(())
+    /// ```
+    pub fn take_first(entries: &mut &'a [u8]) -> Result<Option<Self>, RequestError> {
+        let mut parser = Entries { message: entries, offset: 0 };
+        let annotation = parser.take()?;
+        *entries = entries.get(parser.offset..).unwrap_or_default();
+        Ok(annotation)
+    }
+}
+
 /// A valid annotations request, which borrows the bytes of its message.
 ///
 /// The annotations belong to the next state that the client sends. Texts, colours, declared walls
@@ -173,14 +195,10 @@ pub const fn wall_letter(state: Option<WallState>) -> u8 {
 }
 
 /// Returns the declared wall with this letter in annotations, or `None` if the letter is invalid.
-pub const fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
-    Some(match letter {
-        b'1' => Some(WallState::Present),
-        b'0' => Some(WallState::Absent),
-        b'?' => Some(WallState::Unknown),
-        b'-' => None,
-        _ => return None,
-    })
+pub fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
+    use WallState::{Absent, Present, Unknown};
+    let states = [Some(Present), Some(Absent), Some(Unknown), None];
+    states.into_iter().find(|&state| wall_letter(state) == letter)
 }
 
 /// A parser for the entries of a message, starting at a byte offset.

@@ -8,7 +8,7 @@ pub(crate) mod update;
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Walls, WallsAround};
 use mmsim_protocol::{Annotation, State, StateMessage};
 
-use crate::context::changes::{ChangeWriter, Changes};
+use crate::context::changes::{Changes, RESTART, put_line};
 use crate::context::notes::Notes;
 use crate::context::update::{
     Events, NOT_OWN, Readings, StoredReadings, StoredUpdate, UNTRACKED, Update, put_reading,
@@ -156,14 +156,13 @@ impl Context {
         let mut next = self.notes.clone();
         let events = next.apply_all(update.annotations);
         self.notes.encode_changes(&next, to);
-        let mut writer = ChangeWriter::new(to);
         if events.has_restart {
-            writer.restart();
+            to.push(RESTART);
         }
         if events.lines > 0 {
             for annotation in update.annotations.iter() {
                 if let Annotation::Log(line) = annotation {
-                    writer.line(line);
+                    put_line(to, line);
                 }
             }
         }
@@ -220,19 +219,16 @@ impl Context {
     }
 
     /// Decodes the bytes written by [`encode`](Self::encode).
-    pub(crate) fn decode(bytes: &[u8], size: MazeSize) -> Option<Self> {
-        let (&key, bytes) = bytes.split_first()?;
-        let bytes_each = row_bytes(size) * usize::from(size.height());
-        let (walls_read, changes) = if key == TRACKED_KEY {
-            let (north, rest) = bytes.split_at_checked(bytes_each)?;
-            let (east, rest) = rest.split_at_checked(bytes_each)?;
-            let rows = |bytes| decode_rows(bytes, size);
-            (Some(Walls::from_rows(size, rows(north), rows(east))), rest)
-        } else {
-            (None, bytes)
-        };
+    pub(crate) fn decode(mut bytes: &[u8], size: MazeSize) -> Option<Self> {
+        let &key = bytes.split_off_first()?;
+        let mut walls_read = None;
+        if key == TRACKED_KEY {
+            let bytes_each = row_bytes(size) * usize::from(size.height());
+            let mut take_rows = || Some(decode_rows(bytes.split_off(..bytes_each)?, size));
+            walls_read = Some(Walls::from_rows(size, take_rows()?, take_rows()?));
+        }
         let mut notes = Notes::new(size);
-        notes.apply_changes(Changes::decode(changes, size).ok()?);
+        notes.apply_changes(Changes::decode(bytes, size).ok()?);
         Some(Self { size, walls_read, notes })
     }
 }

@@ -21,28 +21,31 @@
 //! unchanged cells or walls since the previous change.
 
 use mmsim_maze::{Excerpt, MazeSize, WallState, needs_escape};
-use mmsim_protocol::{
-    Annotation, Colour, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES, MAX_TEXT_CHARS,
-    colour_from_letter, wall_from_letter,
-};
+use mmsim_protocol::{Annotation, Colour, MAX_TEXT_CHARS, colour_from_letter, wall_from_letter};
 
 use crate::context::update::Events;
 
 /// A change of one cell or wall, or an annotation that does not belong to a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change<'a> {
-    Text { cell: usize, text: NewText<'a> },
-    Colour { cell: usize, colour: Option<Colour> },
-    Wall { wall: usize, state: Option<WallState> },
+    Text {
+        cell: usize,
+        text: &'a str,
+    },
+    /// The new text of a cell is a number, given as the difference from another number.
+    Number {
+        cell: usize,
+        difference: u32,
+    },
+    Colour {
+        cell: usize,
+        colour: Option<Colour>,
+    },
+    Wall {
+        wall: usize,
+        state: Option<WallState>,
+    },
     Other(Annotation<'a>),
-}
-
-/// The new text of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NewText<'a> {
-    Text(&'a str),
-    /// A number, as the difference from another number.
-    Difference(u32),
 }
 
 /// The letters of lists. The same letter in lower case clears all values of the list.
@@ -54,11 +57,12 @@ pub(crate) const WALLS: u8 = b'D';
 pub(crate) const MOUSE: u8 = b'M';
 pub(crate) const STRATEGY: u8 = b'S';
 
-/// The letter of a log line.
+/// The letters of a restart and of a log line.
+pub(crate) const RESTART: u8 = b'r';
 const LINE: u8 = b'L';
 
 /// The letters of all entries in their order. Only log lines can be repeated.
-const ORDER: &[u8] = &[MOUSE, STRATEGY, b't', TEXTS, b'c', COLOURS, b'd', WALLS, b'r', LINE];
+const ORDER: &[u8] = &[MOUSE, STRATEGY, b't', TEXTS, b'c', COLOURS, b'd', WALLS, RESTART, LINE];
 
 /// Changes that have been checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,25 +122,18 @@ impl<'a> Reader<'a> {
     fn take(&mut self) -> Result<Option<Change<'a>>, String> {
         while self.remaining == 0 {
             let start = self.rest;
-            let Some((&letter, rest)) = self.rest.split_first() else { return Ok(None) };
-            self.rest = rest;
+            let Some(&letter) = start.first() else { return Ok(None) };
             self.letters = after(letter, self.letters).ok_or_else(|| invalid(start))?;
-            let annotation = match letter {
-                TEXTS | COLOURS | WALLS => {
-                    let count = take_number(&mut self.rest).ok_or_else(|| invalid(start))?;
-                    (self.list, self.remaining, self.next) = (letter, count, 0);
-                    continue;
-                }
-                b'r' => Some(Annotation::Restart),
-                b't' => Some(Annotation::ClearTexts),
-                b'c' => Some(Annotation::ClearColours),
-                b'd' => Some(Annotation::ClearWalls),
-                LINE => self.take_line().map(Annotation::Log),
-                MOUSE => self.take_text(MAX_NAME_BYTES).map(Annotation::Mouse),
-                STRATEGY => self.take_text(MAX_NAME_BYTES).map(Annotation::Strategy),
-                _ => None,
-            };
-            return annotation.map(|it| Some(Change::Other(it))).ok_or_else(|| invalid(start));
+            if !matches!(letter, TEXTS | COLOURS | WALLS | RESTART) {
+                let annotation = Annotation::take_first(&mut self.rest);
+                return annotation.map(|it| it.map(Change::Other)).map_err(|_| invalid(start));
+            }
+            self.rest = &start[1..];
+            if letter == RESTART {
+                return Ok(Some(Change::Other(Annotation::Restart)));
+            }
+            let count = take_number(&mut self.rest).ok_or_else(|| invalid(start))?;
+            (self.list, self.remaining, self.next) = (letter, count, 0);
         }
         let start = self.rest;
         self.remaining -= 1;
@@ -149,47 +146,28 @@ impl<'a> Reader<'a> {
         let count = if self.list == WALLS { 2 * self.area } else { self.area };
         self.next = (index < count).then_some(index + 1)?;
         if self.list == TEXTS {
-            let text = match take_number(&mut self.rest)? {
-                0 => NewText::Text(
-                    self.take_text(MAX_TEXT_BYTES)
-                        .filter(|text| text.chars().count() <= MAX_TEXT_CHARS)?,
-                ),
-                value => NewText::Difference(from_zigzag(u32::try_from(value - 1).ok()?)),
-            };
-            return Some(Change::Text { cell: index, text });
+            return Some(match take_number(&mut self.rest)? {
+                0 => Change::Text { cell: index, text: self.take_text()? },
+                value => {
+                    let difference = from_zigzag(u32::try_from(value - 1).ok()?);
+                    Change::Number { cell: index, difference }
+                }
+            });
         }
-        let (&value, rest) = self.rest.split_first()?;
-        self.rest = rest;
-        if self.list == COLOURS {
-            return Some(Change::Colour { cell: index, colour: colour_from_letter(value)? });
-        }
-        Some(Change::Wall { wall: index, state: wall_from_letter(value)? })
+        let &letter = self.rest.split_off_first()?;
+        Some(if self.list == COLOURS {
+            Change::Colour { cell: index, colour: colour_from_letter(letter)? }
+        } else {
+            Change::Wall { wall: index, state: wall_from_letter(letter)? }
+        })
     }
 
-    /// Takes a text after its length in one byte.
-    fn take_text(&mut self, max: usize) -> Option<&'a str> {
-        let (&length, rest) = self.rest.split_first()?;
-        self.rest = rest;
-        self.take_chars(length.into(), max, |c| !needs_escape(c))
-    }
-
-    /// Takes a log line after its length in two bytes.
-    fn take_line(&mut self) -> Option<&'a str> {
-        let (length, rest) = self.rest.split_first_chunk()?;
-        self.rest = rest;
-        let is_allowed = |c| c == '\t' || !needs_escape(c);
-        self.take_chars(u16::from_le_bytes(*length).into(), MAX_LOG_BYTES, is_allowed)
-    }
-
-    fn take_chars(
-        &mut self,
-        length: usize,
-        max: usize,
-        is_allowed: impl Fn(char) -> bool,
-    ) -> Option<&'a str> {
-        let (text, rest) = self.rest.split_at_checked(length).filter(|_| length <= max)?;
-        self.rest = rest;
-        str::from_utf8(text).ok().filter(|text| text.chars().all(is_allowed))
+    /// Takes the text of a cell after its length in one byte.
+    fn take_text(&mut self) -> Option<&'a str> {
+        let &length = self.rest.split_off_first()?;
+        let text = str::from_utf8(self.rest.split_off(..length.into())?).ok()?;
+        let is_valid = text.chars().count() <= MAX_TEXT_CHARS && !text.chars().any(needs_escape);
+        is_valid.then_some(text)
     }
 }
 
@@ -208,8 +186,7 @@ fn invalid(bytes: &[u8]) -> String {
 fn take_number(bytes: &mut &[u8]) -> Option<u64> {
     let mut number = 0;
     for shift in (0..35).step_by(7) {
-        let (&byte, rest) = bytes.split_first()?;
-        *bytes = rest;
+        let &byte = bytes.split_off_first()?;
         number |= u64::from(byte & 0x7f) << shift;
         if byte & 0x80 == 0 {
             return Some(number);
@@ -237,75 +214,45 @@ const fn from_zigzag(zigzag: u32) -> u32 {
     zigzag >> 1 ^ 0_u32.wrapping_sub(zigzag & 1)
 }
 
-/// Appends changes. The changes of texts, colours and walls form lists.
-pub(crate) struct ChangeWriter<'t> {
-    to: &'t mut Vec<u8>,
-    next: usize,
+/// Appends a list of changes with their cells or walls, unless it is empty. `put` appends the value of
+/// a change.
+pub(crate) fn put_list<C>(
+    to: &mut Vec<u8>,
+    list: u8,
+    changes: impl Iterator<Item = (usize, C)> + Clone,
+    mut put: impl FnMut(&mut Vec<u8>, C),
+) {
+    let count = changes.clone().count();
+    if count > 0 {
+        to.push(list);
+        put_number(to, count as u64);
+    }
+    let mut next = 0;
+    for (index, change) in changes {
+        put_number(to, (index - next) as u64);
+        next = index + 1;
+        put(to, change);
+    }
 }
 
-impl<'t> ChangeWriter<'t> {
-    pub(crate) const fn new(to: &'t mut Vec<u8>) -> Self {
-        Self { to, next: 0 }
-    }
+/// Appends the value of a text that becomes a number.
+pub(crate) fn put_difference(to: &mut Vec<u8>, difference: u32) {
+    put_number(to, u64::from(to_zigzag(difference)) + 1);
+}
 
-    /// Begins a list of `count` changes of texts, colours or walls.
-    pub(crate) fn begin(&mut self, list: u8, count: usize) {
-        self.to.push(list);
-        put_number(self.to, count as u64);
-        self.next = 0;
-    }
+/// Appends a text after its length in one byte.
+pub(crate) fn put_text(to: &mut Vec<u8>, text: &str) {
+    // The length fits, because annotations limit it.
+    to.push(u8::try_from(text.len()).unwrap_or_default());
+    to.extend_from_slice(text.as_bytes());
+}
 
-    /// Clears all values of a list.
-    pub(crate) fn clear(&mut self, list: u8) {
-        self.to.push(list.to_ascii_lowercase());
-    }
-
-    fn skip_to(&mut self, index: usize) {
-        put_number(self.to, (index - self.next) as u64);
-        self.next = index + 1;
-    }
-
-    pub(crate) fn text(&mut self, cell: usize, text: NewText<'_>) {
-        self.skip_to(cell);
-        match text {
-            NewText::Difference(difference) => {
-                put_number(self.to, u64::from(to_zigzag(difference)) + 1);
-            }
-            NewText::Text(text) => {
-                put_number(self.to, 0);
-                self.short_text(text);
-            }
-        }
-    }
-
-    /// Appends the letter of a new colour or of the new state of a wall.
-    pub(crate) fn value(&mut self, index: usize, letter: u8) {
-        self.skip_to(index);
-        self.to.push(letter);
-    }
-
-    /// Appends a new name of the mouse or of its strategy.
-    pub(crate) fn name(&mut self, letter: u8, name: &str) {
-        self.to.push(letter);
-        self.short_text(name);
-    }
-
-    pub(crate) fn restart(&mut self) {
-        self.to.push(b'r');
-    }
-
-    pub(crate) fn line(&mut self, line: &str) {
-        self.to.push(LINE);
-        // The length fits, because annotations limit it.
-        self.to.extend(u16::try_from(line.len()).unwrap_or_default().to_le_bytes());
-        self.to.extend_from_slice(line.as_bytes());
-    }
-
-    fn short_text(&mut self, text: &str) {
-        // The length fits, because annotations limit it.
-        self.to.push(u8::try_from(text.len()).unwrap_or_default());
-        self.to.extend_from_slice(text.as_bytes());
-    }
+/// Appends a log line.
+pub(crate) fn put_line(to: &mut Vec<u8>, line: &str) {
+    to.push(LINE);
+    // The length fits, because annotations limit it.
+    to.extend(u16::try_from(line.len()).unwrap_or_default().to_le_bytes());
+    to.extend_from_slice(line.as_bytes());
 }
 
 #[cfg(test)]
@@ -322,38 +269,42 @@ mod tests {
     #[test]
     fn changes_have_the_documented_bytes() {
         let mut bytes = Vec::new();
-        let mut writer = ChangeWriter::new(&mut bytes);
-        writer.name(MOUSE, "Theseus");
-        writer.name(STRATEGY, "swing");
-        writer.clear(TEXTS);
-        writer.begin(TEXTS, 3);
-        writer.text(1, NewText::Difference(16));
-        writer.text(2, NewText::Difference(200_u32.wrapping_neg()));
-        writer.text(5, NewText::Text("\u{221e}"));
-        writer.clear(COLOURS);
-        writer.begin(COLOURS, 1);
-        writer.value(5, colour_letter(Some(Colour::DarkGreen)));
-        writer.clear(WALLS);
-        writer.begin(WALLS, 2);
-        writer.value(0, wall_letter(None));
-        writer.value(11, wall_letter(Some(WallState::Unknown)));
-        writer.restart();
-        writer.line("a\tb");
+        bytes.push(MOUSE);
+        put_text(&mut bytes, "Theseus");
+        bytes.push(STRATEGY);
+        put_text(&mut bytes, "swing");
+        bytes.push(b't');
+        let texts = [(1, Ok(16)), (2, Ok(200_u32.wrapping_neg())), (5, Err("\u{221e}"))];
+        put_list(&mut bytes, TEXTS, texts.into_iter(), |to, text| match text {
+            Ok(difference) => put_difference(to, difference),
+            Err(text) => {
+                to.push(0);
+                put_text(to, text);
+            }
+        });
+        bytes.push(b'c');
+        let colour = [(5, Some(Colour::DarkGreen))].into_iter();
+        put_list(&mut bytes, COLOURS, colour, |to, colour| to.push(colour_letter(colour)));
+        bytes.push(b'd');
+        let walls = [(0, None), (11, Some(WallState::Unknown))].into_iter();
+        put_list(&mut bytes, WALLS, walls, |to, state| to.push(wall_letter(state)));
+        put_list(&mut bytes, WALLS, [].into_iter(), |to, state| to.push(wall_letter(state)));
+        bytes.push(RESTART);
+        put_line(&mut bytes, "a\tb");
         let expected =
             b"M\x07TheseusS\x05swingtT\x03\x01\x21\0\x90\x03\x02\0\x03\xe2\x88\x9ecC\x01\x05G\
             dD\x02\0-\x0a?rL\x03\0a\tb";
         assert_eq!(bytes, expected);
         let changes: Vec<_> = Changes::decode(&bytes, size()).unwrap().iter().collect();
-        let text = |cell, text| Change::Text { cell, text };
         assert_eq!(
             changes,
             [
                 Change::Other(Annotation::Mouse("Theseus")),
                 Change::Other(Annotation::Strategy("swing")),
                 Change::Other(Annotation::ClearTexts),
-                text(1, NewText::Difference(16)),
-                text(2, NewText::Difference(200_u32.wrapping_neg())),
-                text(5, NewText::Text("\u{221e}")),
+                Change::Number { cell: 1, difference: 16 },
+                Change::Number { cell: 2, difference: 200_u32.wrapping_neg() },
+                Change::Text { cell: 5, text: "\u{221e}" },
                 Change::Other(Annotation::ClearColours),
                 Change::Colour { cell: 5, colour: Some(Colour::DarkGreen) },
                 Change::Other(Annotation::ClearWalls),

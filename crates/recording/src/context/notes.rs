@@ -6,7 +6,7 @@ use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Wall, WallState};
 use mmsim_protocol::{Annotation, Colour, MAX_TEXT_BYTES, colour_letter, wall_letter};
 
 use crate::context::changes::{
-    COLOURS, Change, ChangeWriter, Changes, MOUSE, NewText, STRATEGY, TEXTS, WALLS,
+    COLOURS, Change, Changes, MOUSE, STRATEGY, TEXTS, WALLS, put_difference, put_list, put_text,
 };
 use crate::context::update::{AnnotationList, Events};
 
@@ -171,15 +171,13 @@ impl Notes {
                 Change::Colour { cell, colour } => self.colours.set(cell, colour, area),
                 Change::Wall { wall, state } => self.walls.set(wall, state, 2 * area),
                 Change::Text { cell, text } => {
-                    let text = match text {
-                        NewText::Text(text) => Text::new(text),
-                        NewText::Difference(difference) => {
-                            let old = self.texts.0.get(cell).and_then(Text::number);
-                            previous = old.unwrap_or(previous).wrapping_add(difference);
-                            Text::new(&previous.to_string())
-                        }
-                    };
-                    self.texts.set(cell, text.unwrap_or_default(), area);
+                    self.texts.set(cell, Text::new(text).unwrap_or_default(), area);
+                }
+                Change::Number { cell, difference } => {
+                    let old = self.texts.0.get(cell).and_then(Text::number);
+                    previous = old.unwrap_or(previous).wrapping_add(difference);
+                    let text = Text::new(&previous.to_string()).unwrap_or_default();
+                    self.texts.set(cell, text, area);
                 }
             }
         }
@@ -188,30 +186,26 @@ impl Notes {
 
     /// Appends the changes from these notes to `next`.
     pub(crate) fn encode_changes(&self, next: &Self, to: &mut Vec<u8>) {
-        let mut writer = ChangeWriter::new(to);
-        if self.mouse != next.mouse {
-            writer.name(MOUSE, &next.mouse);
-        }
-        if self.strategy != next.strategy {
-            writer.name(STRATEGY, &next.strategy);
+        let names = [(MOUSE, &self.mouse, &next.mouse), (STRATEGY, &self.strategy, &next.strategy)];
+        for (letter, _, new) in names.into_iter().filter(|(_, old, new)| old != new) {
+            to.push(letter);
+            put_text(to, new);
         }
         let mut previous = 0;
-        self.texts.encode_changes(&next.texts, TEXTS, &mut writer, |writer, cell, old, text| {
-            let new = if let Some(number) = text.number() {
+        self.texts.encode_changes(&next.texts, TEXTS, to, |to, old, new| {
+            if let Some(number) = new.number() {
                 let base = old.number().unwrap_or(previous);
                 previous = number;
-                NewText::Difference(number.wrapping_sub(base))
+                put_difference(to, number.wrapping_sub(base));
             } else {
-                NewText::Text(text.as_str())
-            };
-            writer.text(cell, new);
+                to.push(0);
+                put_text(to, new.as_str());
+            }
         });
-        self.colours.encode_changes(&next.colours, COLOURS, &mut writer, |writer, cell, _, new| {
-            writer.value(cell, colour_letter(*new));
-        });
-        self.walls.encode_changes(&next.walls, WALLS, &mut writer, |writer, wall, _, new| {
-            writer.value(wall, wall_letter(*new));
-        });
+        let colours = &next.colours;
+        self.colours
+            .encode_changes(colours, COLOURS, to, |to, _, new| to.push(colour_letter(*new)));
+        self.walls.encode_changes(&next.walls, WALLS, to, |to, _, new| to.push(wall_letter(*new)));
     }
 
     /// Returns the maximum length of the changes from which these notes can be restored.
@@ -243,31 +237,26 @@ impl<T: Copy + Default + PartialEq> Layer<T> {
     }
 
     /// Appends the changes to `next`, which form the list with the letter `list`. `put` appends a
-    /// value, given its index, the old value and the new value.
+    /// value, given the old value and the new value.
     fn encode_changes(
         &self,
         next: &Self,
         list: u8,
-        writer: &mut ChangeWriter<'_>,
-        mut put: impl FnMut(&mut ChangeWriter<'_>, usize, T, &T),
+        to: &mut Vec<u8>,
+        mut put: impl FnMut(&mut Vec<u8>, T, &T),
     ) {
         let (empty, is_cleared) = (Self::default(), self.is_cheaper_to_clear(next));
         let old = if is_cleared { &empty } else { self };
         if is_cleared {
-            writer.clear(list);
+            to.push(list.to_ascii_lowercase());
         }
-        let count = old.changes(next).count();
-        if count > 0 {
-            writer.begin(list, count);
-        }
-        for (index, value) in old.changes(next) {
-            put(writer, index, old.get(index), value);
-        }
+        let changes = old.changes(next).map(|(index, new)| (index, (old.get(index), new)));
+        put_list(to, list, changes, |to, (old, new)| put(to, old, new));
     }
 
     /// Returns each value of `next` that differs from the old value, with its index. If `next` has no
     /// values, the old values must have been cleared.
-    fn changes<'l>(&'l self, next: &'l Self) -> impl Iterator<Item = (usize, &'l T)> {
+    fn changes<'l>(&'l self, next: &'l Self) -> impl Iterator<Item = (usize, &'l T)> + Clone {
         let has_changed = |&(index, &value): &(usize, &T)| value != self.get(index);
         next.0.iter().enumerate().filter(has_changed)
     }
