@@ -117,18 +117,12 @@ impl Context {
         self.notes.apply_changes(update.changes) || has_read
     }
 
-    /// Applies an empty update before a state with the pose `pose`. Returns true if the context has
-    /// changed.
-    pub(crate) fn apply_at_pose(&mut self, pose: Option<Pose>) -> bool {
-        match (&mut self.walls_read, pose) {
-            (Some(walls_read), Some(pose)) => read_around(walls_read, pose),
-            _ => false,
-        }
-    }
-
     fn apply_readings(&mut self, pose: Option<Pose>, readings: StoredReadings<'_>) -> bool {
         match readings {
-            StoredReadings::AtPose => self.apply_at_pose(pose),
+            StoredReadings::AtPose => {
+                let read = self.walls_read.as_mut().zip(pose);
+                read.is_some_and(|(walls_read, pose)| read_around(walls_read, pose))
+            }
             StoredReadings::Untracked => self.walls_read.take().is_some(),
             StoredReadings::Poses { own: reads_pose, others } => {
                 let mut changed = self.walls_read.is_none();

@@ -16,7 +16,7 @@ use zstd::bulk::Decompressor;
 
 use crate::context::Context;
 use crate::context::update::{Events, Update};
-use crate::history::block::{Block, States};
+use crate::history::block::{Block, Data, States};
 use crate::history::context_log::ContextLog;
 use crate::history::log::{LogBlock, LogEnd, LogLine, read_log};
 use crate::history::storage::{BlockCompressor, Slabs};
@@ -142,18 +142,26 @@ impl History {
     /// Returns an error if the message has the wrong length for the size of the maze, or if there
     /// is not enough memory for another state. On error, the states in the history stay the same.
     pub fn push_with_update(&mut self, update: Update<'_>, state: &[u8]) -> Result<(), PushError> {
-        self.push_with(state, |contexts, pose, bytes| contexts.encode(pose, update, bytes))
+        self.push_with(state, |context, pose, bytes| {
+            reserve(bytes, update.max_bytes())?;
+            Ok(context.encode_update(pose, update, bytes))
+        })
     }
 
     /// Appends a state and the valid bytes of the update that precedes it.
     pub(crate) fn push_recorded(&mut self, update: &[u8], state: &[u8]) -> Result<(), PushError> {
-        self.push_with(state, |contexts, _, bytes| contexts.copy_update(update, bytes))
+        let events = Events::from_update(update, self.size);
+        self.push_with(state, |_, _, bytes| {
+            reserve(bytes, update.len())?;
+            bytes.extend_from_slice(update);
+            Ok(events)
+        })
     }
 
     fn push_with(
         &mut self,
         state: &[u8],
-        encode: impl FnOnce(&mut ContextLog, Option<Pose>, &mut Vec<u8>) -> Result<Events, OutOfMemory>,
+        encode: impl FnOnce(&Context, Option<Pose>, &mut Vec<u8>) -> Result<Events, OutOfMemory>,
     ) -> Result<(), PushError> {
         let (expected, found) = (state_bytes(self.size), state.len());
         if found != expected {
@@ -165,7 +173,9 @@ impl History {
             self.pack().map_err(out_of_memory)?;
         }
         let pose = StateMessage::new(state, self.size).and_then(|state| state.pose()).ok();
-        let events = encode(&mut self.contexts, pose, &mut self.update).map_err(out_of_memory)?;
+        self.update.clear();
+        let encoded = encode(self.contexts.context(), pose, &mut self.update);
+        let events = encoded.map_err(out_of_memory)?;
         let starts_block = self.open.is_empty();
         let bytes = state.len() + self.contexts.push_bytes(starts_block, &self.update, events);
         if self.bytes().saturating_add(bytes) > self.limit {
@@ -199,14 +209,14 @@ impl History {
     /// Copying is fast because the block stays compressed. The caller can decompress the copy on
     /// any thread. Returns `None` if the block does not exist or memory runs out.
     pub fn block(&self, index: usize) -> Option<Block> {
-        let (states, packed) = self.stored(index)?;
-        let contexts = self.contexts.block(index, index == self.packed.len()).ok()?;
-        let mut copy = Vec::new();
-        reserve(&mut copy, states.len()).ok()?;
-        copy.extend_from_slice(states);
-        let states =
-            States { first: index * Block::STATES, size: self.size, bytes: copy, contexts };
-        Some(Block { states, packed })
+        let (messages, length) = self.stored(index)?;
+        Some(Block(States {
+            first: index * Block::STATES,
+            size: self.size,
+            messages: Data::new(messages, length).ok()?,
+            context: self.contexts.copy_context(index).ok()?,
+            updates: self.contexts.copy_updates(index, index == self.packed.len()).ok()?,
+        }))
     }
 
     /// Returns the context of the state with this index. To read the contexts of many states, use
@@ -259,15 +269,12 @@ impl History {
         *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
     }
 
-    /// Returns the bytes of the block with this index, and true if they are compressed.
-    fn stored(&self, index: usize) -> Option<(&[u8], bool)> {
-        match self.packed.get(index) {
-            Some(packed) => Some((packed, packed.len() != self.block_bytes())),
-            None if index == self.packed.len() && !self.open.is_empty() => {
-                Some((&self.open, false))
-            }
-            None => None,
-        }
+    /// Returns the bytes of the block with this index, which are compressed unless they have the
+    /// length that is also returned.
+    fn stored(&self, index: usize) -> Option<(&[u8], usize)> {
+        let is_open = index == self.packed.len() && !self.open.is_empty();
+        let open = is_open.then_some((&*self.open, self.open.len()));
+        self.packed.get(index).map(|packed| (packed, self.block_bytes())).or(open)
     }
 
     const fn block_bytes(&self) -> usize {
@@ -305,8 +312,8 @@ impl HistoryReader<'_> {
     /// exist or memory runs out.
     pub fn get(&mut self, index: usize) -> Option<&[u8]> {
         let (block, length) = (index / Block::STATES, state_bytes(self.history.size));
-        let (mut states, packed) = self.history.stored(block)?;
-        if packed {
+        let (mut states, unpacked_length) = self.history.stored(block)?;
+        if states.len() != unpacked_length {
             if self.block != Some(block) {
                 self.unpack(states)?;
                 self.block = Some(block);

@@ -15,20 +15,19 @@ use crate::memory::{OutOfMemory, reserve};
 
 /// A copy of up to 256 consecutive states of a [`History`](crate::History), possibly compressed.
 #[derive(Clone, Debug)]
-pub struct Block {
-    /// The states, compressed if `packed` is true.
-    pub(crate) states: States,
-    pub(crate) packed: bool,
-}
+pub struct Block(pub(crate) States);
 
-/// Up to 256 consecutive uncompressed states of a history.
+/// Up to 256 consecutive states of a history. They are uncompressed unless they belong to a
+/// [`Block`].
 #[derive(Clone, Debug)]
 pub struct States {
     pub(crate) first: usize,
     pub(crate) size: MazeSize,
-    pub(crate) bytes: Vec<u8>,
-    /// The contexts of the states, which are compressed if the states belong to a [`Block`].
-    pub(crate) contexts: ContextBlock,
+    /// The message of each state.
+    pub(crate) messages: Data,
+    /// The context before the first state. Empty if nothing has changed since the start of the run.
+    pub(crate) context: Data,
+    pub(crate) updates: UpdateData,
 }
 
 impl Block {
@@ -37,36 +36,35 @@ impl Block {
 
     /// Decompresses the states. Returns `None` if memory runs out.
     pub fn unpack(self) -> Option<States> {
-        let Self { states, packed } = self;
-        let length =
-            if packed { Self::STATES * state_bytes(states.size) } else { states.bytes.len() };
-        let bytes = decompress(states.bytes, length).ok()?;
-        Some(States { bytes, contexts: states.contexts.unpack().ok()?, ..states })
+        let Self(States { first, size, messages, context, updates }) = self;
+        let (messages, context) = (messages.unpack().ok()?, context.unpack().ok()?);
+        Some(States { first, size, messages, context, updates: updates.unpack().ok()? })
     }
 }
 
 impl States {
     /// Returns the number of states.
     pub const fn len(&self) -> usize {
-        self.bytes.len() / state_bytes(self.size)
+        self.messages.bytes.len() / state_bytes(self.size)
     }
 
     /// Returns true if there are no states. A block that was copied from a history has at least one
     /// state.
     pub const fn is_empty(&self) -> bool {
-        self.bytes.is_empty()
+        self.messages.bytes.is_empty()
     }
 
     /// Returns the memory that the states use, in bytes.
     pub fn memory(&self) -> usize {
-        self.bytes.len() + self.contexts.bytes()
+        let updates = self.updates.0.iter().map(|part| part.bytes.len()).sum::<usize>();
+        self.messages.bytes.len() + self.context.bytes.len() + updates
     }
 
     /// Returns the state with this index in the whole history.
     pub fn get(&self, index: usize) -> Option<&[u8]> {
         let length = state_bytes(self.size);
         let start = index.checked_sub(self.first)?.checked_mul(length)?;
-        self.bytes.get(start..start.checked_add(length)?)
+        self.messages.bytes.get(start..start.checked_add(length)?)
     }
 
     /// Returns a view of the state with this index in the whole history.
@@ -80,15 +78,14 @@ impl States {
         let length = state_bytes(self.size);
         let start = from.saturating_sub(self.first).saturating_mul(length);
         let end = start.saturating_add(count.saturating_mul(length));
-        let end = end.min(self.bytes.len());
-        self.bytes.get(start..end).unwrap_or_default()
+        let end = end.min(self.messages.bytes.len());
+        self.messages.bytes.get(start..end).unwrap_or_default()
     }
 
     /// Returns the context of the state with this index.
     pub fn context(&self, index: usize) -> Option<Context> {
         let last = index - self.get(index).map(|_| self.first)?;
-        let (mut context, mut updates) =
-            (self.contexts.first(self.size)?, self.contexts.updates.iter());
+        let (mut context, mut updates) = (self.first_context()?, self.updates.iter());
         for at in 0..=last {
             let pose = self.message(self.first + at).and_then(|state| state.pose().ok());
             let update = StoredUpdate::decode(updates.seek(at), self.size).ok()?;
@@ -101,13 +98,21 @@ impl States {
     /// bytes are empty for most states.
     pub fn update(&self, index: usize) -> Option<&[u8]> {
         let at = index - self.get(index).map(|_| self.first)?;
-        Some(self.contexts.updates.iter().seek(at))
+        Some(self.updates.iter().seek(at))
+    }
+
+    /// Returns the context before the first state.
+    fn first_context(&self) -> Option<Context> {
+        match &*self.context.bytes {
+            [] => Some(Context::new(self.size)),
+            bytes => Context::decode(bytes, self.size),
+        }
     }
 
     /// Iterates over the states of this block from the index `from` in the whole history: the pose, or
     /// `None` if it is invalid, and true if the mouse was put back at the start before the state.
     pub fn poses(&self, from: usize) -> impl Iterator<Item = (Option<Pose>, bool)> {
-        let mut updates = self.contexts.updates.iter();
+        let mut updates = self.updates.iter();
         (from.max(self.first)..self.first + self.len()).map(move |index| {
             let events = Events::from_update(updates.seek(index - self.first), self.size);
             let pose = self.message(index).and_then(|message| message.pose().ok());
@@ -203,9 +208,9 @@ impl StateCursor {
 impl States {
     /// Starts a scan at the first state of this block. Returns `None` if the block is damaged.
     pub fn scan(&self) -> Option<StateScan<'_>> {
-        let context = self.contexts.first(self.size)?;
+        let context = self.first_context()?;
         let cursor = StateCursor { size: self.size, next: self.first, context };
-        Some(StateScan { states: self, updates: self.contexts.updates.iter(), cursor })
+        Some(StateScan { states: self, updates: self.updates.iter(), cursor })
     }
 }
 
@@ -216,14 +221,6 @@ impl StateScan<'_> {
         let message = self.states.get(index)?;
         self.cursor.advance(self.updates.seek(index - self.states.first), message)
     }
-}
-
-/// The data from which the contexts in a block are computed.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ContextBlock {
-    /// The context before the first state. Empty if nothing has changed since the start of the run.
-    pub(crate) context: Data,
-    pub(crate) updates: UpdateData,
 }
 
 /// The updates in a block, in one or more parts. Decompressed updates have one part.
@@ -248,26 +245,6 @@ impl Data {
 
     fn unpack(self) -> Result<Self, OutOfMemory> {
         Ok(Self { bytes: decompress(self.bytes, self.length)?, ..self })
-    }
-}
-
-impl ContextBlock {
-    /// Decompresses the data.
-    pub(crate) fn unpack(self) -> Result<Self, OutOfMemory> {
-        Ok(Self { context: self.context.unpack()?, updates: self.updates.unpack()? })
-    }
-
-    /// Returns the memory in use, in bytes.
-    pub(crate) fn bytes(&self) -> usize {
-        self.context.bytes.len() + self.updates.0.iter().map(|part| part.bytes.len()).sum::<usize>()
-    }
-
-    /// Returns the context before the first state. The block must be decompressed.
-    pub(crate) fn first(&self, size: MazeSize) -> Option<Context> {
-        match &*self.context.bytes {
-            [] => Some(Context::new(size)),
-            bytes => Context::decode(bytes, size),
-        }
     }
 }
 

@@ -8,8 +8,8 @@ use std::ops::RangeInclusive;
 use mmsim_maze::{MazeSize, Pose};
 
 use crate::context::Context;
-use crate::context::update::{Events, StoredUpdate, Update};
-use crate::history::block::{ContextBlock, Data, UpdateData};
+use crate::context::update::{Events, StoredUpdate};
+use crate::history::block::{Data, UpdateData};
 use crate::history::log::{LogBlock, LogEnd, LogLine};
 use crate::history::storage::{BlockCompressor, Slabs};
 use crate::memory::{OutOfMemory, reserve};
@@ -97,32 +97,11 @@ impl ContextLog {
         self.packed.bytes + locations + log + self.open.len()
     }
 
-    /// Encodes the update before the next state, which has the pose `pose`. `into` becomes the
-    /// bytes of the update, without everything that does not change the context. Returns the events
-    /// of the update.
-    pub(crate) fn encode(
-        &mut self,
-        pose: Option<Pose>,
-        update: Update<'_>,
-        into: &mut Vec<u8>,
-    ) -> Result<Events, OutOfMemory> {
+    /// Returns the context before the update of the next state. After this call, `undo_push` has no
+    /// effect.
+    pub(crate) fn context(&mut self) -> &Context {
         self.apply_newest();
-        into.clear();
-        reserve(into, update.max_bytes())?;
-        Ok(self.context.encode_update(pose, update, into))
-    }
-
-    /// Copies the valid update before the next state. Returns the events of the update.
-    pub(crate) fn copy_update(
-        &mut self,
-        update: &[u8],
-        into: &mut Vec<u8>,
-    ) -> Result<Events, OutOfMemory> {
-        self.apply_newest();
-        into.clear();
-        reserve(into, update.len())?;
-        into.extend_from_slice(update);
-        Ok(Events::from_update(update, self.size))
+        &self.context
     }
 
     /// Returns the maximum memory that a state with this update needs, in bytes.
@@ -138,7 +117,7 @@ impl ContextLog {
 
     /// Prepares the block with this index for the next state. Stores the context at the start of the
     /// block, unless it has been stored, and compresses long updates. Call this method between
-    /// `encode` and `push`.
+    /// `context` and `push`.
     pub(crate) fn prepare(
         &mut self,
         starts_block: bool,
@@ -223,15 +202,11 @@ impl ContextLog {
         Ok(())
     }
 
-    /// Copies the data from which the contexts in a block are computed. `is_open` is true for the
-    /// block of the newest states.
-    pub(crate) fn block(&self, block: usize, is_open: bool) -> Result<ContextBlock, OutOfMemory> {
+    /// Copies the context before the first state of a block, which is empty if nothing has changed
+    /// since the start of the run.
+    pub(crate) fn copy_context(&self, block: usize) -> Result<Data, OutOfMemory> {
         let count = self.contexts.partition_point(|packed| packed.block <= block);
-        let context = match self.contexts[..count].last() {
-            Some(&packed) => self.copy(packed)?,
-            None => Data::default(),
-        };
-        Ok(ContextBlock { context, updates: self.copy_updates(block, is_open)? })
+        self.contexts[..count].last().map_or(Ok(Data::default()), |&packed| self.copy(packed))
     }
 
     /// Copies the updates of the first or last block with log lines whose index is in `blocks`. The
@@ -259,7 +234,12 @@ impl ContextLog {
         Some(LogBlock { block, updates, size: self.size })
     }
 
-    fn copy_updates(&self, block: usize, is_open: bool) -> Result<UpdateData, OutOfMemory> {
+    /// Copies the updates in a block. `is_open` is true for the block of the newest states.
+    pub(crate) fn copy_updates(
+        &self,
+        block: usize,
+        is_open: bool,
+    ) -> Result<UpdateData, OutOfMemory> {
         let start = self.updates.partition_point(|packed| packed.block < block);
         let packed = self.updates[start..].iter().take_while(|packed| packed.block == block);
         let mut parts = packed.map(|&packed| self.copy(packed)).collect::<Result<Vec<_>, _>>()?;
@@ -287,11 +267,7 @@ impl ContextLog {
     fn apply_newest(&mut self) {
         let Some(Newest { pose, start, .. }) = self.newest.take() else { return };
         let update = self.open.get(start + HEAD_BYTES..).unwrap_or_default();
-        if update.is_empty() {
-            self.has_changed |= self.context.apply_at_pose(pose);
-            return;
-        }
-        // Always succeeds, because `encode` has encoded the update.
+        // Always succeeds, because the update is valid.
         if let Ok(update) = StoredUpdate::decode(update, self.size) {
             self.has_changed |= self.context.apply(pose, &update);
         }
@@ -305,7 +281,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::context::update::Readings;
+    use crate::context::update::{Readings, Update};
     use crate::history::History;
     use crate::history::block::Block;
 
