@@ -118,10 +118,7 @@ impl Recording {
     /// The recording cannot be written to `to`, or memory runs out.
     pub fn save(&self, to: impl Write, messages: Option<NewMessages>) -> io::Result<()> {
         let (info, maze, start) = (&self.info, self.maze(), self.times.get(0).unwrap_or(0));
-        let mut writer = RecordWriter::new(to, true, info, maze, start)?;
-        if let Some(messages) = messages {
-            writer = writer.with_messages(messages(info, maze), start)?;
-        }
+        let mut writer = RecordWriter::new(to, true, info, maze, start, messages)?;
         let mut times = self.times.iter();
         for block in 0..self.history.len().div_ceil(Block::STATES) {
             let states = self.history.block(block).and_then(Block::unpack);

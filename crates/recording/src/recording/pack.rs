@@ -111,10 +111,8 @@ impl Unpacked {
             if writer.is_none() {
                 let Description { info, maze, .. } = description;
                 let to = BufWriter::new(target.as_file());
-                let maze = maze.as_ref();
-                let states = RecordWriter::new(to, true, info, maze, time)?;
-                let messages = messages.and_then(|new| new(info, maze));
-                writer = Some(states.with_messages(messages, time)?);
+                let new = RecordWriter::new(to, true, info, maze.as_ref(), time, *messages)?;
+                writer = Some(new);
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });

@@ -27,16 +27,19 @@ pub(crate) struct RecordWriter<W> {
 }
 
 impl<W: Write> RecordWriter<W> {
-    /// Writes the description of the simulation and its true maze, if known. The recording begins
-    /// at the time `start`, in nanoseconds since 1970 (UTC). Until a compressed recording is
-    /// finished, the newest states may be missing from it.
+    /// Writes the description of the simulation, its true maze, if known, and the messages for other
+    /// tools before the first state, if there are any. The recording begins at the time `start`, in
+    /// nanoseconds since 1970 (UTC). Until a compressed recording is finished, the newest states may
+    /// be missing from it.
     pub(crate) fn new(
         to: W,
         is_compressed: bool,
         info: &Info,
         maze: Option<&Maze>,
         start: u64,
+        messages: Option<NewMessages>,
     ) -> io::Result<Self> {
+        let messages = messages.and_then(|new| new(info, maze)).zip(info.size());
         let mut info = info.clone();
         info.states = 0;
         let json = serde_json::to_string(&info).map_err(io::Error::other)?;
@@ -50,21 +53,10 @@ impl<W: Write> RecordWriter<W> {
             let header = MessageHeader { channel, sequence: 0, time: start };
             mcap.write(header, maze.to_string().as_bytes())?;
         }
+        let add = |(messages, size)| MessageWriter::add(&mut mcap, messages, size, start);
+        let messages = messages.map(add).transpose()?;
         let (size, updates_channel) = (info.size(), None);
-        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, messages: None })
-    }
-
-    /// Adds the messages for other tools, if there are any. Call this method before the first state,
-    /// with the same `start` as [`new`](Self::new).
-    pub(crate) fn with_messages(
-        mut self,
-        messages: Option<Box<dyn StateMessages>>,
-        start: u64,
-    ) -> io::Result<Self> {
-        if let Some((messages, size)) = messages.zip(self.size) {
-            self.messages = Some(MessageWriter::add(&mut self.mcap, messages, size, start)?);
-        }
-        Ok(self)
+        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, messages })
     }
 
     /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC), and the update
@@ -138,7 +130,7 @@ pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
 ) -> io::Result<()> {
     let mut states = states.into_iter().peekable();
     let start = states.peek().map_or(0, |&(time, ..)| time);
-    let mut writer = RecordWriter::new(to, true, info, maze, start)?;
+    let mut writer = RecordWriter::new(to, true, info, maze, start, None)?;
     for (time, update, state) in states {
         writer.write(time, update.as_ref(), state.as_ref())?;
     }

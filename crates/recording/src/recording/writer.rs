@@ -44,7 +44,7 @@ impl RecordingWriter {
         let file = RecordingFile::create(path).map_err(failed)?;
         let (identity, clock) = (file.identity, Clock::start());
         // A chunk of compressed records would stay in memory until it is full.
-        let started = RecordWriter::new(Sink::new(file), false, info, maze, clock.now());
+        let started = RecordWriter::new(Sink::new(file), false, info, maze, clock.now(), None);
         let flushed = started.and_then(|mut records| {
             // If a later write failed, a channel that it had added would be lost.
             records.updates_channel()?;
