@@ -91,6 +91,7 @@ impl<'a> Metadata<'a> {
     }
 }
 
+/// Removes the first `N` bytes.
 fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], &'static str> {
     let (bytes, after) = rest.split_first_chunk().ok_or(TOO_SHORT)?;
     *rest = after;
@@ -100,9 +101,7 @@ fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], &'static str> {
 /// Removes a length field of four bytes and the bytes that follow.
 fn sized<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], &'static str> {
     let length = usize::try_from(u32::from_le_bytes(take(rest)?)).map_err(|_| TOO_SHORT)?;
-    let (bytes, after) = rest.split_at_checked(length).ok_or(TOO_SHORT)?;
-    *rest = after;
-    Ok(bytes)
+    rest.split_off(..length).ok_or(TOO_SHORT)
 }
 
 fn string<'a>(rest: &mut &'a [u8]) -> Result<&'a str, &'static str> {

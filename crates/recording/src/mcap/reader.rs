@@ -10,7 +10,7 @@ use std::io::{self, BufReader, Read};
 
 use crc32fast::Hasher;
 
-use crate::mcap::{HEAD_BYTES, MAGIC, kind};
+use crate::mcap::{HEAD_BYTES, MAGIC, kind, sized, take};
 use crate::memory;
 
 /// The maximum number of bytes per read. Long records are read in several steps, because a length
@@ -77,31 +77,14 @@ impl<R: Read> RecordReader<R> {
         self.fill(HEAD_BYTES)?;
         let (kind, length) = self.buffer.split_at(1);
         let (kind, length) = (kind[0], length.try_into().map_or(u64::MAX, u64::from_le_bytes));
-        let length = usize::try_from(length)
-            .ok()
-            .filter(|&length| length <= self.max_bytes)
-            .ok_or_else(|| {
-                let max = self.max_bytes;
-                let what = format!("a record of {length} bytes, which exceeds the limit of");
-                End::Damaged(format!("{what} {max}"))
-            })?;
+        let length = check_length("record", length, self.max_bytes).map_err(End::Damaged)?;
         self.fill(length)?;
         if kind == kind::DATA_END {
-            self.check(checksum.finalize())?;
+            let expected = self.buffer.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+            check_checksum("data", expected, checksum.finalize()).map_err(End::Damaged)?;
         }
         self.has_footer = kind == kind::FOOTER;
         Ok((kind, &self.buffer))
-    }
-
-    /// Checks the checksum in the record that ends the data. Writers may leave it out.
-    fn check(&self, found: u32) -> Result<(), End> {
-        let expected = self.buffer.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
-        if expected == 0 || expected == found {
-            return Ok(());
-        }
-        Err(End::Damaged(format!(
-            "data with the wrong checksum (expected {expected:08x}, found {found:08x})"
-        )))
     }
 
     /// Reads exactly this many bytes into the buffer, which grows as bytes arrive, up to twice what
@@ -127,10 +110,7 @@ impl<R: Read> RecordReader<R> {
 pub(crate) fn unpack_chunk(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, String> {
     let (length, checksum, compression, packed) =
         split(chunk).ok_or("a field that extends past the end of its chunk")?;
-    let length = usize::try_from(length)
-        .ok()
-        .filter(|&length| length <= max)
-        .ok_or_else(|| format!("a chunk of {length} bytes, which exceeds the limit of {max}"))?;
+    let length = check_length("chunk", length, max)?;
     let records = match compression {
         b"" => Cow::Borrowed(packed),
         b"zstd" => zstd::bulk::decompress(packed, length)
@@ -147,35 +127,42 @@ pub(crate) fn unpack_chunk(chunk: &[u8], max: usize) -> Result<Cow<'_, [u8]>, St
             "a chunk of the wrong length (expected {length} bytes, found {found})"
         ));
     }
-    match crc32fast::hash(&records) {
-        found if checksum != 0 && found != checksum => Err(format!(
-            "a chunk with the wrong checksum (expected {checksum:08x}, found {found:08x})"
-        )),
-        _ => Ok(records),
+    check_checksum("a chunk", checksum, crc32fast::hash(&records))?;
+    Ok(records)
+}
+
+/// Returns the length of a record or chunk. Fails if it is greater than `max`.
+fn check_length(what: &str, length: u64, max: usize) -> Result<usize, String> {
+    let valid = usize::try_from(length).ok().filter(|&length| length <= max);
+    valid.ok_or_else(|| format!("a {what} of {length} bytes, which exceeds the limit of {max}"))
+}
+
+/// Fails if data does not have the expected checksum. Writers may leave it out; it is then 0.
+fn check_checksum(what: &str, expected: u32, found: u32) -> Result<(), String> {
+    if expected == 0 || expected == found {
+        return Ok(());
     }
+    Err(format!("{what} with the wrong checksum (expected {expected:08x}, found {found:08x})"))
 }
 
 /// Splits a chunk into its uncompressed length, its checksum (0 if absent), the name of its
 /// compression method and its compressed records.
-fn split(chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
-    let (_times, rest) = chunk.split_first_chunk::<16>()?;
-    let (length, rest) = rest.split_first_chunk()?;
-    let (checksum, rest) = rest.split_first_chunk()?;
-    let (name_length, rest) = rest.split_first_chunk()?;
-    let (name, rest) = rest.split_at_checked(u32::from_le_bytes(*name_length).try_into().ok()?)?;
-    let (packed_length, rest) = rest.split_first_chunk()?;
-    let packed = rest.get(..usize::try_from(u64::from_le_bytes(*packed_length)).ok()?)?;
-    Some((u64::from_le_bytes(*length), u32::from_le_bytes(*checksum), name, packed))
+fn split(mut chunk: &[u8]) -> Option<(u64, u32, &[u8], &[u8])> {
+    let _times: [u8; 16] = take(&mut chunk).ok()?;
+    let length = u64::from_le_bytes(take(&mut chunk).ok()?);
+    let checksum = u32::from_le_bytes(take(&mut chunk).ok()?);
+    let compression = sized(&mut chunk).ok()?;
+    let packed_length = u64::from_le_bytes(take(&mut chunk).ok()?);
+    let packed = chunk.get(..usize::try_from(packed_length).ok()?)?;
+    Some((length, checksum, compression, packed))
 }
 
 /// Removes the first record and returns its kind and body. Returns `None` if the record extends
 /// past the end of `records`.
 pub(crate) fn take_record<'c>(records: &mut &'c [u8]) -> Option<(u8, &'c [u8])> {
-    let (&kind, rest) = records.split_first()?;
-    let (length, rest) = rest.split_first_chunk()?;
-    let (body, rest) = rest.split_at_checked(u64::from_le_bytes(*length).try_into().ok()?)?;
-    *records = rest;
-    Some((kind, body))
+    let [kind] = take(records).ok()?;
+    let length = u64::from_le_bytes(take(records).ok()?);
+    Some((kind, records.split_off(..usize::try_from(length).ok()?)?))
 }
 
 #[cfg(test)]
