@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+use mmsim_maze::{Cell, Maze, MazeSize};
 
 use crate::text::decimals;
 
@@ -66,30 +66,16 @@ fn walls(maze: &Maze) -> String {
         pen = if letter == 'h' { (to.0 + length, to.1) } else { (to.0, to.1 + length) };
     };
     for y in 1..height {
-        let below = |x| maze.walls().has(Cell::new(x, height - 1 - y), Heading::North);
-        for (x, length) in runs(width, below) {
-            draw(x, y, 'h', length);
+        for run in maze.walls().row_runs(height - y) {
+            draw(run.start, y, 'h', run.end - run.start);
         }
     }
     for x in 1..width {
-        let left = |y| maze.walls().has(Cell::new(x - 1, height - 1 - y), Heading::East);
-        for (y, length) in runs(height, left) {
-            draw(x, y, 'v', length);
+        for run in maze.walls().column_runs(x).rev() {
+            draw(x, height - run.end, 'v', run.end - run.start);
         }
     }
     path
-}
-
-/// Returns the start and the length of each run of consecutive walls in a row or column.
-fn runs(cells: u8, has: impl Fn(u8) -> bool) -> Vec<(u8, u8)> {
-    let mut runs: Vec<(u8, u8)> = Vec::new();
-    for cell in (0..cells).filter(|&cell| has(cell)) {
-        match runs.last_mut() {
-            Some((from, length)) if *from + *length == cell => *length += 1,
-            _ => runs.push((cell, 1)),
-        }
-    }
-    runs
 }
 
 /// The colours of the first and of the second path in [`two_paths`], for a legend. They suit light
@@ -199,7 +185,7 @@ fn line(points: &[PicturePoint]) -> String {
 mod tests {
     use std::collections::BTreeSet;
 
-    use mmsim_maze::{CellSet, Walls};
+    use mmsim_maze::{CellSet, Heading, Walls};
     use proptest::prelude::*;
 
     use super::*;

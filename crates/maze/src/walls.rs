@@ -1,5 +1,7 @@
 //! The walls of a maze, each stored once, and their names and numbers.
 
+use core::ops::Range;
+
 use crate::cell::{Cell, MazeSize, Pose};
 use crate::cell_set::Row;
 use crate::heading::Heading;
@@ -134,6 +136,30 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
+    /// Returns the straight runs of walls between posts in row `y`, from west to east. Post (x, y) is
+    /// the south-west corner of cell (x, y); a run leads from the post in column `start` to the post in
+    /// column `end`.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// let mut walls = Walls::open(MazeSize::new(3, 2)?);
+    /// walls.set(Cell::new(1, 0), Heading::North, true);
+    /// walls.set(Cell::new(2, 0), Heading::North, true);
+    /// assert!(walls.row_runs(0).eq([0..3]));
+    /// assert!(walls.row_runs(1).eq([1..3]));
+    /// # Ok::<(), mmsim_maze::SizeError>(())
+    /// ```
+    pub fn row_runs(&self, y: u8) -> impl DoubleEndedIterator<Item = Range<u8>> + '_ {
+        // The cells to the south of row 0 are outside the maze, so they have walls on all sides.
+        runs(self.size.width(), move |x| self.has(Cell::new(x, y.wrapping_sub(1)), Heading::North))
+    }
+
+    /// Returns the straight runs of walls between posts in column `x`, from south to north, like
+    /// [`row_runs`](Self::row_runs).
+    pub fn column_runs(&self, x: u8) -> impl DoubleEndedIterator<Item = Range<u8>> + '_ {
+        runs(self.size.height(), move |y| self.has(Cell::new(x.wrapping_sub(1), y), Heading::East))
+    }
+
     /// Combines the walls of two mazes of the same size, as rows of bits. Outer walls stay present.
     ///
     /// ```
@@ -158,6 +184,13 @@ impl Walls {
             .filter(move |&heading| !sides.has(heading))
             .filter_map(move |heading| cell.neighbour(heading))
     }
+}
+
+/// Returns each run of consecutive walls. `has` returns true if there is a wall between two posts,
+/// given the number of the first post.
+fn runs(length: u8, has: impl Fn(u8) -> bool + Copy) -> impl DoubleEndedIterator<Item = Range<u8>> {
+    let starts = (0..length).filter(move |&at| has(at) && (at == 0 || !has(at - 1)));
+    starts.map(move |start| start..(start..length).find(|&at| !has(at)).unwrap_or(length))
 }
 
 /// A set of sides of a cell. There is one bit for each side, in the order of [`Heading::ALL`].
@@ -324,6 +357,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn gaps_separate_runs() {
+        let walls = [true, false, false, true, true];
+        assert!(runs(5, |at| walls[usize::from(at)]).eq([0..1, 3..5]));
+        assert!(runs(5, |at| walls[usize::from(at)]).rev().eq([3..5, 0..1]));
+        assert_eq!(runs(5, |_| false).count(), 0);
+    }
 
     #[test]
     fn outer_walls_are_fixed_and_outside_is_walled() {

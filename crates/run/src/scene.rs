@@ -139,35 +139,12 @@ fn goal_cube(cell: Cell) -> Value {
 /// Returns the two ends of each wall. Walls in a row are one line.
 fn wall_lines(walls: &Walls) -> Vec<[[f64; 2]; 2]> {
     let (width, height) = (walls.size().width(), walls.size().height());
-    let has = |x: u8, y: u8, heading| walls.has(Cell::new(x, y), heading);
-    let mut lines = Vec::new();
+    let row = |y| walls.row_runs(y).map(move |run| [[run.start, y], [run.end, y]]);
+    let column = |x| walls.column_runs(x).map(move |run| [[x, run.start], [x, run.end]]);
+    let lines = (0..=height).flat_map(row).chain((0..=width).flat_map(column));
     // Post (x, y) is the south-west corner of cell (x, y).
     let corner = |post: u8| f64::from(post) - 0.5;
-    for y in 0..=height {
-        let is_wall =
-            |x| if y == 0 { has(x, 0, Heading::South) } else { has(x, y - 1, Heading::North) };
-        let ends = runs(width, is_wall).into_iter();
-        lines.extend(ends.map(|ends| ends.map(|x| [corner(x), corner(y)])));
-    }
-    for x in 0..=width {
-        let is_wall =
-            |y| if x == 0 { has(0, y, Heading::West) } else { has(x - 1, y, Heading::East) };
-        let ends = runs(height, is_wall).into_iter();
-        lines.extend(ends.map(|ends| ends.map(|y| [corner(x), corner(y)])));
-    }
-    lines
-}
-
-/// Returns the two ends of each run of consecutive walls.
-fn runs(length: u8, is_wall: impl Fn(u8) -> bool) -> Vec<[u8; 2]> {
-    let mut runs: Vec<[u8; 2]> = Vec::new();
-    for at in (0..length).filter(|&at| is_wall(at)) {
-        match runs.last_mut() {
-            Some([_, end]) if *end == at => *end = at + 1,
-            _ => runs.push([at, at + 1]),
-        }
-    }
-    runs
+    lines.map(|ends| ends.map(|post| post.map(corner))).collect()
 }
 
 fn point(x: f64, y: f64) -> Value {
@@ -193,12 +170,5 @@ mod tests {
             [[2.5, -0.5], [2.5, 1.5]],
         ];
         assert_eq!(wall_lines(maze.walls()), expected);
-    }
-
-    #[test]
-    fn gaps_separate_runs() {
-        let walls = [true, false, false, true, true];
-        assert_eq!(runs(5, |at| walls[usize::from(at)]), [[0, 1], [3, 5]]);
-        assert!(runs(5, |_| false).is_empty());
     }
 }
