@@ -6,10 +6,10 @@ use mmsim_recording::{ScannedState, States};
 use mmsim_trial::TrialStatus;
 use serde::Serialize;
 
-use crate::bounds::bounds;
 use crate::movement::{MovementRules, Transition};
+use crate::paths::bounds;
 use crate::phases::{Phases, RunPhase};
-use crate::trial_report::trial_status;
+use crate::state_figures::trial_status;
 
 /// The maximum number of listed states for each kind of event.
 const MAX_LISTED: usize = 2048;

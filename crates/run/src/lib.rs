@@ -10,7 +10,6 @@
 //! the events of a run.
 #![forbid(unsafe_code)]
 
-mod bounds;
 #[cfg(feature = "recording")]
 mod events;
 mod figures;
@@ -18,24 +17,20 @@ mod judge;
 #[cfg(feature = "recording")]
 mod messages;
 mod movement;
+mod paths;
 mod phase_report;
 mod phases;
-mod routes;
 #[cfg(feature = "recording")]
 mod run_index;
 #[cfg(feature = "recording")]
 mod scene;
 mod search;
-mod search_speed;
 #[cfg(feature = "recording")]
 mod state_figures;
 mod times;
 mod trail;
-#[cfg(feature = "recording")]
-mod trial_report;
 mod verdict;
 
-pub use bounds::{BoundsHistory, bounds};
 #[cfg(feature = "recording")]
 pub use events::{EventFinder, EventKind, EventList, RunEvents};
 pub use figures::{SearchFigures, SearchOutcome};
@@ -43,19 +38,18 @@ pub use judge::Judge;
 #[cfg(feature = "recording")]
 pub use messages::messages;
 pub use movement::{MovementRules, Transition};
+pub use paths::{BoundsHistory, bounds, planned_path, shortest_path};
 pub use phase_report::{PhaseReport, RunReport};
 pub use phases::{LegProgress, MotionCount, Phases, RunFigures, RunPhase};
-pub use routes::{planned_path, shortest_path};
 #[cfg(feature = "recording")]
 pub use run_index::RunIndex;
 pub use search::search;
-pub use search_speed::SearchSpeed;
 #[cfg(feature = "recording")]
-pub use state_figures::{MapFigures, StateEvent, StateFigures};
-pub use times::{SearchTimes, Timing, loss, plan, return_time, tenth_of_ms, time_at_start};
+pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
+pub use times::{
+    SearchSpeed, SearchTimes, Timing, loss, plan, return_time, tenth_of_ms, time_at_start,
+};
 pub use trail::Trail;
-#[cfg(feature = "recording")]
-pub use trial_report::{TrialReport, trial_status};
 pub use verdict::{Ending, Goal, Verdict};
 
 /// Compiles and runs the code in the README of this crate.

@@ -11,8 +11,7 @@ use serde::Serialize;
 use crate::movement::MovementRules;
 use crate::phases::{Phases, RunPhase};
 use crate::scene::{POSE_SCHEMA, PoseMessage, SCENE_SCHEMA, maze_message};
-use crate::state_figures::MapFigures;
-use crate::trial_report::{reset_turns, trial_status};
+use crate::state_figures::{MapFigures, reset_turns, trial_status};
 
 /// The channels, in the order of their indices. Recordings without a maze lack the last one.
 const CHANNELS: [MessageChannel; 3] = [
