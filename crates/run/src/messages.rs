@@ -2,7 +2,7 @@
 
 use std::io;
 
-use mmsim_maze::{Heading, KnownMaze, Maze, Pose};
+use mmsim_maze::{KnownMaze, Maze, Pose};
 use mmsim_protocol::{Info, State};
 use mmsim_recording::{MessageChannel, PutMessage, ScannedState, StateMessages};
 use mmsim_trial::TrialStatus;
@@ -29,20 +29,8 @@ const SCENE: usize = 2;
 /// with titles, because Foxglove and Lichtblick reject channels whose schema contains other types.
 pub(crate) const SCHEMA: &str = include_str!("../schemas/mouse.json");
 
-/// The names of the phases of a search, and of the statuses of a two-run trial, by number.
-const PHASES: [&str; 11] = [
-    "search run",
-    "at goal",
-    "return run",
-    "at start",
-    "fast run",
-    "run 1",
-    "run 2",
-    "scored",
-    "out of time",
-    "gave up",
-    "failed",
-];
+/// The names of the phases of a search, in the order of [`RunPhase`].
+const PHASES: [&str; 5] = ["search run", "at goal", "return run", "at start", "fast run"];
 
 /// Returns the messages about a recording for
 /// [`Recorder::with_messages`](mmsim_recording::Recorder::with_messages): the figures of the mouse and
@@ -120,15 +108,16 @@ impl RunMessages {
             // The robot reports one state before the first step and one after each step.
             Some(status) => (u64::from(states - 1), total.turns - self.reset_turns(status)),
         };
-        let phase = status.map_or(MousePhase::Search(phase), MousePhase::Trial);
+        let (phase_number, phase) = numbered_phase(phase, status);
         let Pose { cell, heading } = scanned.pose;
         Some(MouseMessage {
             x: cell.x,
             y: cell.y,
             heading: heading.letter(),
-            heading_degrees: degrees(heading),
-            phase: PHASES[usize::from(phase.number())],
-            phase_number: phase.number(),
+            // Clockwise from north.
+            heading_degrees: 90 * heading as u16,
+            phase,
+            phase_number,
             steps,
             turns,
             visited_cells: map.visited_cells,
@@ -147,11 +136,13 @@ impl RunMessages {
     }
 }
 
-/// The phase of a search or the status of a two-run trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum MousePhase {
-    Search(RunPhase),
-    Trial(TrialStatus),
+/// Returns the number and the name of a phase or, in a two-run trial, of its status. The numbers of
+/// the statuses follow those of the phases, in the order of [`TrialStatus`].
+fn numbered_phase(phase: RunPhase, status: Option<TrialStatus>) -> (u8, &'static str) {
+    match status {
+        None => (phase as u8, PHASES[phase as usize]),
+        Some(status) => (5 + status as u8, status.name()),
+    }
 }
 
 /// The mouse in one state. The field names are JSON keys.
@@ -172,47 +163,12 @@ struct MouseMessage {
     pessimistic_distance: Option<u16>,
 }
 
-impl MousePhase {
-    const fn number(self) -> u8 {
-        match self {
-            Self::Search(RunPhase::Search) => 0,
-            Self::Search(RunPhase::AtGoal) => 1,
-            Self::Search(RunPhase::Return) => 2,
-            Self::Search(RunPhase::AtStart) => 3,
-            Self::Search(RunPhase::Fast) => 4,
-            Self::Trial(TrialStatus::Explore) => 5,
-            Self::Trial(TrialStatus::Race) => 6,
-            Self::Trial(TrialStatus::Scored) => 7,
-            Self::Trial(TrialStatus::OutOfTime) => 8,
-            Self::Trial(TrialStatus::GaveUp) => 9,
-            Self::Trial(TrialStatus::Failed) => 10,
-        }
-    }
-}
-
-/// Returns the degrees of a heading, clockwise from north.
-const fn degrees(heading: Heading) -> u16 {
-    match heading {
-        Heading::North => 0,
-        Heading::East => 90,
-        Heading::South => 180,
-        Heading::West => 270,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn each_phase_has_its_number_and_name() {
-        let names = ["run 1", "run 2", "scored", "out of time", "gave up", "failed"];
-        let statuses = names
-            .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
-        for status in statuses {
-            let number = MousePhase::Trial(status).number();
-            assert_eq!(PHASES[usize::from(number)], status.to_string());
-        }
         let runs = [
             RunPhase::Search,
             RunPhase::AtGoal,
@@ -220,8 +176,12 @@ mod tests {
             RunPhase::AtStart,
             RunPhase::Fast,
         ];
-        let phases = runs.map(MousePhase::Search).into_iter();
-        let phases = phases.chain(statuses.map(MousePhase::Trial));
-        assert!(phases.map(MousePhase::number).eq(0..11));
+        let runs = runs.into_iter().map(|phase| numbered_phase(phase, None));
+        let names = ["run 1", "run 2", "scored", "out of time", "gave up", "failed"];
+        let statuses = names
+            .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
+        let statuses =
+            statuses.into_iter().map(|status| numbered_phase(RunPhase::Fast, Some(status)));
+        assert!(runs.chain(statuses).eq((0..).zip(PHASES.into_iter().chain(names))));
     }
 }

@@ -61,7 +61,8 @@ impl TrialStatus {
         Self::ALL.into_iter().find(|one| one.name() == status)
     }
 
-    const fn name(self) -> &'static str {
+    /// Returns the name of the status.
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Explore => "run 1",
             Self::Race => "run 2",
