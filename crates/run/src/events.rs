@@ -1,5 +1,7 @@
 //! The events of a run: the states in which the mouse reaches the goal, begins a run and so on.
 
+use std::collections::BTreeMap;
+
 use mmsim_maze::{KnownMaze, Maze, Walls};
 use mmsim_protocol::State;
 use mmsim_recording::{ScannedState, States};
@@ -15,7 +17,7 @@ use crate::state_figures::trial_status;
 const MAX_LISTED: usize = 2048;
 
 /// A kind of event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
     /// A search run or a fast run reaches the goal. In a two-run trial, only the first time.
@@ -44,23 +46,6 @@ pub enum EventKind {
     Unscored,
     /// Log lines precede the state.
     Log,
-}
-
-impl EventKind {
-    const ALL: [Self; 12] = [
-        Self::Goal,
-        Self::Return,
-        Self::FastRun,
-        Self::Reset,
-        Self::Jump,
-        Self::WrongWall,
-        Self::Solved,
-        Self::Run1,
-        Self::Run2,
-        Self::Scored,
-        Self::Unscored,
-        Self::Log,
-    ];
 }
 
 /// The events of one kind.
@@ -93,7 +78,8 @@ pub struct EventFinder {
     unexplored: KnownMaze,
     truth: Option<Maze>,
     phases: Phases,
-    lists: [EventList; EventKind::ALL.len()],
+    /// The kinds that have events, in the order of [`EventKind`].
+    lists: BTreeMap<EventKind, EventList>,
     is_solved: bool,
     /// The newest state.
     previous: Option<PreviousState>,
@@ -136,7 +122,7 @@ impl EventFinder {
             unexplored: unexplored.clone(),
             truth: truth.cloned(),
             phases: Phases::default(),
-            lists: EventKind::ALL.map(EventList::new),
+            lists: BTreeMap::new(),
             is_solved: false,
             previous: None,
         }
@@ -149,8 +135,7 @@ impl EventFinder {
 
     /// Returns the events that have been found.
     pub fn events(&self) -> RunEvents {
-        let events = self.lists.iter().filter(|list| list.count > 0).cloned().collect();
-        RunEvents { states: self.states(), events }
+        RunEvents { states: self.states(), events: self.lists.values().cloned().collect() }
     }
 
     /// Reads the new states of a block. The block contains the state after the last one that has been
@@ -170,9 +155,7 @@ impl EventFinder {
     }
 
     fn push(&mut self, kind: EventKind, state: usize) {
-        if let Some(list) = self.lists.iter_mut().find(|list| list.kind == kind) {
-            list.push(state);
-        }
+        self.lists.entry(kind).or_insert_with(|| EventList::new(kind)).push(state);
     }
 
     /// Adds the events of the next state. Returns `None` if the state cannot be decoded.
@@ -289,6 +272,22 @@ o   o   o   o
 o---o---o---o
 ";
 
+    /// All kinds of events, in the order in which they are listed.
+    const KINDS: [EventKind; 12] = [
+        EventKind::Goal,
+        EventKind::Return,
+        EventKind::FastRun,
+        EventKind::Reset,
+        EventKind::Jump,
+        EventKind::WrongWall,
+        EventKind::Solved,
+        EventKind::Run1,
+        EventKind::Run2,
+        EventKind::Scored,
+        EventKind::Unscored,
+        EventKind::Log,
+    ];
+
     fn finder() -> EventFinder {
         let maze = MAZE.parse().unwrap();
         EventFinder::new(&KnownMaze::unexplored(&maze), Some(&maze))
@@ -296,7 +295,7 @@ o---o---o---o
 
     /// Finds the events by looking at each state and the state before.
     fn naive(maze: &Maze, history: &History, count: usize) -> RunEvents {
-        let mut lists = EventKind::ALL.map(EventList::new);
+        let mut lists = KINDS.map(EventList::new);
         let mut is_solved = false;
         let (unexplored, mut so_far) = (KnownMaze::unexplored(maze), Phases::default());
         let rules = MovementRules::from_maze(maze);
