@@ -2,12 +2,13 @@
 
 #[cfg(feature = "recording")]
 use mmsim_maze::Wall;
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState};
 use mmsim_solvers::{PathBounds, steps_between};
 
 use crate::figures::{SearchFigures, SearchOutcome};
 use crate::movement::{MovementRules, Transition};
 use crate::phases::{Phases, RunPhase};
+use crate::times::saturate;
 
 /// The maximum number of readings that wait for the next pose. Mice need up to two.
 const MAX_READ_AHEAD: usize = 16;
@@ -43,24 +44,11 @@ pub struct Judge {
     phases: Phases,
     steps_until_proven: Option<u32>,
     touches_to_goal: u32,
-    /// The figures at the beginning of the first fast run.
-    exploration: Option<Exploration>,
+    /// The figures of the search run and the return run, at the beginning of the first fast run.
+    exploration: Option<SearchFigures>,
     /// The cells of the current or latest fast run, until one is complete.
     route: Vec<Cell>,
     is_route_complete: bool,
-}
-
-/// The figures of the search run and the return run.
-#[derive(Clone, Debug)]
-struct Exploration {
-    steps: u32,
-    turns: u32,
-    path_found: Option<u16>,
-    /// The number of entered cells.
-    cells: usize,
-    known_walls: Walls,
-    last_cell: Cell,
-    touches: u32,
 }
 
 impl Judge {
@@ -195,15 +183,19 @@ impl Judge {
         }
     }
 
-    fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> Exploration {
-        Exploration {
-            steps: saturate(steps),
+    fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> SearchFigures {
+        SearchFigures {
+            steps_in_all: saturate(steps),
             turns: saturate(turns),
             path_found: PathBounds::new(&self.known).pessimistic,
-            cells: self.path.len(),
-            known_walls: self.known.walls(Unknown::Closed).clone(),
-            last_cell,
-            touches: self.touches(),
+            path: self.path.clone(),
+            outcome: SearchOutcome {
+                known_walls: Some(self.known.walls(Unknown::Closed).clone()),
+                last_cell: Some(last_cell),
+                touches: self.touches(),
+                ..SearchOutcome::default()
+            },
+            ..SearchFigures::default()
         }
     }
 
@@ -218,32 +210,25 @@ impl Judge {
         let (start, goals) = (self.maze.start().cell, self.maze.goals());
         let last_cell = pose.map_or(start, |pose| pose.cell);
         let whole = || self.exploration_at(total.steps, total.turns, last_cell);
-        let Exploration { steps, turns, path_found, cells, known_walls, last_cell, touches } =
-            self.exploration.clone().unwrap_or_else(whole);
+        let exploration = self.exploration.clone().unwrap_or_else(whole);
         let route = if self.is_route_complete { self.route.clone() } else { Vec::new() };
         SearchFigures {
             goal_reached: goal.is_some(),
             steps_to_goal: goal.map(|goal| saturate(goal.steps)),
             steps_until_proven: self.steps_until_proven,
-            steps_in_all: steps,
-            turns,
-            path_found,
             shortest_path: steps_between(self.maze.walls(), start, goals),
             fast_run_steps: self.phases.best_run.map(|run| run.steps),
             visited_cells: self.visited.len(),
             states: self.phases.states,
             crashes: Some(self.crashes),
             is_complete: self.exploration.is_some() && self.phases.first_jump.is_none(),
-            path: self.path[..cells.min(self.path.len())].to_vec(),
             outcome: SearchOutcome {
-                known_walls: Some(known_walls),
-                last_cell: Some(last_cell),
                 route,
                 turns_to_goal: goal.map_or(0, |goal| saturate(goal.turns)),
-                touches,
                 touches_to_goal: self.touches_to_goal,
+                ..exploration.outcome
             },
-            ..SearchFigures::default()
+            ..exploration
         }
     }
 }
@@ -283,10 +268,6 @@ impl Judge {
             self.read_wall(cell, heading);
         }
     }
-}
-
-fn saturate(count: u64) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 #[cfg(test)]

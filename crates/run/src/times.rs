@@ -170,8 +170,9 @@ pub fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
     }
 }
 
-fn saturate(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
+/// Returns a count, or the largest number if it does not fit.
+pub(crate) fn saturate(count: impl TryInto<u32>) -> u32 {
+    count.try_into().unwrap_or(u32::MAX)
 }
 
 /// Returns by how many percent a time is longer than that of the fastest run.
