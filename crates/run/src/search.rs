@@ -153,8 +153,6 @@ o---o---o---o
             turns: 2 + 4 + 2,
             path_found: Some(6),
             shortest_path: Some(6),
-            is_rightly_given_up: false,
-            error: None,
             crashes: Some(0),
             ..SearchFigures::default()
         };
@@ -195,8 +193,6 @@ o---o---o---o
             turns: 3 + 3 + 3 + 5,
             path_found: Some(6),
             shortest_path: Some(6),
-            is_rightly_given_up: false,
-            error: None,
             fast_run_steps: Some(6),
             crashes: Some(0),
             ..SearchFigures::default()
@@ -221,8 +217,6 @@ o---o---o
             turns: 2,
             path_found: Some(3),
             shortest_path: Some(3),
-            is_rightly_given_up: false,
-            error: None,
             crashes: Some(0),
             ..SearchFigures::default()
         };
@@ -247,8 +241,6 @@ o---o---o---o
             turns: 2,
             path_found: Some(6),
             shortest_path: Some(4),
-            is_rightly_given_up: false,
-            error: None,
             crashes: Some(0),
             ..SearchFigures::default()
         };
