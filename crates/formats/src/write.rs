@@ -63,11 +63,14 @@ impl Format {
     pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
         let size = maze.size();
         let is_even_square = size.width() == size.height() && size.width().is_multiple_of(2);
-        let (holds, expected) = match self {
+        let (write, holds, expected): (fn(&Maze) -> Vec<u8>, _, _) = match self {
             Self::Text => return Ok(maze.to_string().into()),
-            Self::Maz => (size == MazeSize::CLASSIC, "16x16 mazes"),
-            Self::Trial => (is_even_square, "square mazes with an even side length"),
-            Self::Num => (true, "any size"),
+            Self::Maz => (maz::write, size == MazeSize::CLASSIC, "16x16 mazes"),
+            Self::Trial => {
+                let write = |maze: &Maze| trial::write(maze).into();
+                (write, is_even_square, "square mazes with an even side length")
+            }
+            Self::Num => (|maze| num::write(maze).into(), true, "any size"),
             Self::Maze | Self::Oshwdem | Self::Csv | Self::Hex => {
                 return Err(WriteError::ReadOnly { format: self });
             }
@@ -83,11 +86,7 @@ impl Format {
             let found: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
             return Err(WriteError::Goal { format: self, found: found.join(" ") });
         }
-        Ok(match self {
-            Self::Maz => maz::write(maze),
-            Self::Trial => trial::write(maze).into(),
-            _ => num::write(maze).into(),
-        })
+        Ok(write(maze))
     }
 }
 
