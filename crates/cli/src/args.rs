@@ -157,7 +157,7 @@ pub(crate) fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Formats the error for a file to write whose extension `found` is not one of those expected.
+/// Formats the error for an output file with an unexpected extension.
 pub(crate) fn wrong_extension(expected: &str, found: &str) -> String {
     match found {
         "" => format!("expected a file ending in {expected}"),
@@ -222,7 +222,7 @@ impl UsageError {
         Self { command, message: message.into() }
     }
 
-    /// Returns the error for an option that takes one thing, such as a maze, where others are found.
+    /// Returns the error for an option that takes one thing, such as a maze, where `found` are given.
     pub(crate) fn not_one(command: &'static str, option: &str, thing: &str, found: usize) -> Self {
         Self::new(command, format!("{option} takes one {thing}, found {found}"))
     }

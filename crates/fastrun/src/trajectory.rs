@@ -129,8 +129,8 @@ impl FastRun {
             return Ok(());
         }
         let parameters = vehicle.parameters();
-        // The straight part of the turn before, and its speed.
-        let mut before = (parameters.start_offset, 0.0);
+        // The straight part before the first lattice step, and the speed there.
+        let mut entry = (parameters.start_offset, 0.0);
         let mut is_diagonal = false;
         let mut straight =
             |index: Option<usize>, steps, is_diagonal, (after, from), before, to, turn| {
@@ -149,11 +149,11 @@ impl FastRun {
                 let vehicle = vehicle.name().into();
                 TrajectoryError::Turn { vehicle, index, kind, speed }
             })?;
-            straight(Some(index), steps, is_diagonal, before, fitted.before, speed, Some(turn))?;
-            before = (fitted.after, speed);
+            straight(Some(index), steps, is_diagonal, entry, fitted.before, speed, Some(turn))?;
+            entry = (fitted.after, speed);
             is_diagonal = kind.ends_diagonal();
         }
-        straight(None, self.last(), is_diagonal, before, parameters.stop_offset, 0.0, None)
+        straight(None, self.last(), is_diagonal, entry, parameters.stop_offset, 0.0, None)
     }
 }
 

@@ -34,11 +34,13 @@ impl Point {
     /// use mmsim_maze::{Cell, Point};
     /// assert_eq!(Point::centre(Cell::new(3, 0)), Point { i: 7, j: 1 });
     /// ```
+    #[inline]
     pub const fn centre(Cell { x, y }: Cell) -> Self {
         Self { i: x.saturating_mul(2).saturating_add(1), j: y.saturating_mul(2).saturating_add(1) }
     }
 
     /// Returns the cell whose centre is this point, if the point is a centre.
+    #[inline]
     pub const fn cell(self) -> Option<Cell> {
         if self.i % 2 == 1 && self.j % 2 == 1 {
             Some(Cell::new(self.i / 2, self.j / 2))
@@ -54,6 +56,7 @@ impl Point {
     /// use mmsim_maze::{Cell, Heading, Point};
     /// assert_eq!(Point { i: 2, j: 1 }.wall(), Some((Cell::new(1, 0), Heading::West)));
     /// ```
+    #[inline]
     pub const fn wall(self) -> Option<(Cell, Heading)> {
         let cell = Cell::new(self.i / 2, self.j / 2);
         match (self.i % 2, self.j % 2) {
@@ -83,8 +86,8 @@ impl Point {
         self.shifted(i16::from(east) * steps, i16::from(north) * steps)
     }
 
-    /// Returns the point that many half cells to the east and north, or `None` if a coordinate
-    /// would be less than 0 or greater than 255.
+    /// Returns the point `east` half cells to the east and `north` half cells to the north, or `None`
+    /// if a coordinate would be less than 0 or greater than 255.
     #[inline]
     pub fn shifted(self, east: i16, north: i16) -> Option<Self> {
         let i = u8::try_from(i16::from(self.i) + east).ok()?;
@@ -129,6 +132,7 @@ impl Direction {
     ];
 
     /// Returns true for north-east, south-east, south-west and north-west.
+    #[inline]
     pub const fn is_diagonal(self) -> bool {
         self as u8 % 2 == 1
     }
@@ -141,12 +145,14 @@ impl Direction {
     /// assert_eq!(Direction::North.turned(3), Direction::SouthEast);
     /// assert_eq!(Direction::North.turned(-1), Direction::NorthWest);
     /// ```
+    #[inline]
     #[must_use]
     pub const fn turned(self, eighths: i8) -> Self {
         Self::ALL[(self as i8).wrapping_add(eighths).rem_euclid(8) as usize]
     }
 
     /// Returns the lattice step in this direction as (east, north), each -1, 0 or 1.
+    #[inline]
     pub const fn vector(self) -> (i8, i8) {
         const VECTORS: [(i8, i8); 8] =
             [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)];
@@ -165,6 +171,7 @@ impl Direction {
 }
 
 impl From<Heading> for Direction {
+    #[inline]
     fn from(heading: Heading) -> Self {
         Self::ALL[2 * heading as usize]
     }

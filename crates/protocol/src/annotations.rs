@@ -195,10 +195,14 @@ pub const fn wall_letter(state: Option<WallState>) -> u8 {
 }
 
 /// Returns the declared wall with this letter in annotations, or `None` if the letter is invalid.
-pub fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
-    use WallState::{Absent, Present, Unknown};
-    let states = [Some(Present), Some(Absent), Some(Unknown), None];
-    states.into_iter().find(|&state| wall_letter(state) == letter)
+pub const fn wall_from_letter(letter: u8) -> Option<Option<WallState>> {
+    Some(match letter {
+        b'1' => Some(WallState::Present),
+        b'0' => Some(WallState::Absent),
+        b'?' => Some(WallState::Unknown),
+        b'-' => None,
+        _ => return None,
+    })
 }
 
 /// A parser for the entries of a message, starting at a byte offset.

@@ -66,7 +66,7 @@ pub(crate) fn heading(value: &Bound<'_, PyAny>) -> PyResult<Heading> {
         .ok_or_else(|| value_error(format_args!("expected N, E, S or W, found {text:?}")))
 }
 
-/// Returns the letter of a text with only one.
+/// Returns the only character of a text, or `None` if it has none or several.
 pub(crate) fn letter(text: &str) -> Option<char> {
     let mut letters = text.chars();
     letters.next().filter(|_| letters.next().is_none())

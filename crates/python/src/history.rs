@@ -31,12 +31,12 @@ pub(crate) struct SearchedMaze {
 /// The states that a mouse has reported, from the oldest to the newest.
 #[pyclass(frozen, sequence, name = "History", module = "micromouse_sim")]
 pub(crate) struct PyHistory {
-    pub(crate) states: StateSource,
-    pub(crate) maze: Arc<SearchedMaze>,
+    pub(crate) states: HistoryStates,
+    pub(crate) searched: Arc<SearchedMaze>,
 }
 
 /// Where the states of a history are.
-pub(crate) enum StateSource {
+pub(crate) enum HistoryStates {
     /// The current states of a simulator.
     Simulator(Arc<Mutex<Simulated>>),
     /// The states in a file.
@@ -49,14 +49,14 @@ impl PyHistory {
     /// Calls a function with the states.
     fn read<R>(&self, py: Python<'_>, read: impl FnOnce(&History) -> R) -> PyResult<R> {
         Ok(match &self.states {
-            StateSource::Simulator(simulated) => read(lock(simulated, py)?.simulation.history()),
-            StateSource::Recording(recording) => read(recording.history()),
-            StateSource::Search(history) => read(history),
+            HistoryStates::Simulator(simulated) => read(lock(simulated, py)?.simulation.history()),
+            HistoryStates::Recording(recording) => read(recording.history()),
+            HistoryStates::Search(history) => read(history),
         })
     }
 
     fn state(&self, index: usize, bytes: Vec<u8>) -> PyState {
-        PyState { index, bytes, maze: Arc::clone(&self.maze) }
+        PyState { index, bytes, searched: Arc::clone(&self.searched) }
     }
 
     /// Creates a list of the states with these indices.
@@ -125,16 +125,16 @@ pub(crate) struct PyState {
     #[pyo3(get)]
     pub(crate) index: usize,
     pub(crate) bytes: Vec<u8>,
-    pub(crate) maze: Arc<SearchedMaze>,
+    pub(crate) searched: Arc<SearchedMaze>,
 }
 
 impl PyState {
     fn decode(&self) -> PyResult<State<'_>> {
-        State::decode(&self.bytes, self.maze.unexplored.size()).map_err(value_error)
+        State::decode(&self.bytes, self.searched.unexplored.size()).map_err(value_error)
     }
 
     fn map(&self) -> PyResult<KnownMaze> {
-        let unexplored = &self.maze.unexplored;
+        let unexplored = &self.searched.unexplored;
         Ok(self.decode()?.map(unexplored.start().cell, *unexplored.goals()))
     }
 }
@@ -185,7 +185,7 @@ impl PyState {
     #[pyo3(name = "_repr_svg_")]
     pub(crate) fn svg(&self) -> PyResult<String> {
         let (state, map) = (self.decode()?, self.map()?);
-        let scene = Scene::from_map(&map).with_truth(self.maze.truth.as_ref());
+        let scene = Scene::from_map(&map).with_truth(self.searched.truth.as_ref());
         let weight = |cell: Cell| state.weights().at(cell).unwrap_or(0);
         Ok(scene.with_mouse(state.pose()).with_weights(weight).svg())
     }
@@ -225,8 +225,8 @@ impl PyRecording {
     /// The states.
     #[getter]
     fn states(&self) -> PyHistory {
-        let states = StateSource::Recording(Arc::clone(&self.recording));
-        PyHistory { states, maze: Arc::clone(&self.searched) }
+        let states = HistoryStates::Recording(Arc::clone(&self.recording));
+        PyHistory { states, searched: Arc::clone(&self.searched) }
     }
 
     /// The reply of the simulator to `info`.

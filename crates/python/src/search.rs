@@ -19,7 +19,7 @@ use crate::animation::{self, AnimatedState};
 use crate::connection::lock;
 use crate::convert::limit;
 use crate::error::{Error, run_error, type_error, value_error};
-use crate::history::{PyHistory, PyState, SearchedMaze, StateSource};
+use crate::history::{HistoryStates, PyHistory, PyState, SearchedMaze};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 use crate::signals;
@@ -190,8 +190,8 @@ impl PySearch {
     /// The states that the mouse has reported.
     #[getter]
     fn states(&self) -> PyHistory {
-        let states = StateSource::Search(Arc::clone(&self.history));
-        PyHistory { states, maze: Arc::clone(&self.searched) }
+        let states = HistoryStates::Search(Arc::clone(&self.history));
+        PyHistory { states, searched: Arc::clone(&self.searched) }
     }
 
     fn __repr__(&self) -> String {
@@ -205,7 +205,7 @@ impl PySearch {
         let index = self.history.len().saturating_sub(1);
         let bytes = self.history.get(index);
         let bytes = bytes.ok_or_else(|| Error::new_err("the search has no states"))?;
-        PyState { index, bytes, maze: Arc::clone(&self.searched) }.svg()
+        PyState { index, bytes, searched: Arc::clone(&self.searched) }.svg()
     }
 
     fn _repr_html_(&self) -> PyResult<String> {

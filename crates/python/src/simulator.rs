@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use crate::connection::{Backend, PyConnection, Simulated, lock};
 use crate::convert::limit;
 use crate::error::io_error;
-use crate::history::{PyHistory, SearchedMaze, StateSource};
+use crate::history::{HistoryStates, PyHistory, SearchedMaze};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 
@@ -62,8 +62,8 @@ impl PySimulator {
     /// The states since the last reset. They change while the mouse runs.
     #[getter]
     fn history(&self) -> PyHistory {
-        let states = StateSource::Simulator(Arc::clone(&self.simulated));
-        PyHistory { states, maze: Arc::clone(&self.searched) }
+        let states = HistoryStates::Simulator(Arc::clone(&self.simulated));
+        PyHistory { states, searched: Arc::clone(&self.searched) }
     }
 
     /// Writes the states to a recording, which `mmsim replay` shows.

@@ -141,7 +141,7 @@ impl RunMessages {
 fn numbered_phase(phase: RunPhase, status: Option<TrialStatus>) -> (u8, &'static str) {
     match status {
         None => (phase as u8, PHASES[phase as usize]),
-        Some(status) => (5 + status as u8, status.name()),
+        Some(status) => (RunPhase::Fast as u8 + 1 + status as u8, status.name()),
     }
 }
 

@@ -156,7 +156,7 @@ export function confirmReset(action, name, states, { warning = "", mouse } = {})
 export const listStep = (key) =>
   ({ ArrowDown: 1, ArrowUp: -1, PageDown: 8, PageUp: -8, Home: -Infinity, End: Infinity })[key];
 
-/** Copies a text, if the browser allows it, and says so on a button for a moment. @param {HTMLElement} button @param {string} text */
+/** Copies a text and marks a button for a moment. Rejects if the browser does not allow it. @param {HTMLElement} button @param {string} text */
 export async function copy(button, text) {
   await navigator.clipboard.writeText(text);
   button.classList.add("copied");

@@ -40,7 +40,7 @@ export class MazeMap {
   #source;
   #cells;
   #walls;
-  /** The number of each wall, as described for `reportedWalls`. Walls in the south and west of the maze have none. */
+  /** The number of each wall, as described for `reportedWalls`. Southern and western outer walls have none. */
   #wallNumbers;
   #numbers;
   #numberClasses;
@@ -254,7 +254,7 @@ export function describeCell(cell, { width, start, goals }, state, view) {
     if (state.walls[cell] & VISITED) parts.push("visited");
     if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);
   }
-  // Those of a visited cell.
+  // Only visited cells have an entry.
   const [, sides = 0] = view?.unknown_walls.find(([at]) => at === cell) ?? [];
   const unknown = HEADINGS.filter((_, heading) => sides & (1 << heading));
   if (unknown.length > 0) parts.push(`unknown ${unknown.length === 1 ? "wall" : "walls"}: ${unknown.join(", ")}`);

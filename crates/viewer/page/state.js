@@ -23,13 +23,13 @@ export const PITCH = 20;
 /** Returns the centre of a cell in units of the drawing. @param {number} x @param {number} y @param {Size} size */
 export const centre = (x, y, { height }) => `${(x + 0.5) * PITCH} ${(height - y - 0.5) * PITCH}`;
 
-/** Returns the north-western corner of a cell in units of the drawing. @param {number} cell @param {Size} size */
+/** Returns the north-western corner of a cell in units of the drawing. @param {number} cell @param {Size} size @returns {[number, number]} */
 export const corner = (cell, { width, height }) => [(cell % width) * PITCH, (height - 1 - Math.floor(cell / width)) * PITCH];
 
 /**
  * Returns 1 for each wall that the mouse reports, by 2 * its cell + (1 if it is an east wall, 0 if it is a north wall). The
  * walls around the maze count as reported.
- * @param {Uint8Array} walls @param {[number, boolean][]} declared walls that override the flags @param {Size} size
+ * @param {Uint8Array} walls @param {[number, boolean][]} declared inner walls that override the flags @param {Size} size
  */
 export function reportedWalls(walls, declared, { width, height }) {
   const reported = new Uint8Array(2 * width * height).fill(1);

@@ -8,7 +8,16 @@
 Cell (0, 0) is the south-west corner, x grows east, y grows north. Arrays with a number for each cell
 are indexed as `array[x, y]`. NumPy is imported with the first array.
 """
-from ._errors import *
+from ._errors import (
+    Contradiction,
+    Error,
+    MazeError,
+    NoReply,
+    RecordingError,
+    Refused,
+    SearchError,
+    SimulatorError,
+)
 from ._native import (
     ROBOTS,
     STRATEGIES,

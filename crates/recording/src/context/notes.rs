@@ -202,9 +202,9 @@ impl Notes {
                 put_text(to, new.as_str());
             }
         });
-        let colours = &next.colours;
-        self.colours
-            .encode_changes(colours, COLOURS, to, |to, _, new| to.push(colour_letter(*new)));
+        self.colours.encode_changes(&next.colours, COLOURS, to, |to, _, new| {
+            to.push(colour_letter(*new));
+        });
         self.walls.encode_changes(&next.walls, WALLS, to, |to, _, new| to.push(wall_letter(*new)));
     }
 

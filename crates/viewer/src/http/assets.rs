@@ -30,11 +30,34 @@ const HTML: &str = "text/html; charset=utf-8";
 const FILES: &[(&str, &str, &str)] = files! {
     HTML: "index.html";
     STYLE: "page.css";
-    SCRIPT: "annotations.js", "api.js", "axis.js", "chart.js", "compare_bar.js", "dom.js",
-        "embedded.js", "fast_run.js", "fast_run_chart.js", "fast_run_map.js", "fast_run_player.js",
-        "figures.js", "ghost.js", "link.js", "log.js", "map.js", "marks.js", "mazes.js",
-        "overview.js", "page.js", "panel.js", "recordings.js", "run.js", "state.js",
-        "timeline.js", "trajectory.js", "viewport.js";
+    SCRIPT:
+        "annotations.js",
+        "api.js",
+        "axis.js",
+        "chart.js",
+        "compare_bar.js",
+        "dom.js",
+        "embedded.js",
+        "fast_run.js",
+        "fast_run_chart.js",
+        "fast_run_map.js",
+        "fast_run_player.js",
+        "figures.js",
+        "ghost.js",
+        "link.js",
+        "log.js",
+        "map.js",
+        "marks.js",
+        "mazes.js",
+        "overview.js",
+        "page.js",
+        "panel.js",
+        "recordings.js",
+        "run.js",
+        "state.js",
+        "timeline.js",
+        "trajectory.js",
+        "viewport.js";
 };
 
 /// Returns the content of a file, or an empty text if there is no file with this name.

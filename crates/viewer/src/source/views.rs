@@ -137,9 +137,11 @@ impl StateView {
         let LegProgress { leg, steps } = phases.leg();
         let is_trial = decoded.is_trial;
         let block = |index| source.block(run, index).ok();
-        let run_index = source.index(run)?;
-        let report = || TrialReport::new(&run_index, index, &times, block);
-        let trial = is_trial.then(report).flatten();
+        let trial = if is_trial {
+            TrialReport::new(&*source.index(run)?, index, &times, block)
+        } else {
+            None
+        };
         let number = |cell| description.size.index(cell);
         let passage = |Pose { cell, heading }| Some(4 * number(cell)? + heading as usize);
         let weight = |cell| decoded.state.weights().at(cell);
