@@ -155,14 +155,15 @@ impl<'m, W: Fn(Cell) -> u16> MapState<'m, W> {
         let size = map.size();
         let message = front_of(buffer, state_bytes(size))?;
         put_head(message, *pose, size, [*order; 2]);
-        for cell in size.cells() {
+        let (head, walls) = message.split_at_mut(layout::walls(size.area()).start);
+        let weights = &mut head[layout::weights(size.area())];
+        size.cells().for_each(|cell| {
             if let Some(index) = order.index(cell, size) {
-                let weight = u8::try_from(weight(cell)).unwrap_or(u8::MAX);
-                message[layout::weights(size.area()).start + index] = weight;
-                message[layout::walls(size.area()).start + index] = CellWalls::known(map, cell).0;
+                weights[index] = u8::try_from(weight(cell)).unwrap_or(u8::MAX);
+                walls[index] = CellWalls::known(map, cell).0;
             }
-        }
-        Ok(message.len())
+        });
+        Ok(state_bytes(size))
     }
 }
 
