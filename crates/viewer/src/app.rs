@@ -4,10 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use axum::Json;
-use axum::extract::{FromRequestParts, Path, Query, State};
-use axum::http::request::Parts;
-use axum::response::{IntoResponse, Response};
+use axum::extract::State;
 use jiff::Timestamp;
 use mmsim_formats::{Catalogue, Entry};
 use mmsim_maze::{Maze, MazeSize};
@@ -15,9 +12,9 @@ use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
 use mmsim_server::Server;
 use mmsim_solvers::MazeFacts;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use crate::http::jobs::{ApiError, ApiResult, CancelToken, JobQueue};
+use crate::http::jobs::{ApiError, ApiResult, JobQueue};
 use crate::http::limits::{Limits, MAX_MOUSE_JOBS, MAX_RECORDING_JOBS, MAX_RUN_JOBS, MAX_UPLOADS};
 use crate::live::LiveServer;
 use crate::source::StateSource;
@@ -109,7 +106,7 @@ pub(crate) struct AppState {
     /// The ID of this server process. If the ID changes, a page knows that the server was
     /// restarted.
     pub(crate) server_id: String,
-    /// What the viewer shows. Its recordings are in `recordings`.
+    /// What the viewer shows, without its recordings.
     pub(crate) config: ViewerConfig,
     pub(crate) limits: Limits,
     /// The queue for jobs that wait until a mouse has stopped. Each job has already stopped the
@@ -125,59 +122,6 @@ pub(crate) struct AppState {
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
     recordings: Mutex<OpenRecordings>,
-}
-
-/// A run that a request names by the ID of its source and its number.
-pub(crate) struct RequestedRun {
-    pub(crate) state: Arc<AppState>,
-    pub(crate) source: Arc<StateSource>,
-    pub(crate) run: u32,
-}
-
-#[derive(Deserialize)]
-struct SourceId {
-    id: String,
-}
-
-#[derive(Deserialize, Serialize)]
-pub(crate) struct RunNumber {
-    pub(crate) run: u32,
-}
-
-impl FromRequestParts<Arc<AppState>> for RequestedRun {
-    type Rejection = Response;
-
-    async fn from_request_parts(
-        parts: &mut Parts,
-        state: &Arc<AppState>,
-    ) -> Result<Self, Response> {
-        let (Path(SourceId { id }), Query(RunNumber { run })) =
-            <(Path<SourceId>, Query<RunNumber>)>::from_request_parts(parts, state).await?;
-        let source = state.source(&id).map_err(ApiError::into_response)?;
-        Ok(Self { state: Arc::clone(state), source, run })
-    }
-}
-
-impl RequestedRun {
-    /// Responds with the result of a job that may read all states of the run.
-    pub(crate) async fn read<T: Send + 'static>(
-        self,
-        job: impl FnOnce(&StateSource, u32, &CancelToken) -> ApiResult<T> + Send + 'static,
-    ) -> ApiResult<Json<T>> {
-        let Self { state, source, run } = self;
-        state.run_jobs.run(move |cancel| Ok(Json(job(&source, run, cancel)?))).await
-    }
-
-    /// Indexes the run up to a state that exists. If that takes long, does so as a job, which ends when the
-    /// request is cancelled.
-    pub(crate) async fn index_to(&self, at: usize) -> ApiResult<()> {
-        if self.source.is_trail_long(self.run, at) {
-            let (source, run) = (Arc::clone(&self.source), self.run);
-            let index = move |cancel: &CancelToken| source.run_to(run, at, cancel).map(drop);
-            self.state.run_jobs.run(index).await?;
-        }
-        Ok(())
-    }
 }
 
 #[derive(Default)]

@@ -6,6 +6,7 @@ pub(crate) mod assets;
 pub(crate) mod events;
 pub(crate) mod jobs;
 pub(crate) mod limits;
+pub(crate) mod requested_run;
 
 use std::io;
 use std::net::SocketAddr;

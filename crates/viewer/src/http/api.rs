@@ -16,11 +16,12 @@ use mmsim_recording::Block;
 use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 
-use crate::app::{AppState, RequestedRun, RunNumber, SharedState};
+use crate::app::{AppState, SharedState};
 use crate::export;
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::buffer_body;
+use crate::http::requested_run::{RequestedRun, RunNumber};
 use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
 use crate::source::pictures::{PictureOptions, download};

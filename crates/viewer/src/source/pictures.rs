@@ -11,8 +11,8 @@ use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
-use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
+use crate::http::requested_run::RequestedRun;
 use crate::source::{DecodedState, StateSource};
 
 /// The length of the longer side of a PNG, in pixels.

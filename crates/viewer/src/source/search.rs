@@ -7,8 +7,8 @@ use mmsim_recording::LogEnd;
 use mmsim_run::{LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
-use crate::app::RequestedRun;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
+use crate::http::requested_run::RequestedRun;
 use crate::source::StateSource;
 
 /// The maximum number of log lines up to a state, and of later log lines, in a response.
