@@ -8,20 +8,11 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Cell, MazeSize};
-use mmsim_mouse::Pace;
 
 use crate::vehicle::parse_vehicle;
 
 /// The default pace of a mouse that somebody watches, in milliseconds per step.
 pub(crate) const WATCHED_PACE_MS: u64 = 50;
-
-/// The help for `--port` of commands that start a mouse, which learns the port from the command.
-pub(crate) const PORT_HELP: &str = "\
-    Port to listen on; 0 picks a free port [default: 6574, or a free port if 6574 is in use]";
-
-/// The help for `--viewer-port` of commands that start a mouse, which the page controls.
-pub(crate) const VIEWER_PORT_HELP: &str = "\
-    Port of the viewer page; 0 picks a free port [default: 6575, or a free port if 6575 is in use]";
 
 /// Options that control the amount of output on stderr.
 #[derive(Clone, Copy, Debug, Args)]
@@ -93,38 +84,6 @@ pub(crate) struct ServerArgs {
     pub(crate) retention: RetentionArgs,
     #[command(flatten)]
     pub(crate) viewer: ViewerArgs,
-}
-
-/// Options for running a mouse.
-#[derive(Debug, Args)]
-pub(crate) struct MouseArgs {
-    /// Wait MS milliseconds after each state; the viewer page can change this [default: 50 with
-    /// --open, else 0]
-    #[arg(long, value_name = "MS")]
-    pub(crate) pace: Option<u64>,
-    /// Stop the mouse after S seconds, not counting pauses
-    #[arg(long, value_name = "S", value_parser = parse_seconds)]
-    pub(crate) time_limit: Option<Duration>,
-    /// Run the mouse again each time its file changes; implies --stay
-    #[arg(long)]
-    pub(crate) watch: bool,
-    /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
-    #[arg(long)]
-    pub(crate) stay: bool,
-}
-
-impl MouseArgs {
-    /// Returns the initial pace. If the page opens in a browser, the default is slow enough to
-    /// watch.
-    pub(crate) fn pace(&self, viewer: &ViewerArgs) -> Pace {
-        let default = if viewer.open { WATCHED_PACE_MS } else { 0 };
-        Pace::from_interval(Duration::from_millis(self.pace.unwrap_or(default)))
-    }
-
-    /// Returns true if the server keeps running after the mouse exits.
-    pub(crate) const fn stays(&self, viewer: &ViewerArgs) -> bool {
-        self.stay || self.watch || viewer.open
-    }
 }
 
 /// Options that define what a mouse knows before its first step: the maze size and the goal.

@@ -3,7 +3,6 @@
 mod button;
 
 use std::error::Error;
-use std::ffi::OsString;
 use std::sync::Arc;
 
 use clap::Args;
@@ -14,16 +13,14 @@ use mmsim_mms::ScoreRules;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
 use mmsim_server::Served;
 
-use crate::args::{
-    KnownMazeArgs, MouseArgs, PORT_HELP, ServerArgs, UsageError, VIEWER_PORT_HELP, one_of,
-};
+use crate::args::{KnownMazeArgs, UsageError, one_of};
 use crate::connection::{
     ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
 };
 use crate::interrupt::Interrupt;
 use crate::local_server::in_process;
 use crate::output::{note, print, print_json, warn};
-use crate::own_mouse;
+use crate::own_mouse::OwnMouseArgs;
 use button::press_on_input;
 
 const AFTER_HELP: &str = "\
@@ -43,8 +40,6 @@ or lost the simulator; 130 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
-#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
-#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct MmsArgs {
     /// Print the scores when the mouse exits
     #[arg(long)]
@@ -59,12 +54,7 @@ pub(crate) struct MmsArgs {
     #[arg(long, value_name = "N")]
     limit: Option<u32>,
     #[command(flatten)]
-    repeat: MouseArgs,
-    #[command(flatten)]
-    server: ServerArgs,
-    /// Program to run as the mouse, and its arguments
-    #[arg(last = true, required = true, value_name = "COMMAND")]
-    command: Vec<OsString>,
+    own: OwnMouseArgs,
     #[command(flatten)]
     remote: RemoteArgs,
 }
@@ -110,7 +100,7 @@ fn score_rules() -> impl TypedValueParser<Value = ScoreRules> {
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
-    let program = Program::new(&args.command);
+    let program = args.own.program();
     match &args.remote.connect {
         None => run_locally(args, &program),
         Some(address) => run_remotely(&endpoint(address), args, &program),
@@ -118,12 +108,12 @@ pub(crate) fn run(args: &MmsArgs) -> Result<i32, Box<dyn Error>> {
 }
 
 fn run_locally(args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>> {
-    let (known, server, repeat) = (&args.remote.known, &args.server, &args.repeat);
+    let known = &args.remote.known;
     if known.size.is_some() || !known.goal.is_empty() {
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
-    let control = own_mouse::control("mms", program, repeat, &server.viewer, true)?;
-    own_mouse::serve((program, &control), (server, repeat), (server.port, None), |monitor| {
+    let control = args.own.control("mms", program, true)?;
+    args.own.serve((program, &control), (args.own.server.port, None), |monitor| {
         press_on_input(Arc::clone(&control));
         let control = &control;
         Ok(move || {
@@ -140,7 +130,7 @@ fn run_locally(args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>>
 }
 
 fn run_remotely(endpoint: &str, args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>> {
-    let control = own_mouse::control("mms", program, &args.repeat, &args.server.viewer, true)?;
+    let control = args.own.control("mms", program, true)?;
     let known = maze_from_args("mms", &args.remote.known)?;
     let mut transport = connect(endpoint, None, known.is_none())?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.remote.known.size), Ok)?;

@@ -1,7 +1,6 @@
 //! `mmsim run`: run a mouse that connects over ZeroMQ.
 
 use std::error::Error;
-use std::ffi::OsString;
 use std::process::Stdio;
 use std::sync::Arc;
 
@@ -13,10 +12,9 @@ use mmsim_mouse::{
 };
 use mmsim_server::listen;
 
-use crate::args::{MouseArgs, PORT_HELP, ServerArgs, VIEWER_PORT_HELP};
 use crate::local_server::{HOST, bind_or_free};
 use crate::output::warn;
-use crate::own_mouse;
+use crate::own_mouse::OwnMouseArgs;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -39,27 +37,20 @@ mouse jumped, did not start, was stopped or exceeded --time-limit; 130 after Ctr
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
-#[command(mut_arg("port", |port| port.help(PORT_HELP)))]
-#[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct RunArgs {
     #[command(flatten)]
-    repeat: MouseArgs,
-    #[command(flatten)]
-    server: ServerArgs,
-    /// Program to run as the mouse, and its arguments
-    #[arg(last = true, required = true, value_name = "COMMAND")]
-    command: Vec<OsString>,
+    own: OwnMouseArgs,
 }
 
 /// Runs the mouse and returns the exit code.
 pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
-    let (server, repeat) = (&args.server, &args.repeat);
-    let program = Program::new(&args.command);
-    let control = own_mouse::control("run", &program, repeat, &server.viewer, false)?;
+    let own = &args.own;
+    let program = own.program();
+    let control = own.control("run", &program, false)?;
     // The simulator itself listens on another port, because the replies on this one are delayed.
-    let listener = bind_or_free(server.port, |port| listen(HOST, port))?;
+    let listener = bind_or_free(own.server.port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
-    own_mouse::serve((&program, &control), (server, repeat), (Some(0), Some(address)), |monitor| {
+    own.serve((&program, &control), (Some(0), Some(address)), |monitor| {
         let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
         let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
         let control = &control;
