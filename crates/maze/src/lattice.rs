@@ -90,8 +90,8 @@ impl Point {
     /// if a coordinate would be less than 0 or greater than 255.
     #[inline]
     pub fn shifted(self, east: i16, north: i16) -> Option<Self> {
-        let i = u8::try_from(i16::from(self.i) + east).ok()?;
-        let j = u8::try_from(i16::from(self.j) + north).ok()?;
+        let i = u8::try_from(i16::from(self.i).checked_add(east)?).ok()?;
+        let j = u8::try_from(i16::from(self.j).checked_add(north)?).ok()?;
         Some(Self { i, j })
     }
 }
@@ -201,6 +201,17 @@ mod tests {
         assert_eq!(picture, ["#######", "#.....#", "#.###.#", "#.....#", "#######"]);
         for (i, j) in [(7, 1), (8, 1), (1, 5), (1, 6), (255, 255), (64, 65)] {
             assert!(!free(i, j), "({i}, {j})");
+        }
+    }
+
+    #[test]
+    fn points_are_shifted_within_the_coordinates() {
+        let point = Point { i: 3, j: 255 };
+        assert_eq!(point.shifted(-3, -255), Some(Point { i: 0, j: 0 }));
+        for (east, north) in
+            [(-4, 0), (0, 1), (253, 0), (i16::MAX, 0), (0, i16::MAX), (i16::MIN, 0)]
+        {
+            assert_eq!(point.shifted(east, north), None, "{east} {north}");
         }
     }
 
