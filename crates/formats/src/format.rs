@@ -1,6 +1,7 @@
 //! The maze file formats and their names.
 
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
 
 /// A file format for mazes.
@@ -121,6 +122,24 @@ impl Format {
     /// Returns the name of the format, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {
         ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
+    }
+
+    /// Returns the format that the extension of a file selects for writing: `.txt` selects
+    /// [`Text`](Self::Text), the name of another writable format selects that format. Ignores case.
+    ///
+    /// ```
+    /// use mmsim_formats::Format;
+    /// use std::path::Path;
+    /// assert_eq!(Format::from_extension(Path::new("a/maze.TXT")), Some(Format::Text));
+    /// assert_eq!(Format::from_extension(Path::new("maze.num")), Some(Format::Num));
+    /// assert_eq!(Format::from_extension(Path::new("maze.csv")), None);
+    /// ```
+    pub fn from_extension(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_lowercase();
+        Self::ALL.into_iter().filter(|format| format.is_writable()).find(|format| match format {
+            Self::Text => extension == "txt",
+            _ => extension == format.name(),
+        })
     }
 
     /// Returns true if mazes can be written in this format.

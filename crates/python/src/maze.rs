@@ -110,11 +110,10 @@ impl PyMaze {
     /// Writes a maze file. The extension determines the format: text without one.
     #[pyo3(signature = (path, format = None))]
     fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let format = match format {
             Some(format) => format.parse().map_err(value_error)?,
-            None if matches!(&extension[..], "" | "txt") => Format::Text,
-            None => extension.parse().map_err(|_| {
+            None if path.extension().is_none() => Format::Text,
+            None => Format::from_extension(&path).ok_or_else(|| {
                 value_error(format_args!(
                     "unknown format of {} (use .txt, .trial, .maz or .num, or pass format=...)",
                     path.display()

@@ -9,7 +9,7 @@ use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_fr
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::check::ambiguity;
-use crate::args::{CommandResult, UsageError, extension, one_of};
+use crate::args::{CommandResult, UsageError, one_of};
 use crate::output::{is_standard, note, replace_or_print, warn};
 
 #[derive(Debug, Args)]
@@ -39,7 +39,9 @@ pub(super) fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value
 }
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
-    let to = args.to.or_else(|| format_from_extension(&args.output)).ok_or_else(|| {
+    let standard = is_standard(&args.output).then_some(Format::Text);
+    let to = args.to.or(standard).or_else(|| Format::from_extension(&args.output));
+    let to = to.ok_or_else(|| {
         let output = args.output.display();
         let hint = "use .txt, .trial, .maz or .num, or --to FORMAT";
         UsageError::new("mazes convert", format!("unknown format of {output} ({hint})"))
@@ -60,18 +62,6 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
     })?;
     replace_or_print(&args.output, &content)?;
     Ok(true)
-}
-
-/// Returns the format that the extension of a path selects, or the text format for stdout.
-pub(super) fn format_from_extension(path: &Path) -> Option<Format> {
-    match &extension(path)[..] {
-        _ if is_standard(path) => Some(Format::Text),
-        "txt" => Some(Format::Text),
-        "trial" => Some(Format::Trial),
-        "maz" => Some(Format::Maz),
-        "num" => Some(Format::Num),
-        _ => None,
-    }
 }
 
 fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error::Error>> {

@@ -11,7 +11,6 @@ use mmsim_maze::{Maze, MazeSize, counted};
 use mmsim_solvers::MazeFacts;
 use serde::{Serialize, Serializer};
 
-use super::convert::format_from_extension;
 use crate::args::{CommandResult, one_of, parse_size};
 use crate::output::{create_folder, is_file, note, own_command, print, print_pretty_json, replace};
 
@@ -123,7 +122,7 @@ fn write(
     for generated in mazes {
         let path: PathBuf =
             if is_folder { output.join(generated.file_name()) } else { output.into() };
-        let format = format_from_extension(&path).unwrap_or(Format::Text);
+        let format = Format::from_extension(&path).unwrap_or(Format::Text);
         let content = format
             .write(&generated.maze)
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
