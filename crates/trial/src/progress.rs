@@ -18,6 +18,7 @@ const PREFIX: &str = "two-run trial: ";
 /// assert_eq!(TrialStatus::from_strategy("two-run trial: run 2"), Some(TrialStatus::Race));
 /// assert_eq!(TrialStatus::from_strategy("flood-fill"), None);
 /// ```
+// Recordings contain the numbers of these variants in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TrialStatus {
     /// The robot explores the maze in the first run.
@@ -41,12 +42,19 @@ impl TrialStatus {
     /// Returns the status of a trial.
     pub const fn new(trial: &Trial<'_>) -> Self {
         match (trial.outcome(), trial.phase()) {
-            (Some(TrialOutcome::Scored(_)), _) => Self::Scored,
-            (Some(TrialOutcome::OutOfTime), _) => Self::OutOfTime,
-            (Some(TrialOutcome::GaveUp), _) => Self::GaveUp,
-            (Some(TrialOutcome::Failed), _) => Self::Failed,
+            (Some(outcome), _) => Self::from_outcome(outcome),
             (None, TrialPhase::Explore) => Self::Explore,
             (None, TrialPhase::Race) => Self::Race,
+        }
+    }
+
+    /// Returns the status of a trial that has ended.
+    pub const fn from_outcome(outcome: TrialOutcome) -> Self {
+        match outcome {
+            TrialOutcome::Scored(_) => Self::Scored,
+            TrialOutcome::OutOfTime => Self::OutOfTime,
+            TrialOutcome::GaveUp => Self::GaveUp,
+            TrialOutcome::Failed => Self::Failed,
         }
     }
 

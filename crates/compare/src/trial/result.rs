@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use mmsim_maze::{Cell, Heading, KnownMaze};
-use mmsim_trial::{Score, TrialOutcome};
+use mmsim_trial::{Score, TrialOutcome, TrialStatus};
 
 /// The outcome of a trial.
 pub struct TrialResult {
@@ -71,11 +71,9 @@ impl TrialResult {
     /// Returns the steps of both runs, and the score or how the trial ended.
     pub(super) fn summary(&self) -> String {
         let Self { explore_steps, race_steps, .. } = self;
-        let ending = match self.ending {
-            TrialOutcome::Scored(score) => format!(" = {score}"),
-            TrialOutcome::OutOfTime => ", out of time".into(),
-            TrialOutcome::GaveUp => ", gave up".into(),
-            TrialOutcome::Failed => ", failed".into(),
+        let ending = match self.score() {
+            Some(score) => format!(" = {score}"),
+            None => format!(", {}", TrialStatus::from_outcome(self.ending)),
         };
         format!("{explore_steps} + {race_steps}{ending}")
     }

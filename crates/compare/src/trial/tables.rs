@@ -1,7 +1,7 @@
 //! Tables that compare robots and their settings.
 
 use mmsim_report::{Comparison, Measure, MousePath};
-use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialOutcome, Variant};
+use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialStatus, Variant};
 use serde::Serialize;
 
 use super::result::{Means, TrialResult};
@@ -21,7 +21,7 @@ pub struct TrialRow {
     /// The path of the maze, or its name if it has no path.
     maze: String,
     robot: String,
-    ending: &'static str,
+    ending: String,
     /// The step in which the robot failed, and the reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -45,12 +45,7 @@ impl TrialRow {
         Self {
             maze: maze.path_or_name(),
             robot: robot.name().into(),
-            ending: match ending {
-                TrialOutcome::Scored(_) => "scored",
-                TrialOutcome::OutOfTime => "out_of_time",
-                TrialOutcome::GaveUp => "gave_up",
-                TrialOutcome::Failed => "failed",
-            },
+            ending: TrialStatus::from_outcome(ending).name().replace(' ', "_"),
             error: result.failure.clone(),
             explore_steps,
             race_steps,
