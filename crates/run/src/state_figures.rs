@@ -118,16 +118,16 @@ pub struct TrialReport {
 }
 
 impl TrialReport {
-    /// Returns the figures up to the state `index`, or `None` if the state does not belong to a
-    /// trial. `block` returns the block that contains a state.
+    /// Returns the figures up to the state `index`, or `None` if its `notes` do not belong to a trial.
+    /// `block` returns the block that contains a state.
     pub fn new<B: Borrow<States>>(
+        notes: &Notes,
         run: &RunIndex,
         index: usize,
         times: &Times,
         block: impl Fn(usize) -> Option<B>,
     ) -> Option<Self> {
-        let context = block(index)?.borrow().context(index)?;
-        let status = trial_status(context.notes())?;
+        let status = trial_status(notes)?;
         let status_at = |index: u32| {
             let index = index as usize;
             trial_status(block(index)?.borrow().context(index)?.notes())
@@ -148,7 +148,7 @@ impl TrialReport {
             report(progress.steps.race_steps, turns, reset, index)
         });
         Some(Self {
-            robot: context.notes().mouse().map(String::from),
+            robot: notes.mouse().map(String::from),
             status: status.to_string(),
             run_1: report(progress.steps.explore_steps, turns, 0, reset),
             run_2,

@@ -5,7 +5,6 @@ use mmsim_protocol::{Matrix, State};
 use mmsim_recording::{Block, Recording};
 use mmsim_run::{
     MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent, StateFigures, TrialReport,
-    trial_status,
 };
 use serde::Serialize;
 
@@ -45,8 +44,7 @@ impl StateReport {
         let map = context.claimed_maze(&state, &unexplored);
         let known = context.known_maze(&state, &unexplored, recording.maze());
         let times = recording.times();
-        let is_trial = trial_status(context.notes()).is_some();
-        let trial = if is_trial { TrialReport::new(&run, index, times, block) } else { None };
+        let trial = TrialReport::new(context.notes(), &run, index, times, block);
         let figures = StateFigures::new(&phases, times, [&map, &known], trial);
         let here = match figures.event {
             Some(StateEvent::Restart) => ", put back at the start",
@@ -67,7 +65,7 @@ impl StateReport {
             "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} visited{wrong}\n\
              {runs}{}\n{picture}",
             pose_at.ms,
-            bounds_text(figures.map, is_trial),
+            bounds_text(figures.map, figures.trial.is_some()),
         );
         Some(Self {
             index,

@@ -135,13 +135,8 @@ impl StateView {
         let (phases, trail) = source.run_to(run, index, &CancelToken::default())?;
         let notes = decoded.context.notes();
         let LegProgress { leg, steps } = phases.leg();
-        let is_trial = decoded.is_trial;
         let block = |index| source.block(run, index).ok();
-        let trial = if is_trial {
-            TrialReport::new(&*source.index(run)?, index, &times, block)
-        } else {
-            None
-        };
+        let trial = TrialReport::new(notes, &*source.index(run)?, index, &times, block);
         let number = |cell| description.size.index(cell);
         let passage = |Pose { cell, heading }| Some(4 * number(cell)? + heading as usize);
         let weight = |cell| decoded.state.weights().at(cell);
