@@ -29,9 +29,6 @@ const SCENE: usize = 2;
 /// with titles, because Foxglove and Lichtblick reject channels whose schema contains other types.
 pub(crate) const SCHEMA: &str = include_str!("../schemas/mouse.json");
 
-/// The names of the phases of a search, in the order of [`RunPhase`].
-const PHASES: [&str; 5] = ["search run", "at goal", "return run", "at start", "fast run"];
-
 /// Returns the messages about a recording for
 /// [`Recorder::with_messages`](mmsim_recording::Recorder::with_messages): the figures of the mouse and
 /// its pose in each state, and a picture of the maze. Returns `None` if the description is invalid.
@@ -140,7 +137,7 @@ impl RunMessages {
 /// the statuses follow those of the phases, in the order of [`TrialStatus`].
 fn numbered_phase(phase: RunPhase, status: Option<TrialStatus>) -> (u8, &'static str) {
     match status {
-        None => (phase as u8, PHASES[phase as usize]),
+        None => (phase as u8, phase.name()),
         Some(status) => (RunPhase::Fast as u8 + 1 + status as u8, status.name()),
     }
 }
@@ -177,11 +174,12 @@ mod tests {
             RunPhase::Fast,
         ];
         let runs = runs.into_iter().map(|phase| numbered_phase(phase, None));
+        let phases = ["search run", "at goal", "return run", "at start", "fast run"];
         let names = ["run 1", "run 2", "scored", "out of time", "gave up", "failed"];
         let statuses = names
             .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
         let statuses =
             statuses.into_iter().map(|status| numbered_phase(RunPhase::Fast, Some(status)));
-        assert!(runs.chain(statuses).eq((0..).zip(PHASES.into_iter().chain(names))));
+        assert!(runs.chain(statuses).eq((0..).zip(phases.into_iter().chain(names))));
     }
 }

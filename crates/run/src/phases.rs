@@ -69,6 +69,7 @@ pub struct Phases {
 }
 
 /// The phase in which a mouse is.
+// Recordings contain the numbers of these variants in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RunPhase {
     /// The mouse has not reached the goal yet.
@@ -82,6 +83,19 @@ pub enum RunPhase {
     AtStart,
     /// The mouse is on a fast run.
     Fast,
+}
+
+impl RunPhase {
+    /// Returns the name of the phase.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Search => "search run",
+            Self::AtGoal => "at goal",
+            Self::Return => "return run",
+            Self::AtStart => "at start",
+            Self::Fast => "fast run",
+        }
+    }
 }
 
 /// The figures of a search run, a return run or a fast run. States are numbered from 0.
