@@ -12,7 +12,10 @@ use mmsim_mouse::Program;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
-use crate::args::{RetentionArgs, UsageError, ViewerArgs, each_once, one_of, parse_seconds};
+use crate::args::{
+    RetentionArgs, UsageError, ViewerArgs, each_once, extension, one_of, parse_seconds,
+    wrong_extension,
+};
 use crate::picture::{PictureFile, PictureFormat, parse_picture, themes};
 
 /// The program that runs a robot with the published interface.
@@ -203,7 +206,7 @@ fn variants() -> impl TypedValueParser<Value = Variant> {
 /// Parses the path of a picture that is not animated.
 fn parse_still(text: &str) -> Result<PictureFile, String> {
     let picture = parse_picture(text).ok().filter(|picture| picture.format != PictureFormat::Gif);
-    picture.ok_or_else(|| "expected a file ending in .svg or .png".into())
+    picture.ok_or_else(|| wrong_extension(".svg or .png", &extension(text.as_ref())))
 }
 
 fn parse_probability(text: &str) -> Result<f64, String> {
