@@ -143,7 +143,7 @@ impl<T: Transport> Exchange<T> {
         let length = encode(&mut self.request)?;
         self.requests += 1;
         self.transport.exchange(&self.request[..length], &mut self.reply)?;
-        read_reply(request, &self.reply, expected)
+        decode_reply(request, &self.reply, expected)
     }
 }
 
@@ -152,7 +152,7 @@ impl<T: Transport> Exchange<T> {
 ///
 /// # Errors
 /// Returns an error if the simulator refuses the request or sends an unexpected reply.
-pub fn read_reply<R>(
+pub fn decode_reply<R>(
     request: &'static str,
     reply: &[u8],
     expected: impl FnOnce(Reply<'_>) -> Option<R>,

@@ -32,7 +32,7 @@ mod transport;
 mod zmq_transport;
 
 pub use check_server::{ServerCheck, check_server};
-pub use exchange::{Exchange, read_reply};
+pub use exchange::{Exchange, decode_reply};
 pub use run::{BrokenRun, RunError, SearchRun, search_run};
 pub use transport::{BUNDLED_MOUSE_NAME, InMemory, Named, Transport, TransportError};
 pub use zmq_transport::{Timeout, Waiting, Zmq};

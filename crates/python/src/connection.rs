@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
-use mmsim_client::{RunError, read_reply};
+use mmsim_client::{RunError, decode_reply};
 use mmsim_maze::Cell;
 use mmsim_protocol::{Annotation, ERROR_PREFIX, Info, Reply, Request};
 use mmsim_recording::{Clock, Times};
@@ -110,7 +110,7 @@ impl Backend {
         request: &[u8],
         expected: impl FnOnce(Reply<'_>) -> Option<R>,
     ) -> PyResult<R> {
-        self.exchange(py, request, |reply| read_reply(name, reply, expected))?.map_err(run_error)
+        self.exchange(py, request, |reply| decode_reply(name, reply, expected))?.map_err(run_error)
     }
 }
 
@@ -125,8 +125,11 @@ impl PyConnection {
         Self { backend, pending: Pending::default(), annotations }
     }
 
-    /// Asks for the description of the maze.
+    /// Returns the description of the maze.
     pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
+        if let Backend::Process(simulated) = &self.backend {
+            return Ok(lock(simulated, py)?.simulation.info());
+        }
         let json = self.backend.ask(py, "info", b"info", |reply| match reply {
             Reply::Info(json) => Some(String::from(json)),
             _ => None,
