@@ -134,8 +134,8 @@ fn draw(
     let inside = |&&(x, y): &&(f64, f64)| (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
     #[expect(clippy::cast_possible_truncation, reason = "inside the maze")]
     let hundredths = |number: f64| (number * 100.0).round() as i32;
-    let to_grid = |&(x, y): &(f64, f64)| (hundredths(x), hundredths(height - y));
-    let points: Vec<PicturePoint> = points.iter().filter(inside).map(to_grid).collect();
+    let to_picture = |&(x, y): &(f64, f64)| (hundredths(x), hundredths(height - y));
+    let points: Vec<PicturePoint> = points.iter().filter(inside).map(to_picture).collect();
     let (&first, &last) = (points.first()?, points.last()?);
     let place = |(x, y): PicturePoint| [x, y].map(|place| decimals(cells(place) + offset));
     let ([start_x, start_y], [end_x, end_y]) = (place(first), place(last));

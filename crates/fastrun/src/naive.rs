@@ -135,7 +135,7 @@ impl NaiveSearch<'_> {
         }
     }
 
-    /// Drives a straight and a turn, at each of its speeds.
+    /// Adds the states after a straight and a turn, one for each speed of the turn.
     fn turn(
         &mut self,
         parent: usize,

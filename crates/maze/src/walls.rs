@@ -160,7 +160,8 @@ impl Walls {
         runs(self.size.height(), move |y| self.has(Cell::new(x.wrapping_sub(1), y), Heading::East))
     }
 
-    /// Combines the walls of two mazes of the same size, as rows of bits. Outer walls stay present.
+    /// Combines the walls of two mazes, as rows of bits. The result has the size of `self`, and its
+    /// outer walls are present.
     ///
     /// ```
     /// use mmsim_maze::{MazeSize, Walls};

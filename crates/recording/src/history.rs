@@ -16,7 +16,7 @@ use zstd::bulk::Decompressor;
 
 use crate::context::Context;
 use crate::context::update::{Events, Update};
-use crate::history::block::{Block, Data, States};
+use crate::history::block::{Block, States, StoredBytes};
 use crate::history::context_log::ContextLog;
 use crate::history::log::{LogBlock, LogEnd, LogLine, read_log};
 use crate::history::storage::{BlockCompressor, Slabs};
@@ -213,7 +213,7 @@ impl History {
         Some(Block(States {
             first: index * Block::STATES,
             size: self.size,
-            messages: Data::new(messages, length).ok()?,
+            messages: StoredBytes::new(messages, length).ok()?,
             context: self.contexts.copy_context(index).ok()?,
             updates: self.contexts.copy_updates(index, index == self.packed.len()).ok()?,
         }))
@@ -269,8 +269,8 @@ impl History {
         *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
     }
 
-    /// Returns the bytes of the block with this index, which are compressed unless they have the
-    /// length that is also returned.
+    /// Returns the stored bytes of a block and their uncompressed length. The bytes are compressed if
+    /// the lengths differ.
     fn stored(&self, index: usize) -> Option<(&[u8], usize)> {
         let is_open = index == self.packed.len() && !self.open.is_empty();
         let open = is_open.then_some((&*self.open, self.open.len()));

@@ -24,9 +24,9 @@ pub struct States {
     pub(crate) first: usize,
     pub(crate) size: MazeSize,
     /// The message of each state.
-    pub(crate) messages: Data,
+    pub(crate) messages: StoredBytes,
     /// The context before the first state. Empty if nothing has changed since the start of the run.
-    pub(crate) context: Data,
+    pub(crate) context: StoredBytes,
     pub(crate) updates: UpdateData,
 }
 
@@ -225,17 +225,17 @@ impl StateScan<'_> {
 
 /// The updates in a block, in one or more parts. Decompressed updates have one part.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct UpdateData(pub(crate) Vec<Data>);
+pub(crate) struct UpdateData(pub(crate) Vec<StoredBytes>);
 
-/// A copy of stored data, which is compressed unless its length is `length`.
+/// A copy of stored bytes, which are compressed unless their number is `length`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Data {
+pub(crate) struct StoredBytes {
     bytes: Vec<u8>,
     /// The uncompressed length in bytes.
     length: usize,
 }
 
-impl Data {
+impl StoredBytes {
     pub(crate) fn new(bytes: &[u8], length: usize) -> Result<Self, OutOfMemory> {
         let mut copy = Vec::new();
         reserve(&mut copy, bytes.len())?;
@@ -257,7 +257,7 @@ impl UpdateData {
             bytes.extend_from_slice(&part.unpack()?.bytes);
         }
         let length = bytes.len();
-        Ok(Self(vec![Data { bytes, length }]))
+        Ok(Self(vec![StoredBytes { bytes, length }]))
     }
 
     /// Iterates over the updates. They must be decompressed.

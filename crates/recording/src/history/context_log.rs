@@ -9,7 +9,7 @@ use mmsim_maze::{MazeSize, Pose};
 
 use crate::context::Context;
 use crate::context::update::{Events, StoredUpdate};
-use crate::history::block::{Data, UpdateData};
+use crate::history::block::{StoredBytes, UpdateData};
 use crate::history::log::{LogBlock, LogEnd, LogLine};
 use crate::history::storage::{BlockCompressor, Slabs};
 use crate::memory::{OutOfMemory, reserve};
@@ -204,9 +204,11 @@ impl ContextLog {
 
     /// Copies the context before the first state of a block, which is empty if nothing has changed
     /// since the start of the run.
-    pub(crate) fn copy_context(&self, block: usize) -> Result<Data, OutOfMemory> {
+    pub(crate) fn copy_context(&self, block: usize) -> Result<StoredBytes, OutOfMemory> {
         let count = self.contexts.partition_point(|packed| packed.block <= block);
-        self.contexts[..count].last().map_or(Ok(Data::default()), |&packed| self.copy(packed))
+        self.contexts[..count]
+            .last()
+            .map_or(Ok(StoredBytes::default()), |&packed| self.copy(packed))
     }
 
     /// Copies the updates of the first or last block with log lines whose index is in `blocks`. The
@@ -244,7 +246,7 @@ impl ContextLog {
         let packed = self.updates[start..].iter().take_while(|packed| packed.block == block);
         let mut parts = packed.map(|&packed| self.copy(packed)).collect::<Result<Vec<_>, _>>()?;
         if is_open {
-            parts.push(Data::new(&self.open, self.open.len())?);
+            parts.push(StoredBytes::new(&self.open, self.open.len())?);
         }
         Ok(UpdateData(parts))
     }
@@ -260,8 +262,8 @@ impl ContextLog {
         context
     }
 
-    fn copy(&self, Packed { at, length, .. }: Packed) -> Result<Data, OutOfMemory> {
-        Data::new(self.packed.get(at).unwrap_or_default(), length)
+    fn copy(&self, Packed { at, length, .. }: Packed) -> Result<StoredBytes, OutOfMemory> {
+        StoredBytes::new(self.packed.get(at).unwrap_or_default(), length)
     }
 
     fn apply_newest(&mut self) {
