@@ -150,6 +150,8 @@ impl DownhillPlan {
 
     /// Returns the step to the neighbour that is nearest to the target. Among equally near
     /// neighbours, prefers the one with the smallest of `preferences`.
+    // Not inlined, because it has two callers and small cores have little flash.
+    #[inline(never)]
     pub(crate) fn step(&self, map: &KnownMaze, pose: Pose, preferences: [u8; 4]) -> Option<Step> {
         let mut numbers = self.distances.raw_around(pose.cell).map(u32::from);
         for (number, preference) in numbers.iter_mut().zip(preferences) {
