@@ -113,7 +113,7 @@ fn run_locally(args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>>
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
     let control = args.own.control("mms", program, true)?;
-    args.own.serve((program, &control), (args.own.server.port, None), |monitor| {
+    args.own.serve(program, &control, args.own.server.port, None, |monitor| {
         press_on_input(Arc::clone(&control));
         let control = &control;
         Ok(move || {

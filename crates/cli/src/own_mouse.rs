@@ -15,15 +15,15 @@ use crate::local_server::{HOST, prepare};
 use crate::output::note;
 use crate::selection::Collection;
 
-/// The help for `--port`. A mouse learns the port from the command.
+/// The help for `--port` of commands that run a mouse.
 const PORT_HELP: &str = "\
     Port to listen on; 0 picks a free port [default: 6574, or a free port if 6574 is in use]";
 
-/// The help for `--viewer-port`. The page controls the mouse.
+/// The help for `--viewer-port` of commands that run a mouse.
 const VIEWER_PORT_HELP: &str = "\
     Port of the viewer page; 0 picks a free port [default: 6575, or a free port if 6575 is in use]";
 
-/// The mouse, and the maze that is served to it.
+/// Options for running the user's mouse in a maze that this process serves.
 #[derive(Debug, Args)]
 #[command(mut_arg("port", |port| port.help(PORT_HELP)))]
 #[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
@@ -54,8 +54,8 @@ impl OwnMouseArgs {
         Program::new(&self.command)
     }
 
-    /// Returns the control of the mouse. Returns a usage error of `command` if `--watch` is set and there
-    /// is no file to watch.
+    /// Returns the control of the mouse. Returns a usage error of `command` if `--watch` is set and
+    /// there is no file to watch.
     pub(crate) fn control(
         &self,
         command: &'static str,
@@ -85,19 +85,22 @@ impl OwnMouseArgs {
         Pace::from_interval(Duration::from_millis(self.pace.unwrap_or(default)))
     }
 
-    /// Serves the selected maze and runs the mouse there. Its clients use `address`, or the address of the
-    /// server. `begin` returns the function that runs the mouse once. Returns the exit code.
+    /// Serves the selected maze and runs the mouse there. Clients connect to `address`, or to the
+    /// address of the server. `begin` returns the function that runs the mouse once. Returns the
+    /// exit code.
     pub(crate) fn serve<R: FnMut() -> Result<RunEnd, Box<dyn Error>>>(
         &self,
-        (program, control): (&Program, &Arc<MouseControl>),
-        (port, address): (Option<u16>, Option<String>),
+        program: &Program,
+        control: &Arc<MouseControl>,
+        port: Option<u16>,
+        address: Option<&str>,
         begin: impl FnOnce(Monitor) -> Result<R, Box<dyn Error>>,
     ) -> Result<i32, Box<dyn Error>> {
         let ServerArgs { mazes, words, retention, viewer, .. } = &self.server;
         let collection = Collection::at(mazes.as_deref())?;
         let selected = collection.select(&words.join(" "))?;
         let config = ViewerConfig::default().with_mazes(collection.catalogue);
-        let mouse = Some((Arc::clone(control), address.clone()));
+        let mouse = Some((Arc::clone(control), address.map(String::from)));
         let ready = prepare(selected, config, (HOST, port), retention, Some(viewer), mouse)?;
         let monitor = ready.server.monitor();
         let server = ready.server.spawn(ready.simulation);
@@ -109,7 +112,7 @@ impl OwnMouseArgs {
             stays: self.stay || self.watch || viewer.open,
             watched: program.file.as_deref().filter(|_| self.watch),
             has_page: !viewer.no_viewer,
-            ..Runs::new(control, address.as_deref().unwrap_or(server.address()), |text| note(text))
+            ..Runs::new(control, address.unwrap_or(server.address()), |text| note(text))
         };
         let code = runs.run(run_once)?;
         server.stop()?;

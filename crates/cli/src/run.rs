@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     // The simulator itself listens on another port, because the replies on this one are delayed.
     let listener = bind_or_free(own.server.port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
-    own.serve((&program, &control), (Some(0), Some(address)), |monitor| {
+    own.serve(&program, &control, Some(0), Some(&address), |monitor| {
         let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
         let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
         let control = &control;

@@ -124,21 +124,22 @@ impl Format {
         ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
     }
 
-    /// Returns the format that the extension of a file selects for writing: `.txt` selects
-    /// [`Text`](Self::Text), the name of another writable format selects that format. Ignores case.
+    /// Returns the format in which a file with this path is written, according to its extension:
+    /// [`Text`](Self::Text) for `.txt`, and otherwise the writable format whose name is the
+    /// extension. Ignores case.
     ///
     /// ```
     /// use mmsim_formats::Format;
     /// use std::path::Path;
-    /// assert_eq!(Format::from_extension(Path::new("a/maze.TXT")), Some(Format::Text));
-    /// assert_eq!(Format::from_extension(Path::new("maze.num")), Some(Format::Num));
-    /// assert_eq!(Format::from_extension(Path::new("maze.csv")), None);
+    /// assert_eq!(Format::from_path(Path::new("a/maze.TXT")), Some(Format::Text));
+    /// assert_eq!(Format::from_path(Path::new("maze.num")), Some(Format::Num));
+    /// assert_eq!(Format::from_path(Path::new("maze.csv")), None);
     /// ```
-    pub fn from_extension(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_lowercase();
-        Self::ALL.into_iter().filter(|format| format.is_writable()).find(|format| match format {
-            Self::Text => extension == "txt",
-            _ => extension == format.name(),
+    pub fn from_path(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        Self::ALL.into_iter().filter(|format| format.is_writable()).find(|format| {
+            let name = if *format == Self::Text { "txt" } else { format.name() };
+            extension.eq_ignore_ascii_case(name)
         })
     }
 

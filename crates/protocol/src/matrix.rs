@@ -36,13 +36,12 @@ impl Order {
     /// # Ok::<(), mmsim_maze::SizeError>(())
     /// ```
     pub const fn index(self, cell: Cell, size: MazeSize) -> Option<usize> {
-        // The distances between the indices of a cell and its eastern and northern neighbour.
-        let (east, north) = match self {
-            Self::C => (1, size.width()),
-            Self::F => (size.height(), 1),
-        };
-        let index = cell.x as usize * east as usize + cell.y as usize * north as usize;
-        if size.contains(cell) { Some(index) } else { None }
+        match self {
+            Self::F if size.contains(cell) => {
+                Some(cell.x as usize * size.height() as usize + cell.y as usize)
+            }
+            _ => size.index(cell),
+        }
     }
 
     pub(crate) fn decode(byte: u8, matrix: &'static str) -> Result<Self, RequestError> {

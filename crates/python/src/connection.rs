@@ -125,11 +125,8 @@ impl PyConnection {
         Self { backend, pending: Pending::default(), annotations }
     }
 
-    /// Returns the description of the maze.
+    /// Asks for the description of the maze.
     pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
-        if let Backend::Process(simulated) = &self.backend {
-            return Ok(lock(simulated, py)?.simulation.info());
-        }
         let json = self.backend.ask(py, "info", b"info", |reply| match reply {
             Reply::Info(json) => Some(String::from(json)),
             _ => None,

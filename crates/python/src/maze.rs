@@ -113,7 +113,7 @@ impl PyMaze {
         let format = match format {
             Some(format) => format.parse().map_err(value_error)?,
             None if path.extension().is_none() => Format::Text,
-            None => Format::from_extension(&path).ok_or_else(|| {
+            None => Format::from_path(&path).ok_or_else(|| {
                 value_error(format_args!(
                     "unknown format of {} (use .txt, .trial, .maz or .num, or pass format=...)",
                     path.display()

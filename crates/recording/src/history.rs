@@ -269,8 +269,8 @@ impl History {
         *self = Self { compressor, ..Self::with_limit(self.size, self.limit) };
     }
 
-    /// Returns the stored bytes of a block and their uncompressed length. The bytes are compressed if
-    /// the lengths differ.
+    /// Returns the stored bytes of a block and their uncompressed length. The bytes are compressed
+    /// if the lengths differ.
     fn stored(&self, index: usize) -> Option<(&[u8], usize)> {
         let is_open = index == self.packed.len() && !self.open.is_empty();
         let open = is_open.then_some((&*self.open, self.open.len()));

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::phases::{Phases, RunFigures};
+use crate::phases::{Phases, RunFigures, RunPhase};
 
 /// The steps, turns and times of the phases up to a state. The field names are JSON keys. See
 /// [`Phases`] for the meaning of the runs.
@@ -67,12 +67,12 @@ impl PhaseReport {
     pub fn rows(&self) -> Vec<(String, RunReport)> {
         let is_one = self.return_run.is_none() && self.fast_run.is_none();
         let fast_run = match self.fast_runs {
-            0 | 1 => "fast run".into(),
+            0 | 1 => RunPhase::Fast.name().into(),
             number => format!("fast run {number}"),
         };
         [
-            ("search run".into(), Some(self.search_run)),
-            ("return run".into(), self.return_run),
+            (RunPhase::Search.name().into(), Some(self.search_run)),
+            (RunPhase::Return.name().into(), self.return_run),
             (fast_run, self.fast_run),
             ("best fast run".into(), self.best_run.filter(|_| self.fast_runs > 1)),
             ("total".into(), (!is_one).then_some(self.total)),

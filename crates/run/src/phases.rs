@@ -69,7 +69,7 @@ pub struct Phases {
 }
 
 /// The phase in which a mouse is.
-// Recordings contain the numbers of these variants in this order.
+// Recordings contain the numbers of these variants, so their order must not change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RunPhase {
     /// The mouse has not reached the goal yet.

@@ -118,8 +118,8 @@ pub struct TrialReport {
 }
 
 impl TrialReport {
-    /// Returns the figures up to the state `index`, or `None` if its `notes` do not belong to a trial.
-    /// `block` returns the block that contains a state.
+    /// Returns the figures up to the state `index`, or `None` if its `notes` do not belong to a
+    /// trial. `block` returns the block that contains a state.
     pub fn new<B: Borrow<States>>(
         notes: &Notes,
         run: &RunIndex,

@@ -18,7 +18,7 @@ const PREFIX: &str = "two-run trial: ";
 /// assert_eq!(TrialStatus::from_strategy("two-run trial: run 2"), Some(TrialStatus::Race));
 /// assert_eq!(TrialStatus::from_strategy("flood-fill"), None);
 /// ```
-// Recordings contain the numbers of these variants in this order.
+// Recordings contain the numbers of these variants, so their order must not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TrialStatus {
     /// The robot explores the maze in the first run.

@@ -39,8 +39,8 @@ pub(super) fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value
 }
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
-    let standard = is_standard(&args.output).then_some(Format::Text);
-    let to = args.to.or(standard).or_else(|| Format::from_extension(&args.output));
+    let for_stdout = is_standard(&args.output).then_some(Format::Text);
+    let to = args.to.or(for_stdout).or_else(|| Format::from_path(&args.output));
     let to = to.ok_or_else(|| {
         let output = args.output.display();
         let hint = "use .txt, .trial, .maz or .num, or --to FORMAT";

@@ -122,7 +122,7 @@ fn write(
     for generated in mazes {
         let path: PathBuf =
             if is_folder { output.join(generated.file_name()) } else { output.into() };
-        let format = Format::from_extension(&path).unwrap_or(Format::Text);
+        let format = Format::from_path(&path).unwrap_or(Format::Text);
         let content = format
             .write(&generated.maze)
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;

@@ -227,7 +227,7 @@ impl StateScan<'_> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct UpdateData(pub(crate) Vec<StoredBytes>);
 
-/// A copy of stored bytes, which are compressed unless their number is `length`.
+/// A copy of stored bytes. They are compressed if their number differs from `length`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StoredBytes {
     bytes: Vec<u8>,

@@ -53,8 +53,8 @@ impl RequestedRun {
         state.run_jobs.run(move |cancel| Ok(Json(job(&source, run, cancel)?))).await
     }
 
-    /// Indexes the run up to a state that exists. If that takes long, does so as a job, which ends when the
-    /// request is cancelled.
+    /// Indexes the run up to a state that exists. If that takes long, does so as a job, which ends
+    /// when the request is cancelled.
     pub(crate) async fn index_to(&self, at: usize) -> ApiResult<()> {
         if self.source.is_trail_long(self.run, at) {
             let (source, run) = (Arc::clone(&self.source), self.run);
