@@ -12,7 +12,7 @@ use std::io::{self, ErrorKind, Read, Write};
 
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY, REQ_READY};
 use mmsim_zmtp::connection::Connection;
-use mmsim_zmtp::{ClientId, ServerConfig, Service};
+use mmsim_zmtp::{Answer, ClientId, ServerConfig, Service};
 
 /// Limits that inputs of the fuzzer can exceed.
 const CONFIG: ServerConfig = ServerConfig {
@@ -108,11 +108,11 @@ struct Counter {
 }
 
 impl Service for Counter {
-    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> Answer {
         assert!(frames > 0);
         self.replies += 1;
         *reply = format!("{} bytes", request.len()).into();
-        true
+        Answer::Reply { is_activity: true }
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 
 use mmsim_protocol::ERROR_PREFIX;
 use mmsim_server::LIMITS;
-use mmsim_zmtp::{RepServer, Service, Waker};
+use mmsim_zmtp::{Answer, RepServer, Service, Waker};
 use tracing::error;
 
 /// A service for a mouse on a separate thread. Dropping it ends the thread, without waiting.
@@ -65,8 +65,8 @@ impl Drop for Endpoint {
     }
 }
 
-/// Writes an error reply. Returns false, because the request does not count as activity.
-pub(crate) fn refuse(reply: &mut Vec<u8>, reason: impl Display) -> bool {
+/// Writes an error reply to a request, which does not count as activity.
+pub(crate) fn refuse(reply: &mut Vec<u8>, reason: impl Display) -> Answer {
     *reply = format!("{ERROR_PREFIX}{reason}").into_bytes();
-    false
+    Answer::Reply { is_activity: false }
 }

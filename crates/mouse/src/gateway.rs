@@ -13,7 +13,7 @@ use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES,
 use mmsim_run::{MovementRules, Phases};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, Service};
+use mmsim_zmtp::{Answer, ClientId, Service};
 
 use crate::control::MouseControl;
 use crate::endpoint::{Endpoint, refuse};
@@ -187,9 +187,11 @@ impl Service for Forwarder {
         request: &[u8],
         frames: usize,
         reply: &mut Vec<u8>,
-    ) -> bool {
-        let forwarded = self.forward(client, request, frames, reply);
-        forwarded.unwrap_or_else(|reason| refuse(reply, reason))
+    ) -> Answer {
+        match self.forward(client, request, frames, reply) {
+            Ok(is_activity) => Answer::Reply { is_activity },
+            Err(reason) => refuse(reply, reason),
+        }
     }
 
     fn disconnected(&mut self, client: ClientId) {

@@ -8,7 +8,7 @@ use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, RequestError};
 use mmsim_recording::{Clock, PushError, Recorder, Times};
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, Service};
+use mmsim_zmtp::{Answer, ClientId, Service};
 use tracing::{debug, info, warn};
 
 use crate::control::{Control, MAX_RUN, Status};
@@ -204,8 +204,8 @@ impl Service for SimulationService<'_> {
         request: &[u8],
         frames: usize,
         reply: &mut ReplyBuffer,
-    ) -> bool {
-        self.answer_request(Some(client), request, frames, reply)
+    ) -> Answer {
+        Answer::Reply { is_activity: self.answer_request(Some(client), request, frames, reply) }
     }
 
     fn disconnected(&mut self, client: ClientId) {

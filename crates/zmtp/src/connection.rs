@@ -1,13 +1,19 @@
 //! A single connection with its input and output buffers.
 
+use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
+use std::mem;
 
 use crate::codec::{Decoder, Event, Phase, ProtocolError, SIGNATURE, push_last_frame, push_pong};
 use crate::config::ServerConfig;
-use crate::service::{ClientId, Service};
+use crate::service::{Answer, ClientId, Service};
 
 /// The maximum number of decoded events that one call of [`Connection::turn`] handles.
 const MAX_EVENTS: usize = 64;
+
+/// The maximum number of bytes of the requests that a connection holds while the reply to an earlier
+/// request is due later. When this limit is reached, the connection does not read on.
+const MAX_HELD_BYTES: usize = 32 * 1024;
 
 /// The maximum number of bytes in one read from a stream.
 pub(crate) const READ_BYTES: usize = 4 * 1024;
@@ -22,6 +28,25 @@ pub struct Connection<S> {
     client: ClientId,
     decoder: Decoder,
     buffered: BufferedStream<S>,
+    /// The envelope of the request whose reply is due later.
+    waiting: Option<Vec<u8>>,
+    /// The requests that have arrived since then.
+    held: VecDeque<HeldRequest>,
+}
+
+/// A request that waits for the reply to an earlier request.
+#[derive(Debug)]
+struct HeldRequest {
+    envelope: Vec<u8>,
+    /// The last frame of the body and the number of frames, or the error of an oversized frame.
+    body: Result<(Vec<u8>, usize), ProtocolError>,
+}
+
+impl HeldRequest {
+    fn bytes(&self) -> usize {
+        let frame = self.body.as_ref().map_or(0, |(last, _)| last.len());
+        mem::size_of::<Self>() + self.envelope.len() + frame
+    }
 }
 
 /// The result of [`Connection::turn`].
@@ -57,6 +82,8 @@ impl<S: Read + Write> Connection<S> {
             client: ClientId::unique(),
             decoder: Decoder::new(config),
             buffered: BufferedStream::new(stream, SIGNATURE),
+            waiting: None,
+            held: VecDeque::new(),
         }
     }
 
@@ -83,6 +110,19 @@ impl<S: Read + Write> Connection<S> {
     /// Returns true if bytes are waiting to be sent.
     pub const fn has_output(&self) -> bool {
         self.buffered.has_output()
+    }
+
+    /// Returns true if the reply to a request is due later.
+    pub const fn is_waiting(&self) -> bool {
+        self.waiting.is_some()
+    }
+
+    /// Adds a reply that was due later to the output. The caller must then call
+    /// [`turn`](Self::turn). Does nothing if the connection is not waiting for a reply.
+    pub fn reply(&mut self, reply: &[u8]) {
+        if let Some(envelope) = self.waiting.take() {
+            push_reply(&mut self.buffered.output, &envelope, reply);
+        }
     }
 
     /// Takes a turn: receives bytes, answers at most `max_requests` requests, and sends the
@@ -115,33 +155,53 @@ impl<S: Read + Write> Connection<S> {
                     return Ok(turn);
                 }
             }
-            let unread = &self.buffered.input[self.buffered.consumed..];
-            let (consumed, event) = self.decoder.decode(unread)?;
-            match event {
-                Event::Incomplete => {
-                    // Replies are sent before more input is read.
-                    self.send()?;
-                    if !self.buffered.receive()? {
-                        return Ok(turn);
+            if self.waiting.is_none()
+                && let Some(HeldRequest { envelope, body }) = self.held.pop_front()
+            {
+                let answer = match &body {
+                    Ok((last, frames)) => service.answer(self.client, last, *frames, &mut reply),
+                    Err(error) => refuse(error, service, &mut reply),
+                };
+                turn.has_activity |= self.settle(answer, Some(envelope), &reply);
+                requests_left = requests_left.saturating_sub(1);
+            } else if self.holds_enough() {
+                return Ok(turn);
+            } else {
+                let unread = &self.buffered.input[self.buffered.consumed..];
+                let (consumed, event) = self.decoder.decode(unread)?;
+                match event {
+                    Event::Incomplete => {
+                        // Replies are sent before more input is read.
+                        self.send()?;
+                        if !self.buffered.receive()? {
+                            return Ok(turn);
+                        }
+                    }
+                    Event::Ignored | Event::Ready => {}
+                    Event::Send(bytes) => self.buffered.output.extend_from_slice(bytes),
+                    Event::Ping { context } => push_pong(&mut self.buffered.output, context),
+                    Event::Message { last, frames } if self.waiting.is_some() => {
+                        let body = Ok((last.into_owned(), frames));
+                        self.hold(body);
+                    }
+                    Event::Message { last, frames } => {
+                        let answer = service.answer(self.client, &last, frames, &mut reply);
+                        turn.has_activity |= self.settle(answer, None, &reply);
+                        requests_left = requests_left.saturating_sub(1);
+                    }
+                    Event::Oversized(error) if self.waiting.is_some() => self.hold(Err(error)),
+                    Event::Oversized(error) => {
+                        let answer = refuse(&error, service, &mut reply);
+                        self.settle(answer, None, &reply);
                     }
                 }
-                Event::Ignored | Event::Ready => {}
-                Event::Send(bytes) => self.buffered.output.extend_from_slice(bytes),
-                Event::Ping { context } => push_pong(&mut self.buffered.output, context),
-                Event::Message { last, frames } => {
-                    turn.has_activity |= service.answer(self.client, &last, frames, &mut reply);
-                    self.push_reply(&reply);
-                    requests_left = requests_left.saturating_sub(1);
-                }
-                Event::Oversized(error) => {
-                    service.refuse(&error, &mut reply);
-                    self.push_reply(&reply);
-                }
+                self.buffered.consumed += consumed;
             }
-            self.buffered.consumed += consumed;
             if requests_left == 0 {
                 self.send()?;
-                turn.has_more = self.buffered.has_input() || self.buffered.receive()?;
+                turn.has_more = self.waiting.is_none() && !self.held.is_empty()
+                    || self.buffered.has_input()
+                    || self.buffered.receive()?;
                 return Ok(turn);
             }
         }
@@ -149,9 +209,31 @@ impl<S: Read + Write> Connection<S> {
         Ok(turn)
     }
 
-    fn push_reply(&mut self, reply: &[u8]) {
-        self.buffered.output.extend_from_slice(self.decoder.envelope());
-        push_last_frame(&mut self.buffered.output, reply);
+    /// Adds a reply that is ready to the output, or waits for it. The envelope is that of the latest
+    /// decoded request, unless `held` is another one. Returns true if the request counts as activity.
+    fn settle(&mut self, answer: Answer, held: Option<Vec<u8>>, reply: &[u8]) -> bool {
+        let envelope = held.as_deref().unwrap_or_else(|| self.decoder.envelope());
+        match answer {
+            Answer::Reply { is_activity } => {
+                push_reply(&mut self.buffered.output, envelope, reply);
+                is_activity
+            }
+            Answer::Later => {
+                self.waiting = Some(envelope.to_vec());
+                true
+            }
+        }
+    }
+
+    /// Holds the latest decoded request until the reply to an earlier one has been added.
+    fn hold(&mut self, body: Result<(Vec<u8>, usize), ProtocolError>) {
+        self.held.push_back(HeldRequest { envelope: self.decoder.envelope().to_vec(), body });
+    }
+
+    /// Returns true if the connection must not read further requests now.
+    fn holds_enough(&self) -> bool {
+        self.waiting.is_some()
+            && self.held.iter().map(HeldRequest::bytes).sum::<usize>() >= MAX_HELD_BYTES
     }
 
     /// Sends as much output as the stream accepts now.
@@ -161,6 +243,17 @@ impl<S: Read + Write> Connection<S> {
     pub fn send(&mut self) -> Result<(), DisconnectReason> {
         self.buffered.send()
     }
+}
+
+fn push_reply(output: &mut Vec<u8>, envelope: &[u8], reply: &[u8]) {
+    output.extend_from_slice(envelope);
+    push_last_frame(output, reply);
+}
+
+/// Lets the service refuse an oversized request.
+fn refuse(error: &ProtocolError, service: &mut impl Service, reply: &mut Vec<u8>) -> Answer {
+    service.refuse(error, reply);
+    Answer::Reply { is_activity: false }
 }
 
 /// A non-blocking stream and its buffers.
@@ -258,6 +351,7 @@ mod tests {
     use std::cell::RefCell;
     use std::collections::VecDeque;
     use std::rc::Rc;
+    use std::time::Instant;
 
     use super::*;
     use crate::codec::handshake::{GREETING, READY, REQ_READY};
@@ -362,11 +456,12 @@ mod tests {
     }
 
     /// A service that replies with the bytes of the request. The request `ping` does not count as
-    /// activity.
+    /// activity. The reply to `later` is due when `due` becomes its client.
     #[derive(Default)]
     pub(crate) struct Echo {
         /// The number of calls to `after_round`.
         pub(crate) rounds: usize,
+        pub(crate) due: Option<ClientId>,
     }
 
     impl Service for Echo {
@@ -376,10 +471,18 @@ mod tests {
             request: &[u8],
             _frames: usize,
             reply: &mut Vec<u8>,
-        ) -> bool {
+        ) -> Answer {
             reply.clear();
             reply.extend_from_slice(request);
-            request != b"ping"
+            match request {
+                b"later" => Answer::Later,
+                _ => Answer::Reply { is_activity: request != b"ping" },
+            }
+        }
+
+        fn due_reply(&mut self, _: Instant, reply: &mut Vec<u8>) -> Option<ClientId> {
+            *reply = b"later".to_vec();
+            self.due.take()
         }
 
         fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
@@ -549,6 +652,46 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert_eq!(connection.phase(), Phase::Ready);
         assert_eq!(replies(&wire), [&refused[..], b"\x01\0\0\x01a"].concat());
+    }
+
+    /// A request for which [`Echo`] has no reply yet, with an envelope of two frames.
+    const LATER: &[u8] = b"\x01\x02id\x01\0\0\x05later";
+
+    #[test]
+    fn requests_wait_for_a_reply_that_is_due_later_but_pings_do_not() {
+        let oversized = [b"\x01\0\x02".as_slice(), &70_000_u64.to_be_bytes()].concat();
+        let (ping, pong) = (b"\x04\x08\x04PING\0\x01c", b"\x04\x06\x04PONGc");
+        let held = [&requests(0..3), LATER, &requests(3..5)].concat();
+        let (mut connection, wire) = connect(&[LATER, ping, &held, ping, &oversized].concat());
+        wire.push(&vec![0; 70_000]);
+        run_until_idle(&mut connection).unwrap();
+        assert!(connection.is_waiting() && !wire.has_incoming());
+        assert_eq!(replies(&wire), pong.repeat(2));
+        connection.reply(b"first");
+        run_until_idle(&mut connection).unwrap();
+        let first = [b"\x01\x02id\x01\0\0\x05first", &requests(0..3)[..]].concat();
+        assert_eq!(replies(&wire), [&pong.repeat(2), &first[..]].concat());
+        assert!(connection.is_waiting(), "the second request with a later reply");
+        connection.reply(b"second");
+        connection.reply(b"ignored");
+        run_until_idle(&mut connection).unwrap();
+        let second = [b"\x01\x02id\x01\0\0\x06second", &requests(3..5)[..]].concat();
+        let (found, expected) = (replies(&wire), [&pong.repeat(2), &first[..], &second].concat());
+        let error = found.strip_prefix(&expected[..]).unwrap();
+        assert!(error.starts_with(b"\x01\0\0") && error[4..].starts_with(b"error: "));
+        assert!(!connection.is_waiting());
+    }
+
+    #[test]
+    fn held_requests_are_bounded_and_all_answered() {
+        let many = requests(0..200).repeat(100);
+        let (mut connection, wire) = connect(&[LATER, &many].concat());
+        run_until_idle(&mut connection).unwrap();
+        assert!(wire.has_incoming(), "the connection must not read on");
+        assert!((100..1000).contains(&connection.held.len()), "{}", connection.held.len());
+        connection.reply(b"later");
+        run_until_idle(&mut connection).unwrap();
+        assert!(replies(&wire) == [LATER, &many].concat());
     }
 
     #[test]

@@ -103,9 +103,27 @@ impl<S: Read + Write> Connections<S> {
         self.entries.values().any(|entry| entry.connection.phase() != Phase::Ready)
     }
 
+    /// Adds the replies that were due later and are due now, and queues their connections.
+    fn add_due_replies(&mut self, service: &mut impl Service, now: Instant) {
+        let mut reply = Vec::new();
+        while let Some(client) = service.due_reply(now, &mut reply) {
+            let mut entries = self.entries.iter_mut();
+            let Some((&id, entry)) = entries.find(|(_, entry)| entry.connection.client() == client)
+            else {
+                continue;
+            };
+            entry.connection.reply(&reply);
+            if !entry.is_queued {
+                entry.is_queued = true;
+                self.queue.push_back(id);
+            }
+        }
+    }
+
     /// Gives one turn to each queued connection, and then closes the connections whose deadlines
-    /// have passed.
+    /// have passed. A connection is also queued when a reply to it is due.
     pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {
+        self.add_due_replies(service, now);
         for _ in 0..self.queue.len() {
             let Some(id) = self.queue.pop_front() else { break };
             if let Some(entry) = self.entries.get_mut(&id) {
@@ -131,7 +149,9 @@ impl<S: Read + Write> Connections<S> {
     ) -> bool {
         let (count, mut previous) = (self.len(), None);
         while self.len() >= count {
-            let activities = self.entries.iter().map(|(&id, entry)| (id, &entry.activity));
+            let candidates =
+                self.entries.iter().filter(|(_, entry)| !entry.connection.is_waiting());
+            let activities = candidates.map(|(&id, entry)| (id, &entry.activity));
             let Some(id) = choose_evicted(activities, newcomer, self.config.silence, now) else {
                 return false;
             };
@@ -377,6 +397,27 @@ mod tests {
             let found = connections.make_room(Some(HERE), &mut Echo::default(), now);
             assert_eq!(found, has_room, "{capacity} {is_readable} {is_writable}");
         }
+    }
+
+    #[test]
+    fn client_whose_reply_is_due_later_is_kept_and_delays_nobody() {
+        let (start, mut connections) = (Instant::now(), Connections::new(CONFIG));
+        let (waiting, other) = (Wire::new(b"\x01\0\0\x05later"), Wire::new(REQUEST));
+        let id = add(&mut connections, &waiting, start);
+        add(&mut connections, &other, start);
+        serve(&mut connections, start);
+        assert!(other.sent().ends_with(REQUEST) && waiting.sent().ends_with(READY));
+        let client = connections.entries[&id].connection.client();
+        let late = start + 100 * SILENCE;
+        let has_room = |connections: &mut Connections<Wire>| {
+            connections.make_room(Some(HERE), &mut Echo::default(), late)
+        };
+        assert_eq!([has_room(&mut connections), has_room(&mut connections)], [true, false]);
+        assert_eq!(connections.len(), 1, "only the other one is closed");
+        connections.serve(&mut Echo { due: Some(client), ..Echo::default() }, late);
+        assert!(waiting.sent().ends_with(b"\x01\0\0\x05later"));
+        assert!(has_room(&mut connections));
+        connections.serve(&mut Echo { due: Some(client), ..Echo::default() }, late);
     }
 
     #[test]

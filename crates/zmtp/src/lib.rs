@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use mmsim_zmtp::codec::ProtocolError;
-//! use mmsim_zmtp::{ClientId, RepServer, Service, listen};
+//! use mmsim_zmtp::{Answer, ClientId, RepServer, Service, listen};
 //!
 //! struct Greeter;
 //!
@@ -17,9 +17,9 @@
 //!         request: &[u8],
 //!         _frames: usize,
 //!         reply: &mut Vec<u8>,
-//!     ) -> bool {
+//!     ) -> Answer {
 //!         *reply = [b"hello ", request].concat();
-//!         true
+//!         Answer::Reply { is_activity: true }
 //!     }
 //!
 //!     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
@@ -39,6 +39,8 @@
 //! - Every request gets exactly one reply, which begins with the envelope of the request. A client
 //!   receives its replies in the order of its requests. A request with an oversized frame gets one
 //!   error reply from [`Service::refuse`].
+//! - A reply may be due later ([`Answer::Later`]). The client that waits for it neither delays other
+//!   clients nor misses the answers to its heartbeats.
 //! - No input makes the server panic or stop. A client that violates the protocol is disconnected.
 //! - Memory is bounded. There are at most [`max_connections`](ServerConfig::max_connections)
 //!   connections, and with the default limits each uses less than 100 KiB if replies are short. The
@@ -90,7 +92,7 @@ pub use client::ReqClient;
 pub use config::{ClientConfig, ConfigError, ServerConfig};
 pub use endpoint::{BindError, Endpoint, EndpointError, listen};
 pub use server::{RepServer, Waker};
-pub use service::{ClientId, Service};
+pub use service::{Answer, ClientId, Service};
 
 /// Runs the examples in the README as doctests.
 #[cfg(doctest)]

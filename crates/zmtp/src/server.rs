@@ -137,12 +137,12 @@ impl RepServer {
         is_stopping: impl Fn() -> bool,
     ) -> io::Result<()> {
         while !is_stopping() {
-            self.wait(None)?;
+            self.wait(service.next_due(), None)?;
             self.serve_round(service);
         }
         let mut drain = Drain::new(Instant::now());
         while let Some(left) = drain.time_left(self.connections.has_unready(), Instant::now()) {
-            if self.wait(Some(left))? {
+            if self.wait(service.next_due(), Some(left))? {
                 drain.last_input = Instant::now();
             }
             self.serve_round(service);
@@ -152,19 +152,20 @@ impl RepServer {
             && let Some(left) = drain.linger_left(Instant::now())
         {
             self.accept.is_pending = false;
-            self.wait(Some(left))?;
+            self.wait(None, Some(left))?;
         }
         Ok(())
     }
 
-    /// Waits for an event, the waker or the next deadline, but no longer than `max`. Returns true
-    /// if there was an event or if a connection may have work to do.
-    fn wait(&mut self, max: Option<Duration>) -> io::Result<bool> {
+    /// Waits for an event, the waker, the next deadline or the time `next_due` of a reply, but no
+    /// longer than `max`. Returns true if there was an event or if a connection may have work to do.
+    fn wait(&mut self, next_due: Option<Instant>, max: Option<Duration>) -> io::Result<bool> {
         let (now, is_busy) = (Instant::now(), self.connections.is_busy());
         let timeout = if is_busy || self.accept.is_due(now) {
             Some(Duration::ZERO)
         } else {
-            let next = self.connections.deadline().into_iter().chain(self.accept.deadline()).min();
+            let deadlines = [self.connections.deadline(), self.accept.deadline(), next_due];
+            let next = deadlines.into_iter().flatten().min();
             // The operating system counts in whole milliseconds, so it could return too early
             // without the extra millisecond.
             let left =

@@ -4,26 +4,53 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, RepServer, ReqClient, Service, Waker, listen};
+use mmsim_zmtp::{Answer, ClientId, RepServer, ReqClient, Service, Waker, listen};
 
 /// The timeout of each socket operation, in milliseconds.
 const TIMEOUT_MS: i32 = 20_000;
 
-struct Echo;
+/// The time after which the reply to `later` is due.
+const LATER: Duration = Duration::from_secs(3);
+
+/// A service that replies at once, except to `later`.
+#[derive(Default)]
+struct Echo {
+    /// The client that waits for the reply to `later`, and the time at which this reply is due.
+    waiting: Option<(ClientId, Instant)>,
+}
 
 impl Service for Echo {
-    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(
+        &mut self,
+        client: ClientId,
+        request: &[u8],
+        frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> Answer {
+        if request == b"later" {
+            self.waiting = Some((client, Instant::now() + LATER));
+            return Answer::Later;
+        }
         reply.clear();
         reply.extend_from_slice(request);
         reply.extend_from_slice(format!(" of {frames}").as_bytes());
-        true
+        Answer::Reply { is_activity: true }
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
         *reply = reason.to_string().into();
+    }
+
+    fn due_reply(&mut self, now: Instant, reply: &mut Vec<u8>) -> Option<ClientId> {
+        *reply = b"now".to_vec();
+        self.waiting.take_if(|&mut (_, due)| due <= now).map(|(client, _)| client)
+    }
+
+    fn next_due(&self) -> Option<Instant> {
+        self.waiting.map(|(_, due)| due)
     }
 }
 
@@ -41,7 +68,9 @@ impl Background {
         let address = format!("tcp://{}", server.local_address().unwrap());
         let (waker, is_stopping) = (server.waker(), Arc::new(AtomicBool::new(false)));
         let flag = Arc::clone(&is_stopping);
-        let thread = thread::spawn(move || server.run(&mut Echo, || flag.load(Ordering::Acquire)));
+        let thread = thread::spawn(move || {
+            server.run(&mut Echo::default(), || flag.load(Ordering::Acquire))
+        });
         Self { address, is_stopping, waker, thread }
     }
 
@@ -73,6 +102,29 @@ fn req_and_dealer_get_their_replies() {
     for reply in [b"c of 1", b"d of 1"] {
         assert_eq!(dealer.recv_multipart(0).unwrap(), [&b"id"[..], b"", reply]);
     }
+    server.stop();
+}
+
+#[test]
+fn heartbeats_and_other_clients_are_answered_while_a_reply_is_due_later() {
+    let server = Background::start();
+    let patient = zmq::Context::new().socket(zmq::DEALER).unwrap();
+    patient.set_linger(0).unwrap();
+    patient.set_rcvtimeo(TIMEOUT_MS).unwrap();
+    patient.set_heartbeat_ivl(100).unwrap();
+    patient.set_heartbeat_timeout(1500).unwrap();
+    patient.connect(&server.address).unwrap();
+    let (start, other) = (Instant::now(), server.connect(zmq::REQ));
+    for request in ["later", "held"] {
+        patient.send_multipart(["", request], 0).unwrap();
+    }
+    while patient.poll(zmq::POLLIN, 0).unwrap() == 0 {
+        other.send("a", 0).unwrap();
+        assert_eq!(other.recv_bytes(0).unwrap(), b"a of 1");
+    }
+    assert!(start.elapsed() >= LATER);
+    assert_eq!(patient.recv_multipart(0).unwrap(), [&b""[..], b"now"]);
+    assert_eq!(patient.recv_multipart(0).unwrap(), [&b""[..], b"held of 1"]);
     server.stop();
 }
 

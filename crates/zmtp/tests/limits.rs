@@ -6,15 +6,21 @@ use std::thread;
 use std::time::Duration;
 
 use mmsim_zmtp::codec::{GREETING, ProtocolError, READY, REQ_READY};
-use mmsim_zmtp::{ClientId, ConfigError, RepServer, ServerConfig, Service, listen};
+use mmsim_zmtp::{Answer, ClientId, ConfigError, RepServer, ServerConfig, Service, listen};
 
 /// Replies with the request. The request `p` does not count as activity.
 struct Echo;
 
 impl Service for Echo {
-    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(
+        &mut self,
+        _: ClientId,
+        request: &[u8],
+        _frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> Answer {
         *reply = request.to_vec();
-        request != b"p"
+        Answer::Reply { is_activity: request != b"p" }
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {

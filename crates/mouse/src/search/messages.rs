@@ -14,7 +14,7 @@ use mmsim_protocol::{Annotation, Request};
 use mmsim_run::Judge;
 use mmsim_server::Simulation;
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, Service};
+use mmsim_zmtp::{Answer, ClientId, Service};
 
 use crate::commands::{CommandSource, InvalidLine, Line, execute_all, read_line};
 use crate::endpoint::refuse;
@@ -264,7 +264,13 @@ pub(super) struct Requests {
 }
 
 impl Service for Requests {
-    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(
+        &mut self,
+        _: ClientId,
+        request: &[u8],
+        _frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> Answer {
         let mut progress = lock(&self.progress);
         let Some(judge) = progress.accept(MouseKind::Client) else {
             let reason = match progress.kind {
@@ -291,7 +297,7 @@ impl Service for Requests {
         }
         drop(progress);
         self.simulation.handle(request, reply);
-        true
+        Answer::Reply { is_activity: true }
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {

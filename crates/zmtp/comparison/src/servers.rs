@@ -3,7 +3,7 @@
 use std::io;
 
 use mmsim_zmtp::codec::ProtocolError;
-use mmsim_zmtp::{ClientId, RepServer, Service, listen};
+use mmsim_zmtp::{Answer, ClientId, RepServer, Service, listen};
 use tokio::runtime::Runtime;
 use zeromq::{Socket as _, SocketRecv as _, SocketSend as _};
 
@@ -77,9 +77,9 @@ async fn serve_omq(endpoint: &str) -> io::Result<()> {
 struct Echo;
 
 impl Service for Echo {
-    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> bool {
+    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> Answer {
         *reply = request.to_vec();
-        true
+        Answer::Reply { is_activity: true }
     }
 
     fn refuse(&mut self, reason: &ProtocolError, reply: &mut Vec<u8>) {
