@@ -63,6 +63,10 @@ fn serve(incoming: &[u8], max_read: usize) -> Outcome {
         assert!(turn < MAX_TURNS, "the connection never waits for more input");
         match connection.turn(8, &mut counter) {
             Ok(turn) if turn.has_more => {}
+            Ok(_) if connection.is_waiting() => {
+                connection.reply(b"later");
+                counter.replies += 1;
+            }
             Ok(_) => break,
             Err(reason) => {
                 error = Some(reason.to_string());
@@ -102,7 +106,8 @@ fn check_output(Outcome { output, replies, .. }: &Outcome) {
     assert_eq!(last_frames, *replies, "the numbers of replies and requests differ");
 }
 
-/// A service that replies with the length of each request and counts the replies.
+/// A service that replies with the length of each request and counts the replies. The reply to a
+/// request that begins with `S` is due when all input has been read.
 struct Counter {
     replies: usize,
 }
@@ -110,6 +115,9 @@ struct Counter {
 impl Service for Counter {
     fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> Answer {
         assert!(frames > 0);
+        if request.first() == Some(&b'S') {
+            return Answer::Later;
+        }
         self.replies += 1;
         *reply = format!("{} bytes", request.len()).into();
         Answer::Reply { is_activity: true }

@@ -52,9 +52,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     let address = format!("tcp://{}", listener.local_addr()?);
     own.serve(&program, &control, Some(0), Some(&address), |monitor| {
         let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
-        let program = program.with_argument(ENDPOINT_PLACEHOLDER, gateway.address());
-        let control = &control;
-        Ok(move || run_once(&program, &gateway, control))
+        let (program, control) = (&program, &control);
+        Ok(move || run_once(program, &gateway, control))
     })
 }
 
@@ -64,9 +63,9 @@ fn run_once(
     gateway: &Gateway,
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
-    gateway.begin_run()?;
-    let mut command = program.command();
-    command.env(ENDPOINT_VARIABLE, gateway.address()).stdin(Stdio::null());
+    let run = gateway.begin_run()?;
+    let mut command = program.with_argument(ENDPOINT_PLACEHOLDER, run.address()).command();
+    command.env(ENDPOINT_VARIABLE, run.address()).stdin(Stdio::null());
     let cause = match MouseProcess::start(&mut command) {
         Ok(mut process) => process.wait(control),
         Err(error) => {
@@ -74,7 +73,7 @@ fn run_once(
             ExitCause::NotStarted(error)
         }
     };
-    let Progress { requests, refused, phases } = gateway.progress();
+    let Progress { requests, refused, phases } = run.finish();
     let details = match (requests, phases.states) {
         (0, _) => format!(", no states reported (does it connect to {ENDPOINT_VARIABLE}?)"),
         (_, 0) => ", no states reported".into(),

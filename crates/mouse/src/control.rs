@@ -4,6 +4,7 @@ use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use mmsim_run::Verdict;
+use mmsim_zmtp::Waker;
 use serde::Serialize;
 
 use crate::throttle::{Next, Pace, Throttle};
@@ -114,6 +115,8 @@ pub struct MouseControl {
     time_limit: Option<Duration>,
     state: Mutex<ControlState>,
     changed: Condvar,
+    /// The servers that hold a reply until the mouse may take its next step.
+    wakers: Mutex<Vec<Waker>>,
 }
 
 #[derive(Debug)]
@@ -140,6 +143,10 @@ struct ControlState {
 impl ControlState {
     fn is_running(&self) -> bool {
         self.status.as_ref().is_some_and(MouseStatus::is_running)
+    }
+
+    fn has_ended(&self, run: u64) -> bool {
+        self.runs != run || !self.is_running()
     }
 
     fn may_start(&self) -> bool {
@@ -183,7 +190,8 @@ impl MouseControl {
             is_held: false,
             is_closed: false,
         };
-        Self { own, time_limit: None, state: Mutex::new(state), changed: Condvar::new() }
+        let (state, changed, wakers) = (Mutex::new(state), Condvar::new(), Mutex::default());
+        Self { own, time_limit: None, state, changed, wakers }
     }
 
     /// Limits the time of each run of the user's own mouse. Pauses do not count.
@@ -199,17 +207,39 @@ impl MouseControl {
     /// Changes the state and wakes the threads that wait for a change.
     fn change<T>(&self, change: impl FnOnce(&mut ControlState) -> T) -> T {
         let changed = change(&mut lock(&self.state));
-        self.changed.notify_all();
+        self.notify();
         changed
+    }
+
+    fn notify(&self) {
+        self.changed.notify_all();
+        lock(&self.wakers).iter().for_each(Waker::wake);
+    }
+
+    /// Wakes these servers after each further change.
+    pub(crate) fn wake_on_change(&self, wakers: impl Into<Vec<Waker>>) {
+        *lock(&self.wakers) = wakers.into();
+    }
+
+    /// Decides what the mouse of the run with this number does now. A mouse whose run has ended need
+    /// not wait.
+    pub(crate) fn next_step(&self, run: u64, now: Instant) -> Next {
+        let mut state = lock(&self.state);
+        if state.has_ended(run) { Next::Step } else { state.throttle.next(now) }
+    }
+
+    /// Returns true if the run with this number has ended.
+    pub(crate) fn has_ended(&self, run: u64) -> bool {
+        lock(&self.state).has_ended(run)
     }
 
     /// Blocks the mouse until it may take its next step. Returns true if the mouse must stop instead,
     /// or if its run has ended.
     pub fn wait_for_step(&self) -> bool {
         let mut state = lock(&self.state);
-        let restarts = state.throttle.restarts;
+        let run = state.runs;
         loop {
-            if state.throttle.restarts != restarts {
+            if state.has_ended(run) {
                 return true;
             }
             let timeout = match state.throttle.next(Instant::now()) {
@@ -255,7 +285,8 @@ impl MouseControl {
         if let Some(steps) = state.requested_steps.take() {
             state.throttle.pause(steps);
         }
-        self.changed.notify_all();
+        drop(state);
+        self.notify();
         Some(reason)
     }
 
@@ -272,7 +303,8 @@ impl MouseControl {
             return Err("another mouse is starting or another maze is loading (try again)".into());
         }
         state.begin(name, false, String::new(), None);
-        self.changed.notify_all();
+        drop(state);
+        self.notify();
         Ok(())
     }
 
@@ -383,7 +415,7 @@ impl MouseControl {
 
     /// Waits until the run with this number has ended, but at most for the given time.
     pub fn wait_for_end(&self, run: u64, timeout: Duration) {
-        let is_running = |state: &mut ControlState| state.runs == run && state.is_running();
+        let is_running = |state: &mut ControlState| !state.has_ended(run);
         drop(wait_while(&self.changed, lock(&self.state), timeout, is_running));
     }
 

@@ -44,6 +44,11 @@ impl Endpoint {
         &self.address
     }
 
+    /// Returns a handle that wakes the thread.
+    pub(crate) fn waker(&self) -> Waker {
+        self.waker.clone()
+    }
+
     /// Answers the requests that the mouse has sent before it exited, and ends the thread.
     pub(crate) fn finish(mut self) {
         self.stop();

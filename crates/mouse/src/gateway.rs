@@ -1,12 +1,11 @@
-//! The address to which a mouse connects: it forwards each request to the simulator, and holds the
+//! The addresses to which a mouse connects. They forward each request to the simulator, and hold the
 //! reply to a state until the mouse may take its next step.
 
-use std::collections::BTreeSet;
 use std::io;
 use std::mem;
-use std::net::TcpListener;
+use std::net::{Ipv4Addr, TcpListener};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, Request};
@@ -18,9 +17,11 @@ use mmsim_zmtp::{Answer, ClientId, Service};
 use crate::control::MouseControl;
 use crate::endpoint::{Endpoint, refuse};
 use crate::lock;
+use crate::throttle::Next;
 
-/// The maximum time to wait until the process of a mouse that must stop has been killed.
-const MAX_KILL_TIME: Duration = Duration::from_secs(10);
+/// The time that a new connection of the mouse waits for the end of the previous one, which the
+/// operating system may report later.
+const RECONNECT_TIME: Duration = Duration::from_secs(1);
 
 /// What the mouse has sent and done since the start of the run. A reset puts the mouse back at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,26 +34,28 @@ pub struct Progress {
     pub phases: Phases,
 }
 
-/// An endpoint for the mouse, which is served by a separate thread.
+/// The public address of a simulator, whose clients include a mouse that always connects to this
+/// address. Each run of the mouse has an address of its own too.
+///
+/// The mouse is the first connection to the address of the run that sends `S` or, if there is none,
+/// the first to the public address that was opened during the run. It stays the mouse until the run
+/// ends, and may reconnect. During a run, other clients may only read.
 pub struct Gateway {
-    endpoint: Endpoint,
+    public: Endpoint,
     state: Arc<GatewayState>,
 }
 
-/// The simulator behind a gateway, the control of its mouse, and the progress of the mouse.
+/// A run of a mouse behind a [`Gateway`].
+pub struct GatewayRun<'g> {
+    private: Endpoint,
+    gateway: &'g Gateway,
+}
+
+/// The simulator behind a gateway, the control of its mouse, and the mouse.
 struct GatewayState {
     monitor: Monitor,
     control: Arc<MouseControl>,
     tracker: Mutex<Tracker>,
-}
-
-/// The progress of the mouse, and the maze in which it is measured.
-#[derive(Default)]
-struct Tracker {
-    progress: Progress,
-    maze: Option<(MazeSize, MovementRules)>,
-    /// True after a reset, until the next state.
-    is_reset: bool,
 }
 
 impl Gateway {
@@ -66,36 +69,53 @@ impl Gateway {
         control: Arc<MouseControl>,
     ) -> io::Result<Self> {
         let state = Arc::new(GatewayState { monitor, control, tracker: Mutex::default() });
-        let forwarder = Forwarder { state: Arc::clone(&state), others: BTreeSet::new() };
-        Ok(Self { endpoint: Endpoint::start(listener, forwarder)?, state })
+        let public = Endpoint::start(listener, Forwarder::new(&state, false))?;
+        Ok(Self { public, state })
     }
 
-    /// Returns the address for the mouse, such as `tcp://127.0.0.1:6574`.
-    pub fn address(&self) -> &str {
-        self.endpoint.address()
-    }
-
-    /// Resets the simulator for a run of the mouse.
+    /// Resets the simulator and begins a run of the mouse.
     ///
     /// # Errors
-    /// Returns an error if the simulator has stopped.
-    pub fn begin_run(&self) -> Result<(), MonitorError> {
-        let GatewayState { monitor, tracker, .. } = &*self.state;
-        monitor.answer(None, b"reset", 1)?;
-        self.state.name_mouse()?;
-        let maze = monitor.served()?.maze;
-        let maze = Some((maze.size(), MovementRules::from_maze(&maze)));
-        *lock(tracker) = Tracker { maze, ..Tracker::default() };
-        Ok(())
+    /// Returns an error if the simulator has stopped, or if the operating system has no socket or
+    /// thread left.
+    pub fn begin_run(&self) -> Result<GatewayRun<'_>, Box<dyn std::error::Error>> {
+        let state = &self.state;
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
+        let private = Endpoint::start(listener, Forwarder::new(state, true))?;
+        state.control.wake_on_change([self.public.waker(), private.waker()]);
+        let mut tracker = lock(&state.tracker);
+        *tracker = Tracker { first_client: Some(ClientId::unique()), ..Tracker::default() };
+        state.restart(&mut tracker)?;
+        drop(tracker);
+        Ok(GatewayRun { private, gateway: self })
+    }
+}
+
+impl GatewayRun<'_> {
+    /// Returns the address for the mouse, such as `tcp://127.0.0.1:43210`.
+    pub fn address(&self) -> &str {
+        self.private.address()
     }
 
-    /// Returns what the mouse has sent so far.
-    pub fn progress(&self) -> Progress {
-        lock(&self.state.tracker).progress
+    /// Answers the requests that the mouse has sent before it exited, and ends the run. Returns what
+    /// the mouse has sent.
+    pub fn finish(self) -> Progress {
+        self.private.finish();
+        mem::take(&mut *lock(&self.gateway.state.tracker)).progress
     }
 }
 
 impl GatewayState {
+    /// Resets the simulator, and forgets what clients have sent during this run.
+    fn restart(&self, tracker: &mut Tracker) -> Result<(), MonitorError> {
+        self.monitor.answer(None, b"reset", 1)?;
+        self.name_mouse()?;
+        let maze = self.monitor.served()?.maze;
+        tracker.maze = Some((maze.size(), MovementRules::from_maze(&maze)));
+        (tracker.progress, tracker.is_reset) = (Progress::default(), false);
+        Ok(())
+    }
+
     /// Adds the name of the mouse to its next state. The mouse may send another name.
     fn name_mouse(&self) -> Result<(), MonitorError> {
         let mut buffer = [0; MAX_NAME_BYTES + 16];
@@ -110,73 +130,238 @@ impl GatewayState {
     }
 }
 
+/// The connection of the mouse, its progress, and the maze in which the progress is measured.
+#[derive(Default)]
+struct Tracker {
+    progress: Progress,
+    maze: Option<(MazeSize, MovementRules)>,
+    /// True after a reset, until the next state.
+    is_reset: bool,
+    /// A client that connected before this one is not the mouse. `None` between two runs.
+    first_client: Option<ClientId>,
+    /// True if a client has used the address of the run.
+    is_private_used: bool,
+    mouse: Option<Mouse>,
+}
+
+/// The mouse, or a client that may become the mouse because it writes before a mouse has sent `S`.
+#[derive(Clone, Copy)]
+struct Mouse {
+    /// The connection, or `None` after its end.
+    client: Option<ClientId>,
+    /// True if the mouse uses the address of the run, false if it uses the public one.
+    is_private: bool,
+    has_state: bool,
+}
+
+/// What a client may do during a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    /// The client is the mouse, or reads for the mouse.
+    Mouse,
+    /// The client becomes the mouse, and everything that another client has written must be deleted.
+    Successor,
+    /// The client may read, and becomes the mouse if the connection of the mouse ends.
+    Reconnecting,
+    /// The client may read.
+    Other,
+}
+
 impl Tracker {
-    /// Updates the progress after a request and its reply.
+    /// Decides the role of a client that sends a request. A write may make the client the mouse.
+    fn role(&mut self, client: ClientId, is_private: bool, is_write: bool) -> Role {
+        if self.first_client.is_none_or(|first| client < first) {
+            return Role::Other;
+        }
+        self.is_private_used |= is_private;
+        if self.is_private_used
+            && !is_private
+            && self.mouse.is_none_or(|mouse| mouse.is_private || !mouse.has_state)
+        {
+            return Role::Other;
+        }
+        let new = Mouse { client: Some(client), is_private, has_state: false };
+        let (mouse, role) = match self.mouse {
+            None => (new, Role::Mouse),
+            Some(mouse) if mouse.client == Some(client) => (mouse, Role::Mouse),
+            // All clients of the address of the run belong to the mouse.
+            Some(mouse) if !is_write && (is_private || !mouse.has_state) => (mouse, Role::Mouse),
+            Some(_) if !is_write => return Role::Other,
+            Some(mouse) if is_private != mouse.is_private => (new, Role::Successor),
+            Some(mouse) if mouse.client.is_none() => {
+                (Mouse { client: Some(client), ..mouse }, Role::Mouse)
+            }
+            Some(mouse) if mouse.has_state => return Role::Reconnecting,
+            Some(_) if is_private => (new, Role::Mouse),
+            Some(_) => (new, Role::Successor),
+        };
+        if is_write {
+            self.mouse = Some(mouse);
+        }
+        role
+    }
+
+    /// Decodes a request of this run.
+    fn decode<'r>(&self, request: &'r [u8]) -> Option<Request<'r>> {
+        self.maze.as_ref().and_then(|(size, _)| Request::decode(request, *size).ok())
+    }
+
+    /// Updates the progress after a request of the mouse and its reply.
     fn observe(&mut self, request: &[u8], reply: &[u8]) {
-        let Some((size, rules)) = &self.maze else { return };
         self.progress.requests += 1;
         if reply.starts_with(ERROR_PREFIX.as_bytes()) {
             self.progress.refused += 1;
-        } else {
-            match Request::decode(request, *size) {
-                Ok(Request::Reset) => self.is_reset = true,
-                Ok(Request::State(state)) => {
-                    let is_restart = mem::take(&mut self.is_reset);
-                    self.progress.phases.add(rules, state.pose(), is_restart);
+            return;
+        }
+        match (self.decode(request), &self.maze) {
+            (Some(Request::Reset), _) => self.is_reset = true,
+            (Some(Request::State(state)), Some((_, rules))) => {
+                let is_restart = mem::take(&mut self.is_reset);
+                self.progress.phases.add(rules, state.pose(), is_restart);
+                if let Some(mouse) = &mut self.mouse {
+                    mouse.has_state = true;
                 }
-                Ok(Request::Annotations(list)) => {
-                    self.is_reset |= list.iter().any(|one| one == Annotation::Restart);
-                }
-                _ => {}
             }
+            (Some(Request::Annotations(list)), _) => {
+                self.is_reset |= list.iter().any(|one| one == Annotation::Restart);
+            }
+            _ => {}
         }
     }
 }
 
-/// Forwards the requests of the mouse. Other clients may use the address between two runs.
+/// Forwards the requests of the clients of one address.
 struct Forwarder {
     state: Arc<GatewayState>,
-    /// The connected clients that have used the address between two runs, and so are not the mouse.
-    others: BTreeSet<ClientId>,
+    /// True for the address of the run.
+    is_private: bool,
+    waiting: Vec<Waiting>,
+    /// The replies that are due now.
+    due: Vec<(ClientId, Vec<u8>)>,
+    next_due: Option<Instant>,
+}
+
+/// A client whose reply is due later.
+struct Waiting {
+    client: ClientId,
+    /// The number of the run.
+    run: u64,
+    reason: WaitReason,
+}
+
+enum WaitReason {
+    /// The mouse has sent a state, and may not take its next step yet.
+    Step,
+    /// The mouse must stop. It neither reports an error nor takes another step until its run has ended.
+    Stop,
+    /// Another connection has sent this request of one frame, which is refused unless the connection
+    /// of the mouse ends by this time.
+    Reconnect { request: Vec<u8>, until: Instant },
 }
 
 impl Forwarder {
-    /// Forwards a request, and waits after a state until the mouse may take its next step.
+    fn new(state: &Arc<GatewayState>, is_private: bool) -> Self {
+        let (waiting, due) = (Vec::new(), Vec::new());
+        Self { state: Arc::clone(state), is_private, waiting, due, next_due: None }
+    }
+
+    fn wait(&mut self, client: ClientId, reason: WaitReason) -> Answer {
+        self.waiting.push(Waiting { client, run: self.state.control.runs(), reason });
+        Answer::Later
+    }
+
+    /// Answers a request. A client that is reconnecting is refused at the time `until`.
     fn forward(
         &mut self,
         client: ClientId,
         request: &[u8],
         frames: usize,
+        until: Instant,
         reply: &mut Vec<u8>,
-    ) -> Result<bool, Box<dyn std::error::Error>> {
-        let GatewayState { monitor, control, tracker } = &*self.state;
-        let run = control.runs();
-        if !control.is_own_running() {
-            self.others.insert(client);
-        }
-        let is_own = !self.others.contains(&client);
-        if is_own && control.wait_for_stop(Duration::ZERO).is_some() {
-            // A mouse that must stop neither reports an error nor takes another step.
-            control.wait_for_end(run, MAX_KILL_TIME);
-            return Err("the mouse was stopped".into());
-        }
-        let client = (!is_own).then_some(client);
+    ) -> Result<Answer, MonitorError> {
+        let state = Arc::clone(&self.state);
+        let GatewayState { monitor, control, tracker } = &*state;
+        let (run, now) = (control.runs(), Instant::now());
         // Locked until the request is counted, so that the progress at the end includes every recorded
         // state.
-        let tracker = is_own.then(|| lock(tracker));
-        let (answer, is_activity) = monitor.answer(client, request, frames)?;
+        let mut tracker = lock(tracker);
+        let is_write = frames == 1 && tracker.decode(request).is_some_and(Request::is_write);
+        let role = tracker.role(client, self.is_private, is_write);
+        let client_of_monitor = match role {
+            Role::Mouse | Role::Successor if control.wait_for_stop(Duration::ZERO).is_some() => {
+                return Ok(self.wait(client, WaitReason::Stop));
+            }
+            Role::Mouse => None,
+            Role::Successor => {
+                state.restart(&mut tracker)?;
+                None
+            }
+            Role::Reconnecting if now < until => {
+                let request = request.to_vec();
+                self.call_at(Some(until));
+                return Ok(self.wait(client, WaitReason::Reconnect { request, until }));
+            }
+            Role::Reconnecting | Role::Other => Some(client),
+        };
+        let (answer, is_activity) = monitor.answer(client_of_monitor, request, frames)?;
         *reply = answer;
-        if let Some(mut tracker) = tracker {
+        if client_of_monitor.is_none() {
             tracker.observe(request, reply);
-        }
-        if is_own && reply == b"ok" {
-            if request == b"reset" {
-                self.state.name_mouse()?;
-            } else if request.first() == Some(&b'S') && control.wait_for_step() {
-                control.wait_for_end(run, MAX_KILL_TIME);
+            if reply == b"ok" && request == b"reset" {
+                state.name_mouse()?;
+            } else if reply == b"ok" && request.first() == Some(&b'S') && !self.may_step(run, now) {
+                return Ok(self.wait(client, WaitReason::Step));
             }
         }
-        Ok(is_activity)
+        Ok(Answer::Reply { is_activity })
+    }
+
+    /// Returns true if the mouse may take its next step now.
+    fn may_step(&mut self, run: u64, now: Instant) -> bool {
+        let next = self.state.control.next_step(run, now);
+        if let Next::Wait(left) = next {
+            self.call_at(now.checked_add(left));
+        }
+        next == Next::Step
+    }
+
+    /// Moves the replies that are due now from `waiting` to `due`.
+    fn find_due_replies(&mut self, now: Instant) {
+        self.next_due = None;
+        for waiting in mem::take(&mut self.waiting) {
+            let (Waiting { client, run, reason }, mut reply) = (&waiting, Vec::new());
+            let is_due = match reason {
+                WaitReason::Step => {
+                    reply.extend(b"ok");
+                    self.may_step(*run, now)
+                }
+                WaitReason::Stop => {
+                    refuse(&mut reply, "the mouse was stopped");
+                    self.state.control.has_ended(*run)
+                }
+                WaitReason::Reconnect { request, until } => {
+                    match self.forward(*client, request, 1, *until, &mut reply) {
+                        // Waits for the same or another reason.
+                        Ok(Answer::Later) => continue,
+                        Ok(Answer::Reply { .. }) => {}
+                        Err(error) => {
+                            refuse(&mut reply, error);
+                        }
+                    }
+                    true
+                }
+            };
+            if is_due {
+                self.due.push((*client, reply));
+            } else {
+                self.waiting.push(waiting);
+            }
+        }
+    }
+
+    /// Makes the server ask for due replies again at this time.
+    fn call_at(&mut self, time: Option<Instant>) {
+        self.next_due = self.next_due.into_iter().chain(time).min();
     }
 }
 
@@ -188,14 +373,31 @@ impl Service for Forwarder {
         frames: usize,
         reply: &mut Vec<u8>,
     ) -> Answer {
-        match self.forward(client, request, frames, reply) {
-            Ok(is_activity) => Answer::Reply { is_activity },
-            Err(reason) => refuse(reply, reason),
+        let until = Instant::now() + RECONNECT_TIME;
+        let forwarded = self.forward(client, request, frames, until, reply);
+        forwarded.unwrap_or_else(|error| refuse(reply, error))
+    }
+
+    fn due_reply(&mut self, now: Instant, reply: &mut Vec<u8>) -> Option<ClientId> {
+        if self.due.is_empty() {
+            self.find_due_replies(now);
         }
+        let (client, due) = self.due.pop()?;
+        *reply = due;
+        Some(client)
+    }
+
+    fn next_due(&self) -> Option<Instant> {
+        self.next_due
     }
 
     fn disconnected(&mut self, client: ClientId) {
-        self.others.remove(&client);
+        self.waiting.retain(|waiting| waiting.client != client);
+        if let Some(mouse) = &mut lock(&self.state.tracker).mouse {
+            mouse.client.take_if(|mouse| *mouse == client);
+        }
+        // A new connection of the mouse may be waiting.
+        self.next_due = Some(Instant::now());
         // A server that has stopped has no clients.
         let _ = self.state.monitor.disconnect(client);
     }
@@ -214,19 +416,19 @@ mod tests {
 
     use super::*;
     use crate::control::{Outcome, OwnMouse, StartReason};
-    use crate::throttle::Pace;
+    use crate::throttle::{MAX_DELAY, Pace};
 
     const TIMEOUT: Duration = Duration::from_secs(300);
     const STATE: &[u8] = b"S\x00\x00NC\x01\x00C\x0d\x00";
 
     /// A gateway for a mouse that is not a process.
-    struct Run {
+    struct Harness {
         gateway: Gateway,
         monitor: Monitor,
         control: Arc<MouseControl>,
     }
 
-    impl Run {
+    impl Harness {
         fn new(pace: Pace) -> Self {
             let server = Server::bind("127.0.0.1", 0).unwrap();
             let monitor = server.monitor();
@@ -239,21 +441,30 @@ mod tests {
             Self { gateway, monitor, control }
         }
 
-        fn begin(&self) {
+        fn begin(&self) -> GatewayRun<'_> {
             self.control.request_run(StartReason::RunAgain);
             self.control.next_run(false).unwrap();
             self.monitor.reserve(true);
-            self.gateway.begin_run().unwrap();
+            self.gateway.begin_run().unwrap()
         }
 
-        fn end(&self) {
+        fn end(&self, run: GatewayRun<'_>) -> Progress {
             self.control.end(Outcome::default());
             self.monitor.reserve(false);
+            run.finish()
         }
 
-        fn connect(&self) -> ReqClient {
-            ReqClient::new(self.gateway.address().parse().unwrap()).unwrap()
+        fn connect_to_public(&self) -> ReqClient {
+            connect(self.gateway.public.address())
         }
+
+        fn states(&self) -> usize {
+            self.monitor.status().states
+        }
+    }
+
+    fn connect(address: &str) -> ReqClient {
+        ReqClient::new(address.parse().unwrap()).unwrap()
     }
 
     fn ask(client: &mut ReqClient, request: &[u8]) -> Vec<u8> {
@@ -263,58 +474,180 @@ mod tests {
         reply
     }
 
-    #[test]
-    fn a_client_of_the_pause_between_two_runs_does_not_disturb_a_run() {
-        let run = Run::new(Pace::UNLIMITED);
-        run.begin();
-        run.end();
-        let mut other = run.connect();
+    /// Checks that a client can read, but not write.
+    #[track_caller]
+    fn check_reader(client: &mut ReqClient) {
         for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
-            assert_eq!(ask(&mut other, request), b"ok");
+            let reply = ask(client, request);
+            let expected = b"error: the simulator is running a mouse, and only this mouse may ";
+            assert!(reply.starts_with(expected), "{}", reply.escape_ascii());
         }
-        run.begin();
-        let mut mouse = run.connect();
+        assert_eq!(ask(client, b"ping"), b"pong");
+        assert_eq!(ask(client, b"W\x01\x00N"), [0, 1, 1]);
+        assert_eq!(ask(client, b"info")[0], b'{');
+    }
+
+    #[test]
+    fn other_clients_can_only_read_during_a_run() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let mut early = harness.connect_to_public();
+        for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
+            assert_eq!(ask(&mut early, request), b"ok");
+        }
+        let run = harness.begin();
+        check_reader(&mut early);
+        let (mut mouse, mut late) = (connect(run.address()), harness.connect_to_public());
+        assert_eq!(ask(&mut mouse, b"W\x00\x00N"), [1, 1, 0]);
+        check_reader(&mut late);
         assert_eq!(ask(&mut mouse, STATE), b"ok");
         assert!(ask(&mut mouse, &STATE[1..]).starts_with(b"error: "));
-        for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
-            assert!(
-                ask(&mut other, request).starts_with(b"error: the simulator is running its own ")
-            );
+        check_reader(&mut early);
+        check_reader(&mut late);
+        let log = harness.monitor.log(harness.monitor.status().run, 0, 10, |_| true);
+        assert_eq!(log, Ok(vec![]), "the annotations of another client");
+        assert_eq!(harness.states(), 1);
+        assert_eq!(ask(&mut mouse, STATE), b"ok");
+        let Progress { requests, refused, phases } = harness.end(run);
+        assert_eq!((requests, refused, phases.states), (4, 1, 2));
+        assert_eq!(ask(&mut late, STATE), b"ok");
+        let run = harness.begin();
+        assert_ne!(run.address(), harness.gateway.public.address());
+        check_reader(&mut late);
+    }
+
+    #[test]
+    fn readings_of_other_clients_are_not_recorded() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        let (mut mouse, mut other) = (connect(run.address()), harness.connect_to_public());
+        assert_eq!(ask(&mut mouse, b"ping"), b"pong");
+        assert_eq!(ask(&mut other, b"W\x00\x00E"), [1, 0, 1]);
+        assert_eq!(ask(&mut mouse, STATE), b"ok");
+        let block = harness.monitor.block(harness.monitor.status().run, 0).unwrap().unwrap();
+        let states = block.unpack().unwrap();
+        let update = states.update(0).unwrap();
+        assert!(update.starts_with(b"U"), "{}", update.escape_ascii());
+    }
+
+    #[test]
+    fn a_mouse_with_a_fixed_address_is_the_first_that_sends_a_state() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        let [mut mouse, mut other] = [(); 2].map(|()| harness.connect_to_public());
+        assert_eq!(ask(&mut other, b"AL\x05\0other"), b"ok");
+        assert_eq!(ask(&mut mouse, b"W\x00\x00N"), [1, 1, 0]);
+        assert_eq!(ask(&mut mouse, STATE), b"ok");
+        check_reader(&mut other);
+        let log = |harness: &Harness| {
+            harness.monitor.log(harness.monitor.status().run, 0, 10, |_| true).unwrap()
+        };
+        assert_eq!(log(&harness), [], "what the other client had written was deleted");
+        drop(mouse);
+        let mut mouse = harness.connect_to_public();
+        assert_eq!(ask(&mut mouse, STATE), b"ok", "the mouse has reconnected");
+        check_reader(&mut other);
+        assert_eq!(harness.states(), 2);
+        assert_eq!(harness.end(run).phases.states, 2);
+    }
+
+    #[test]
+    fn a_client_of_the_address_of_the_run_replaces_one_of_the_public_address() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        let (mut mouse, mut other) = (connect(run.address()), harness.connect_to_public());
+        for _ in 0..3 {
+            assert_eq!(ask(&mut other, STATE), b"ok");
         }
-        assert_eq!(ask(&mut other, b"ping"), b"pong");
-        let Progress { requests, refused, phases } = run.gateway.progress();
-        assert_eq!((requests, refused, phases.states), (2, 1, 1));
-        assert_eq!(run.monitor.status().states, 1);
-        run.end();
-        assert_eq!(ask(&mut other, STATE), b"ok");
+        assert_eq!(ask(&mut mouse, b"ping"), b"pong");
+        assert_eq!(ask(&mut mouse, STATE), b"ok");
+        check_reader(&mut other);
+        assert_eq!(harness.states(), 1);
+        let Progress { requests, phases, .. } = harness.end(run);
+        assert_eq!((requests, phases.states), (1, 1));
+    }
+
+    #[test]
+    fn a_mouse_reconnects_before_the_end_of_its_previous_connection_is_known() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        let [mut old, mut new, mut other] = [(); 3].map(|()| connect(run.address()));
+        assert_eq!(ask(&mut old, STATE), b"ok");
+        assert_eq!(ask(&mut new, b"W\x00\x00N"), [1, 1, 0], "any connection may read");
+        new.send(&[STATE]);
+        let mut reply = Vec::new();
+        assert_eq!(new.receive(&mut reply, Duration::from_millis(50)).unwrap(), None);
+        assert_eq!(ask(&mut old, STATE), b"ok", "is not delayed");
+        drop(old);
+        assert_eq!(new.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
+        assert_eq!(reply, b"ok");
+        let refused = ask(&mut other, STATE);
+        assert!(refused.starts_with(b"error: "), "{}", refused.escape_ascii());
+        assert_eq!(harness.end(run).phases.states, 3);
     }
 
     #[test]
     fn annotations_of_a_run_without_states_are_dropped() {
-        let run = Run::new(Pace::UNLIMITED);
-        run.begin();
-        assert_eq!(ask(&mut run.connect(), b"AL\x04\0died"), b"ok");
-        run.end();
-        run.begin();
-        assert_eq!(ask(&mut run.connect(), STATE), b"ok");
-        let now = run.monitor.status().run;
-        assert_eq!(run.monitor.log(now, 0, 10, |_| true), Ok(vec![]));
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        assert_eq!(ask(&mut connect(run.address()), b"AL\x04\0died"), b"ok");
+        harness.end(run);
+        let run = harness.begin();
+        assert_eq!(ask(&mut connect(run.address()), STATE), b"ok");
+        let now = harness.monitor.status().run;
+        assert_eq!(harness.monitor.log(now, 0, 10, |_| true), Ok(vec![]));
+    }
+
+    #[test]
+    fn a_mouse_that_waits_for_its_next_step_delays_nobody() {
+        let harness = Harness::new(Pace::from_interval(Duration::from_secs(3600)));
+        let run = harness.begin();
+        let [mut mouse, mut second] = [(); 2].map(|()| connect(run.address()));
+        let (mut other, mut reply) = (harness.connect_to_public(), Vec::new());
+        mouse.send(&[STATE]);
+        for _ in 0..2 {
+            while harness.states() == 0 {
+                assert_eq!(mouse.receive(&mut reply, Duration::from_millis(1)).unwrap(), None);
+            }
+            assert_eq!(ask(&mut second, b"W\x00\x00N"), [1, 1, 0]);
+            check_reader(&mut other);
+            harness.control.pause_after(0);
+        }
+        harness.control.pause_after(1);
+        assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1), "a single step");
+        mouse.send(&[STATE]);
+        assert_eq!(mouse.receive(&mut reply, Duration::from_millis(20)).unwrap(), None);
+        harness.control.set_pace(Pace::UNLIMITED);
+        harness.control.resume();
+        assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
+        assert_eq!(reply, b"ok");
+    }
+
+    #[test]
+    fn a_pace_is_kept() {
+        let (steps, interval) = (400, Duration::from_micros(800));
+        let harness = Harness::new(Pace::from_interval(interval));
+        let run = harness.begin();
+        let (mut mouse, start) = (connect(run.address()), Instant::now());
+        (0..steps).for_each(|_| assert_eq!(ask(&mut mouse, STATE), b"ok"));
+        assert!(start.elapsed() + MAX_DELAY >= steps * interval, "{:?}", start.elapsed());
     }
 
     #[test]
     fn a_stopped_mouse_receives_no_reply_while_it_runs() {
-        let run = Run::new(Pace::from_interval(Duration::from_secs(3600)));
-        run.begin();
-        let (mut mouse, mut reply, start) = (run.connect(), Vec::new(), Instant::now());
+        let harness = Harness::new(Pace::from_interval(Duration::from_secs(3600)));
+        let run = harness.begin();
+        let (mut mouse, mut reply, start) = (connect(run.address()), Vec::new(), Instant::now());
         mouse.send(&[STATE]);
-        while run.monitor.status().states == 0 {
+        while harness.states() == 0 {
             assert!(start.elapsed() < TIMEOUT, "waited {TIMEOUT:?} for the state");
             assert_eq!(mouse.receive(&mut reply, Duration::from_millis(1)).unwrap(), None);
         }
-        run.control.close();
+        harness.control.close();
         assert_eq!(mouse.receive(&mut reply, Duration::from_millis(200)).unwrap(), None);
-        run.end();
+        assert_eq!(ask(&mut harness.connect_to_public(), b"ping"), b"pong");
+        harness.control.end(Outcome::default());
         assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
         assert_eq!(reply, b"ok");
+        assert_eq!(run.finish().phases.states, 1);
     }
 }

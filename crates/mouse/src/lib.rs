@@ -34,7 +34,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
-pub use gateway::{Gateway, Progress};
+pub use gateway::{Gateway, GatewayRun, Progress};
 pub use process::{ExitCause, MouseProcess, Program, RunEnd, exit_text};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;

@@ -6,6 +6,9 @@ use std::time::{Duration, Instant};
 /// The slowest pace, in steps per second.
 const MIN_RATE: f64 = 0.01;
 
+/// The maximum delay of a step that does not delay further steps. Timers may be this late.
+pub(crate) const MAX_DELAY: Duration = Duration::from_millis(10);
+
 /// The maximum number of single steps that a mouse may be granted in advance.
 pub(crate) const MAX_SINGLE_STEPS: u32 = 1000;
 
@@ -61,8 +64,6 @@ pub(crate) struct Throttle {
     started: Instant,
     /// The total duration of the previous pauses.
     paused: Duration,
-    /// The number of restarts so far.
-    pub(crate) restarts: u64,
 }
 
 impl Throttle {
@@ -78,13 +79,12 @@ impl Throttle {
             time_limit: None,
             started: now,
             paused: Duration::ZERO,
-            restarts: 0,
         }
     }
 
     /// Opens the gate for another run with this time limit. Keeps the pace.
     pub(crate) fn restart(&mut self, time_limit: Option<Duration>) {
-        *self = Self { time_limit, restarts: self.restarts + 1, ..Self::new(self.pace) };
+        *self = Self { time_limit, ..Self::new(self.pace) };
     }
 
     /// Returns the time since the start, without pauses.
@@ -119,7 +119,8 @@ impl Throttle {
         if left.is_zero() {
             // The next step is due one interval after this step was due, even if this thread woke
             // late, so that the pace is exact. A slow mouse does not catch up.
-            self.last = due.filter(|&due| now - due < interval).unwrap_or(now);
+            let max_delay = interval.max(MAX_DELAY);
+            self.last = due.filter(|&due| now - due < max_delay).unwrap_or(now);
             return Next::Step;
         }
         Next::Wait(time_left.map_or(left, |time_left| time_left.min(left)))

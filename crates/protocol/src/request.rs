@@ -65,6 +65,12 @@ impl<'a> Request<'a> {
         }
     }
 
+    /// Returns true if the request changes what a simulator stores: `reset`, `S` and `A`. The others
+    /// only read.
+    pub const fn is_write(self) -> bool {
+        matches!(self, Self::Reset | Self::State(_) | Self::Annotations(_))
+    }
+
     /// Writes the request to the start of `buffer` and returns the number of bytes written.
     ///
     /// # Errors

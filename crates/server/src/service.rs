@@ -18,6 +18,9 @@ use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
 /// The resolution of the times of live states, in nanoseconds.
 const TICK_NS: u64 = 1000;
 
+/// The reason for refusing a client that may only read.
+const RESERVED: &str = "the simulator is running a mouse, and only this mouse may send reset, S and A (try again after its run)";
+
 /// The maximum number of queries from monitors that run before the server answers clients again.
 const MAX_QUERIES_AT_ONCE: usize = 4;
 
@@ -152,9 +155,10 @@ impl<'s> SimulationService<'s> {
         frames: usize,
         reply: &mut ReplyBuffer,
     ) -> bool {
-        let is_search = !matches!(request, b"ping" | b"info");
-        if client.is_some() && is_search && self.control.is_reserved.load(Ordering::Acquire) {
-            refuse(reply, "the simulator is running its own mouse (try again after its run)");
+        let is_reserved = client.is_some() && self.control.is_reserved.load(Ordering::Acquire);
+        let is_search = !is_reserved && !matches!(request, b"ping" | b"info");
+        if is_reserved && frames == 1 {
+            self.simulation.read(request, RESERVED, reply);
         } else if frames == 1 {
             let change = self.simulation.handle(request, reply);
             if change != Change::Nothing {

@@ -78,6 +78,18 @@ impl Simulation {
         Change::Nothing
     }
 
+    /// Answers one request of a client that may only read, and whose readings are not recorded.
+    /// Refuses other requests for this reason.
+    pub(crate) fn read(&mut self, request: &[u8], reason: &str, reply: &mut ReplyBuffer) {
+        match Request::decode(request, self.maze.size()) {
+            Ok(Request::Walls(pose)) => set(reply, Reply::Walls(self.maze.walls().around(pose))),
+            Ok(other) if other.is_write() => refuse(reply, reason),
+            _ => {
+                self.handle(request, reply);
+            }
+        }
+    }
+
     fn push(&mut self, state: &[u8]) -> Result<(), PushError> {
         self.history.push_with_update(self.updates.update(), state)?;
         self.updates.report();

@@ -92,10 +92,12 @@ fn only_this_program_searches_a_reserved_maze() {
     let ask = |request: &[u8]| mmsim_tests::ask(&client, request);
     assert_eq!(ask(STATE), b"ok");
     monitor.reserve(true);
-    for request in [b"reset", STATE, b"AM\x07Theseus", b"W\x00\x00N"] {
-        let error = "error: the simulator is running its own mouse (try again after its run)";
+    for request in [b"reset", STATE, b"AM\x07Theseus"] {
+        let error = "error: the simulator is running a mouse, and only this mouse may send reset, S \
+                     and A (try again after its run)";
         assert_eq!(ask(request), error.as_bytes());
     }
+    assert_eq!(ask(b"W\x00\x00E"), [1, 0, 1]);
     assert_eq!((ask(b"ping"), ask(b"info")[0]), (b"pong".to_vec(), b'{'));
     assert_eq!(monitor.answer(None, STATE, 1), Ok((b"ok".to_vec(), true)));
     assert_eq!(monitor.status(), Status { run: 1, states: 2 });

@@ -162,7 +162,7 @@ impl<S: Read + Write> Connection<S> {
                     Ok((last, frames)) => service.answer(self.client, last, *frames, &mut reply),
                     Err(error) => refuse(error, service, &mut reply),
                 };
-                turn.has_activity |= self.settle(answer, Some(envelope), &reply);
+                turn.has_activity |= self.settle(answer, Some(&envelope), &reply);
                 requests_left = requests_left.saturating_sub(1);
             } else if self.holds_enough() {
                 return Ok(turn);
@@ -211,8 +211,8 @@ impl<S: Read + Write> Connection<S> {
 
     /// Adds a reply that is ready to the output, or waits for it. The envelope is that of the latest
     /// decoded request, unless `held` is another one. Returns true if the request counts as activity.
-    fn settle(&mut self, answer: Answer, held: Option<Vec<u8>>, reply: &[u8]) -> bool {
-        let envelope = held.as_deref().unwrap_or_else(|| self.decoder.envelope());
+    fn settle(&mut self, answer: Answer, held: Option<&[u8]>, reply: &[u8]) -> bool {
+        let envelope = held.unwrap_or_else(|| self.decoder.envelope());
         match answer {
             Answer::Reply { is_activity } => {
                 push_reply(&mut self.buffered.output, envelope, reply);

@@ -439,7 +439,7 @@ fn another_client_cannot_change_the_run_of_the_mouse() {
     let mut serving = Serving::start(command, "ready");
     let client = connect_to(&serving.address, zmq::REQ);
     let refused = ask(&client, b"reset");
-    assert!(refused.starts_with(b"error: the simulator is running its own mouse"), "{refused:?}");
+    assert!(refused.starts_with(b"error: the simulator is running a mouse, "), "{refused:?}");
     assert_eq!(states_of(&serving.address), 1);
     serving.signal("TERM");
     serving.wait();
