@@ -26,7 +26,7 @@ Examples:
 
 The mouse connects to the address in the environment variable MMSIM_ENDPOINT. In the arguments of
 the mouse, {endpoint} stands for the same address. A mouse that always connects to port 6574 works
-too, unless another simulator uses this port.
+too, unless another simulator uses this port. While the mouse runs, other clients can only read.
 
 On the viewer page, you can run the mouse again, stop it, pause it, and change its pace. The
 simulator holds its reply to a state until the next step is due, so the mouse should wait for

@@ -7,9 +7,12 @@ use harness::{Home, Output, recorded, while_default_port_is_in_use};
 use harness::{Serving, read_on};
 use mmsim_recording::Recording;
 #[cfg(unix)]
-use mmsim_tests::{ask, connect_to, wait_for};
+use mmsim_tests::{TIMEOUT, ask, connect_to, wait_for};
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 
 const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
+const STATE: &[u8] = b"S\x00\x00NC\x01\x01\x01\x01\x01\x01C\x0d\x0d\x0d\x0d\x0d\x0d";
 const MMSIM: &str = env!("CARGO_BIN_EXE_mmsim");
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
 
@@ -55,7 +58,9 @@ fn the_mouse_is_given_the_address_in_the_environment() {
     let shown = run(&home, &[], &["sh", "-c", "echo $MMSIM_ENDPOINT = {endpoint}"]);
     let (variable, argument) = shown.stdout.trim().split_once(" = ").unwrap();
     assert_eq!(variable, argument);
-    assert!(shown.stderr.contains(&format!("at {variable};")), "{shown:?}");
+    assert!(variable.starts_with("tcp://127.0.0.1:"), "{variable}");
+    let is_public = shown.stderr.contains(&format!("at {variable};"));
+    assert!(!is_public, "the address belongs to this run alone: {shown:?}");
 }
 
 #[test]
@@ -179,4 +184,73 @@ fn the_pace_holds_the_mouse_after_each_state() {
     let end = "mouse stopped by Ctrl-C; goal not reached, 1 state\n";
     assert!(messages.ends_with(end), "{messages}");
     assert_eq!(Recording::open(&recorded(&runs)).unwrap().history().len(), 1);
+}
+
+/// Starts a run of a mouse that has sent a state and must wait for an hour after it.
+#[cfg(unix)]
+fn held_mouse(home: &Home) -> (Serving, zmq::Socket) {
+    let options = ["--pace", "3600000"];
+    let command = home.command(&arguments(&options, &search("{endpoint}")));
+    let mut serving = Serving::start(command, "tcp://");
+    serving.has_mouse = true;
+    let other = connect_to(&serving.address, zmq::REQ);
+    wait_for("the first state", || has_states(&other, 1).then_some(()));
+    (serving, other)
+}
+
+#[cfg(unix)]
+fn has_states(client: &zmq::Socket, states: u32) -> bool {
+    let info = String::from_utf8(ask(client, b"info")).unwrap();
+    info.contains(&format!("\"states\":{states}}}"))
+        || info.contains(&format!("\"states\":{states},"))
+}
+
+#[cfg(unix)]
+#[test]
+fn another_client_cannot_disturb_a_run() {
+    let home = home();
+    let (mut serving, other) = held_mouse(&home);
+    for request in [b"reset", STATE, b"AL\x05\0other"] {
+        let reply = String::from_utf8(ask(&other, request)).unwrap();
+        assert!(
+            reply.starts_with("error: the simulator is running a mouse, and only this "),
+            "{reply}"
+        );
+    }
+    assert_eq!(ask(&other, b"W\0\0N").len(), 3);
+    assert!(has_states(&other, 1));
+    serving.signal("TERM");
+    let (_, messages) = serving.wait();
+    assert!(
+        messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state\n"),
+        "{messages}"
+    );
+}
+
+/// A client that receives no answers to its heartbeats closes its connection, and loses its reply.
+#[cfg(unix)]
+#[test]
+fn a_held_reply_delays_neither_heartbeats_nor_other_clients() {
+    let home = home();
+    let command = home.command(&arguments(&["--pace", "5000"], &["sleep", "600"]));
+    let mut serving = Serving::start(command, "tcp://");
+    serving.has_mouse = true;
+    let mouse = zmq::Context::new().socket(zmq::REQ).unwrap();
+    mouse.set_linger(0).unwrap();
+    mouse.set_heartbeat_ivl(200).unwrap();
+    mouse.set_heartbeat_timeout(2000).unwrap();
+    mouse.connect(&serving.address).unwrap();
+    let other = connect_to(&serving.address, zmq::REQ);
+    let (start, mut slowest) = (Instant::now(), Duration::ZERO);
+    mouse.send(STATE, 0).unwrap();
+    while mouse.poll(zmq::POLLIN, 0).unwrap() == 0 {
+        assert!(start.elapsed() < TIMEOUT, "the mouse has lost its reply");
+        let asked = Instant::now();
+        assert_eq!(ask(&other, b"ping"), b"pong");
+        slowest = slowest.max(asked.elapsed());
+    }
+    assert_eq!(mouse.recv_bytes(0).unwrap(), b"ok");
+    assert!(slowest < Duration::from_secs(3), "another client waited {slowest:?}");
+    serving.signal("TERM");
+    assert_eq!(serving.wait().0.code(), Some(130));
 }

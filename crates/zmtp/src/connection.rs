@@ -660,23 +660,24 @@ mod tests {
     #[test]
     fn requests_wait_for_a_reply_that_is_due_later_but_pings_do_not() {
         let oversized = [b"\x01\0\x02".as_slice(), &70_000_u64.to_be_bytes()].concat();
-        let (ping, pong) = (b"\x04\x08\x04PING\0\x01c", b"\x04\x06\x04PONGc");
+        let (heartbeat, answer) = (b"\x04\x08\x04PING\0\x01c", b"\x04\x06\x04PONGc");
         let held = [&requests(0..3), LATER, &requests(3..5)].concat();
-        let (mut connection, wire) = connect(&[LATER, ping, &held, ping, &oversized].concat());
+        let (mut connection, wire) =
+            connect(&[LATER, heartbeat, &held, heartbeat, &oversized].concat());
         wire.push(&vec![0; 70_000]);
         run_until_idle(&mut connection).unwrap();
         assert!(connection.is_waiting() && !wire.has_incoming());
-        assert_eq!(replies(&wire), pong.repeat(2));
+        assert_eq!(replies(&wire), answer.repeat(2));
         connection.reply(b"first");
         run_until_idle(&mut connection).unwrap();
         let first = [b"\x01\x02id\x01\0\0\x05first", &requests(0..3)[..]].concat();
-        assert_eq!(replies(&wire), [&pong.repeat(2), &first[..]].concat());
+        assert_eq!(replies(&wire), [&answer.repeat(2), &first[..]].concat());
         assert!(connection.is_waiting(), "the second request with a later reply");
         connection.reply(b"second");
         connection.reply(b"ignored");
         run_until_idle(&mut connection).unwrap();
         let second = [b"\x01\x02id\x01\0\0\x06second", &requests(3..5)[..]].concat();
-        let (found, expected) = (replies(&wire), [&pong.repeat(2), &first[..], &second].concat());
+        let (found, expected) = (replies(&wire), [&answer.repeat(2), &first[..], &second].concat());
         let error = found.strip_prefix(&expected[..]).unwrap();
         assert!(error.starts_with(b"\x01\0\0") && error[4..].starts_with(b"error: "));
         assert!(!connection.is_waiting());
