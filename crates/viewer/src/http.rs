@@ -7,33 +7,35 @@ pub(crate) mod events;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod requested_run;
+pub(crate) mod shares;
 
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use axum::{Router, middleware};
+use axum::{Extension, Router, middleware};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use mmsim_server::{BindError, listen};
 use tokio::net::TcpListener;
 use tokio::runtime;
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
 use tokio::time::sleep;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 use tracing::{debug, warn};
 
 use crate::app::{AppState, ViewerConfig};
-use crate::http::access::{Access, guard};
+use crate::http::access::{Access, guard, random_digits};
 use crate::http::limits::{Limits, TimedConnection};
+use crate::http::shares::Shares;
 
 /// The delay before accepting connections again after an error, such as running out of file
-/// descriptors.
-const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(250);
+/// descriptors, and while all connections are in use.
+const RETRY_DELAY: Duration = Duration::from_millis(100);
 
 /// The minimum size, in bytes, at which a text is compressed if the client accepts gzip. Frequent
 /// responses, such as the view of a single state, are smaller and therefore not compressed.
@@ -82,7 +84,7 @@ impl Viewer {
         let local = listener.local_addr().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let is_loopback = local.ip().to_canonical().is_loopback();
-        let token = if is_loopback { None } else { Some(random_token().map_err(failed)?) };
+        let token = if is_loopback { None } else { Some(random_digits().map_err(failed)?) };
         let access = Access::new(token, local.port());
         Ok(Self { listener, access, local, limits: Limits::default() })
     }
@@ -155,41 +157,46 @@ fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
 
 /// Accepts connections up to the limit and serves each connection in a separate task.
 async fn accept(listener: TcpListener, app: Router, limits: Limits) {
-    let slots = Arc::new(Semaphore::new(limits.connections));
+    let shares = Arc::new(Shares::new(limits.connections, limits.streams));
     let mut warned = false;
     loop {
-        let Ok(slot) = Arc::clone(&slots).acquire_owned().await else { return };
-        let stream = match listener.accept().await {
-            Ok((stream, _)) => stream,
+        let (stream, address) = match listener.accept().await {
+            Ok((stream, address)) => (stream, address.ip().to_canonical()),
             Err(error) => {
                 // Warn only once, since every attempt fails while there are no file descriptors.
                 if !std::mem::replace(&mut warned, true) {
                     warn!("cannot accept a connection to the page: {error}");
                 }
-                sleep(ACCEPT_RETRY_DELAY).await;
+                sleep(RETRY_DELAY).await;
                 continue;
+            }
+        };
+        let connection = loop {
+            match shares.add(address, Instant::now()) {
+                Some(connection) => break connection,
+                None => sleep(RETRY_DELAY).await,
             }
         };
         // Send small responses without delay.
         let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(app.clone());
+        let layers = (Extension(Arc::clone(&connection)), Extension(Arc::clone(&shares)));
+        let service = TowerToHyperService::new(app.clone().layer(layers));
+        let (stream, shares) =
+            (TimedConnection::new(stream, Arc::clone(&connection), limits), Arc::clone(&shares));
         tokio::spawn(async move {
-            let connection = http1::Builder::new()
+            let served = http1::Builder::new()
                 .timer(TokioTimer::new())
                 .header_read_timeout(limits.header_time)
-                .serve_connection(TokioIo::new(TimedConnection::new(stream, limits)), service);
-            if let Err(error) = connection.await {
-                debug!("connection to the page closed: {error}");
+                .serve_connection(TokioIo::new(stream), service);
+            tokio::select! {
+                ended = served => {
+                    if let Err(error) = ended {
+                        debug!("connection to the page closed: {error}");
+                    }
+                }
+                () = connection.closed() => debug!("connection to the page replaced by another"),
             }
-            drop(slot);
+            shares.remove(&connection);
         });
     }
-}
-
-/// Returns 128 random bits as hexadecimal digits.
-fn random_token() -> io::Result<String> {
-    let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
-    let digits = |byte: u8| format!("{byte:02x}");
-    Ok(bytes.into_iter().map(digits).collect())
 }

@@ -5,6 +5,7 @@ mod harness;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -214,4 +215,58 @@ fn event_streams_do_not_time_out() {
         String::from_utf8_lossy(&received).contains(r#""states":1"#).then_some(())
     });
     watched.stop();
+}
+
+/// Clients that hold idle connections and event streams, and reconnect when they lose them, cannot
+/// close the page.
+#[test]
+fn the_page_stays_open_to_all() {
+    let limits = Limits { streams: 4, connections: 8, ..Limits::default() };
+    let watched = WatchedServer::with_limits("127.0.0.1", None, limits);
+    let (host, is_stopping) = (watched.host.clone(), Arc::new(AtomicBool::new(false)));
+    let attackers: Vec<_> = (0..16)
+        .map(|number| {
+            let (host, is_stopping) = (host.clone(), Arc::clone(&is_stopping));
+            thread::spawn(move || {
+                while !is_stopping.load(Ordering::Relaxed) {
+                    let Ok(mut stream) = TcpStream::connect(&host) else { continue };
+                    let _ = stream.set_read_timeout(Some(Duration::from_millis(500)));
+                    if number % 2 == 0 {
+                        let _ = write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n");
+                    }
+                    // Holds the connection until the server closes it.
+                    while !is_stopping.load(Ordering::Relaxed)
+                        && !matches!(stream.read(&mut [0; 4096]), Ok(0))
+                    {}
+                }
+            })
+        })
+        .collect();
+    let page = watched.get("/");
+    let cookie = page.head.split("set-cookie: ").nth(1).unwrap().split(';').next().unwrap();
+    let cookie = format!("cookie: {cookie}");
+    let mut events = wait_for("the event stream", || {
+        let mut stream = watched.connect();
+        write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n{cookie}\r\n\r\n").ok()?;
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).ok()?;
+        (&status == b"HTTP/1.1 200").then_some(stream)
+    });
+    for _ in 0..10 {
+        assert_eq!(watched.send("GET", "/api/page", &[&cookie], b"").status, 200);
+    }
+    watched.send_states(1);
+    let mut received = Vec::new();
+    wait_for("the state", || {
+        let mut buffer = [0; 4096];
+        let count = events.read(&mut buffer).unwrap();
+        assert_ne!(count, 0, "the page has lost its event stream");
+        received.extend_from_slice(&buffer[..count]);
+        String::from_utf8_lossy(&received).contains(r#""states":1"#).then_some(())
+    });
+    is_stopping.store(true, Ordering::Relaxed);
+    watched.stop();
+    for attacker in attackers {
+        attacker.join().unwrap();
+    }
 }

@@ -135,11 +135,14 @@ fn the_page_shows_why_the_simulator_refuses_it() {
     with_browser(|browser| {
         let simulator = Simulator::start(&["--maze", "harbour"]);
         let (host, _) = http::split_url(&simulator.page);
+        let port = host.rsplit(':').next().unwrap();
         let others: Vec<TcpStream> = (0..32)
-            .map(|_| {
+            .map(|page| {
                 let mut stream = TcpStream::connect(host).unwrap();
                 stream.set_read_timeout(Some(TIMEOUT)).unwrap();
-                write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
+                let cookie = format!("mmsim-{port}-page={page}");
+                write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\ncookie: {cookie}\r\n\r\n")
+                    .unwrap();
                 let mut status = [0; 12];
                 stream.read_exact(&mut status).unwrap();
                 assert_eq!(&status, b"HTTP/1.1 200");

@@ -4,6 +4,7 @@
 //! Other web sites cannot read the responses, since the server sends no CORS headers. The checks in
 //! this module reject requests from other web sites and prevent DNS rebinding.
 
+use std::io;
 use std::net::IpAddr;
 use std::sync::Arc;
 
@@ -13,10 +14,11 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::http::jobs::{ApiError, ApiResult};
+use crate::http::shares::Connection;
 
 /// The content security policy, which restricts the page to resources from this server.
 const CONTENT_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
-    img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; \
+    img-src 'self' blob: data:; connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
@@ -102,13 +104,20 @@ impl Access {
     }
 
     fn has_token(&self, token: &str, uri: &Uri, headers: &HeaderMap) -> bool {
-        let cookies =
-            headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
-        let tokens = cookies.flat_map(|cookies| cookies.split(';')).filter_map(|cookie| {
-            let (name, value) = cookie.trim().split_once('=')?;
-            (name == self.cookie_name).then_some(value)
-        });
+        let tokens = cookies(headers, &self.cookie_name);
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
+    }
+
+    /// Returns the name of the cookie that tells the pages of different browsers apart.
+    fn page_cookie_name(&self) -> String {
+        format!("{}-page", self.cookie_name)
+    }
+
+    /// Returns a new cookie for the page, or `None` if there are no random numbers.
+    fn page_cookie(&self) -> Option<HeaderValue> {
+        let (name, page) = (self.page_cookie_name(), random_digits().ok()?);
+        let cookie = format!("{name}={page}; Path=/; HttpOnly; SameSite=Strict");
+        HeaderValue::from_str(&cookie).ok()
     }
 
     /// Returns a cookie with the server's token if the URL of a request contains a token.
@@ -126,6 +135,12 @@ pub(crate) async fn guard(
     next: Next,
 ) -> Response {
     let checked = access.check(request.method(), request.uri(), request.headers());
+    let page = cookies(request.headers(), &access.page_cookie_name()).next();
+    if let (Some(page), Some(connection)) = (page, request.extensions().get::<Arc<Connection>>()) {
+        connection.set_page(page);
+    }
+    let page_cookie =
+        if page.is_none() && request.uri().path() == "/" { access.page_cookie() } else { None };
     let mut response = match (checked, access.cookie_for(request.uri())) {
         // Removes the token from the address bar, where others could read it.
         (Ok(()), Some(cookie)) if request.uri().path() == "/" => {
@@ -137,6 +152,9 @@ pub(crate) async fn guard(
         (Err(error), _) => error.into_response(),
     };
     let headers = response.headers_mut();
+    if let Some(cookie) = page_cookie {
+        headers.append(header::SET_COOKIE, cookie);
+    }
     for (name, value) in [
         (header::CONTENT_SECURITY_POLICY, CONTENT_POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -171,6 +189,23 @@ fn is_loopback(host: &str) -> bool {
 fn is_origin_of(origin: &str, host: &str) -> bool {
     let rest = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
     rest.is_some_and(|rest| rest.eq_ignore_ascii_case(host))
+}
+
+/// Returns the values of the cookies with this name.
+fn cookies<'h>(headers: &'h HeaderMap, name: &str) -> impl Iterator<Item = &'h str> {
+    let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+    cookies.flat_map(|cookies| cookies.split(';')).filter_map(move |cookie| {
+        let (found, value) = cookie.trim().split_once('=')?;
+        (found == name).then_some(value)
+    })
+}
+
+/// Returns 128 random bits as hexadecimal digits.
+pub(crate) fn random_digits() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    let digits = |byte: u8| format!("{byte:02x}");
+    Ok(bytes.into_iter().map(digits).collect())
 }
 
 fn query_token(uri: &Uri) -> Option<&str> {

@@ -8,7 +8,7 @@ use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router, middleware};
+use axum::{Extension, Json, Router, middleware};
 use futures_util::stream;
 use mmsim_drawing::{Scene, thumbnail};
 use mmsim_mouse::Pace;
@@ -22,6 +22,7 @@ use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::buffer_body;
 use crate::http::requested_run::{RequestedRun, RunNumber};
+use crate::http::shares::{Connection, Shares};
 use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
 use crate::source::pictures::{PictureOptions, download};
@@ -35,7 +36,7 @@ pub(crate) const BINARY: &str = "application/octet-stream";
 /// recording (see `export::responses`).
 pub(crate) fn router(state: Arc<AppState>) -> Router {
     Router::new()
-        .route("/events", get(|State(state)| async { events::stream(state) }))
+        .route("/events", get(event_stream))
         .route("/api/page", get(page_info))
         .route("/api/mazes", get(list_mazes))
         .route("/api/mazes/picture.svg", get(maze_picture))
@@ -75,6 +76,14 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/recordings", post(recordings::upload))
         .with_state(state)
         .merge(assets::router())
+}
+
+async fn event_stream(
+    State(state): State<Arc<AppState>>,
+    Extension(connection): Extension<Arc<Connection>>,
+    Extension(shares): Extension<Arc<Shares>>,
+) -> ApiResult<impl IntoResponse> {
+    events::stream(state, &connection, &shares)
 }
 
 async fn page_info(State(state): SharedState) -> Json<PageInfo> {

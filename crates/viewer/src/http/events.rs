@@ -13,12 +13,12 @@ use mmsim_mouse::{MouseStatus, OwnMouse};
 use mmsim_server::Status;
 use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
-use tokio::sync::Semaphore;
 use tokio::time::sleep;
 
 use crate::app::{AppState, ViewerConfig};
 use crate::http::jobs::{ApiError, ApiResult};
-use crate::http::limits::{Limits, MAX_EVENT_STREAMS};
+use crate::http::limits::Limits;
+use crate::http::shares::{Connection, Shares};
 use crate::live::LiveServer;
 use crate::source::fast_runs::Vehicles;
 
@@ -101,8 +101,6 @@ const IDLE_AFTER: Duration = Duration::from_secs(2);
 /// connection.
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(10);
 
-static EVENT_STREAMS: Semaphore = Semaphore::const_new(MAX_EVENT_STREAMS);
-
 /// An event that summarizes the state of the server.
 #[derive(Debug, PartialEq, Serialize)]
 struct ServerEvent {
@@ -178,13 +176,15 @@ impl LastEvent {
 /// Streams an event whenever the state of the server changes.
 pub(crate) fn stream(
     state: Arc<AppState>,
-) -> ApiResult<Sse<impl Stream<Item = Result<Event, Infallible>>>> {
-    let permit = EVENT_STREAMS.try_acquire().map_err(|_| {
-        let text = format!("{MAX_EVENT_STREAMS} pages are already open (close one first)");
-        ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
-    })?;
+    connection: &Arc<Connection>,
+    shares: &Shares,
+) -> ApiResult<Sse<impl Stream<Item = Result<Event, Infallible>> + use<>>> {
+    if !shares.begin_stream(connection) {
+        let text = format!("{} pages are already open (close one first)", state.limits.streams);
+        return Err(ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text));
+    }
     let last: Option<LastEvent> = None;
-    Ok(Sse::new(stream::unfold((state, last, permit), |(state, last, permit)| async move {
+    Ok(Sse::new(stream::unfold((state, last), |(state, last)| async move {
         loop {
             if let Some(last) = &last {
                 sleep(last.poll_interval(Instant::now())).await;
@@ -193,7 +193,7 @@ pub(crate) fn stream(
             if !last.as_ref().is_some_and(|last| last.is_current(&event, now)) {
                 let data = Event::default().json_data(&event).unwrap_or_default();
                 let last = LastEvent::new(event, last.as_ref(), now);
-                return Some((Ok(data), (state, Some(last), permit)));
+                return Some((Ok(data), (state, Some(last))));
             }
         }
     })))

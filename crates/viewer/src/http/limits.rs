@@ -3,6 +3,7 @@
 
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
@@ -17,14 +18,11 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, Sleep, sleep_until, timeout_at};
 
 use crate::http::jobs::{ApiError, ApiResult};
+use crate::http::shares::Connection;
 
 /// The maximum number of connections. A browser opens up to six connections to a server. The limit
 /// keeps file descriptors available for mice.
 pub const MAX_VIEWER_CONNECTIONS: usize = 64;
-
-/// The maximum number of event streams. Each page has one event stream and needs further
-/// connections for requests.
-pub(crate) const MAX_EVENT_STREAMS: usize = MAX_VIEWER_CONNECTIONS / 2;
 
 /// The maximum size of a request body other than a recording, in bytes.
 pub(crate) const MAX_BODY_BYTES: usize = 64 * 1024;
@@ -54,6 +52,9 @@ pub(crate) const MIN_RATE: u32 = 64 * 1024;
 pub struct Limits {
     /// The maximum number of connections.
     pub connections: usize,
+    /// The maximum number of event streams. Each browser has one, and needs further connections for
+    /// requests.
+    pub streams: usize,
     /// The maximum time to receive the header of a request, counted from the end of the previous
     /// response.
     pub header_time: Duration,
@@ -71,6 +72,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             connections: MAX_VIEWER_CONNECTIONS,
+            streams: MAX_VIEWER_CONNECTIONS / 2,
             header_time: Duration::from_secs(30),
             body_time: Duration::from_secs(600),
             max_lag: Duration::from_secs(30),
@@ -162,16 +164,17 @@ pub(crate) async fn buffer_body(
 /// A connection that fails if its client reads too slowly.
 pub(crate) struct TimedConnection {
     stream: TcpStream,
+    connection: Arc<Connection>,
     send_deadline: RateDeadline,
     /// The timer that wakes the task at the deadline while the send buffer is full.
     timer: Pin<Box<Sleep>>,
 }
 
 impl TimedConnection {
-    pub(crate) fn new(stream: TcpStream, limits: Limits) -> Self {
+    pub(crate) fn new(stream: TcpStream, connection: Arc<Connection>, limits: Limits) -> Self {
         let send_deadline = RateDeadline::new(limits, Instant::now());
         let timer = Box::pin(sleep_until(send_deadline.expires_at));
-        Self { stream, send_deadline, timer }
+        Self { stream, connection, send_deadline, timer }
     }
 
     /// Writes to the stream, or returns an error after the deadline.
@@ -184,7 +187,10 @@ impl TimedConnection {
         self.send_deadline.resume(now);
         let written = write(Pin::new(&mut self.stream), cx);
         match written {
-            Poll::Ready(Ok(bytes)) => self.send_deadline.extend(bytes, now),
+            Poll::Ready(Ok(bytes)) => {
+                self.connection.record_transfer();
+                self.send_deadline.extend(bytes, now);
+            }
             Poll::Ready(Err(_)) => {}
             Poll::Pending => {
                 self.timer.as_mut().reset(self.send_deadline.expires_at);
@@ -203,7 +209,11 @@ impl AsyncRead for TimedConnection {
         cx: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_read(cx, buffer)
+        let read = Pin::new(&mut self.stream).poll_read(cx, buffer);
+        if read.is_ready() {
+            self.connection.record_transfer();
+        }
+        read
     }
 }
 
