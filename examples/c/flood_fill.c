@@ -48,7 +48,12 @@ static mmsim_reply ask(const uint8_t *message, size_t length, mmsim_reply_kind e
     }
     reply = mmsim_decode_reply(bytes, (size_t)received < sizeof bytes ? (size_t)received : sizeof bytes);
     if (reply.kind == MMSIM_ERROR) {
-        fprintf(stderr, "the simulator refused the request: %.*s\n", (int)reply.text_length, reply.text);
+        fprintf(stderr, "the simulator refused the request: ");
+        for (size_t i = 0; i < reply.text_length; i++) {
+            const unsigned char c = (unsigned char)reply.text[i];
+            fprintf(stderr, c < 0x20 || c >= 0x7f ? "\\x%02x" : "%c", c);
+        }
+        fprintf(stderr, "\n");
         exit(EXIT_FAILURE);
     }
     if (reply.kind != expected) {

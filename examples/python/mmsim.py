@@ -274,7 +274,8 @@ class Simulator:
             )
         reply = self._socket.recv()
         if reply.startswith(b"error: "):
-            raise Refused("the simulator refused the request: " + reply[7:].decode(errors="replace"))
+            reason = _printable(reply[7:].decode(errors="replace"))
+            raise Refused(f"the simulator refused the request: {reason[:500]}")
         return reply
 
 

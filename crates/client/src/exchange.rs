@@ -147,6 +147,9 @@ impl<T: Transport> Exchange<T> {
     }
 }
 
+/// The maximum number of characters of a simulator's reason that an error shows.
+const MAX_REASON_CHARS: usize = 500;
+
 /// Decodes the reply to the request with this name. `expected` returns the contents of the expected
 /// kind of reply, and `None` for any other kind.
 ///
@@ -159,10 +162,18 @@ pub fn decode_reply<R>(
 ) -> Result<R, RunError> {
     match Reply::decode(reply)? {
         Reply::Error(reason) => {
-            Err(RunError::Refused { request, reason: Escaped(reason).to_string() })
+            Err(RunError::Refused { request, reason: shorten(Escaped(reason).to_string()) })
         }
         decoded => expected(decoded)
             .ok_or_else(|| RunError::WrongReply { request, found: Excerpt::new(reply) }),
+    }
+}
+
+/// Cuts a text that nobody would read to its end.
+fn shorten(text: String) -> String {
+    match text.char_indices().nth(MAX_REASON_CHARS) {
+        Some((end, _)) => format!("{}… (of {} bytes)", &text[..end], text.len()),
+        None => text,
     }
 }
 

@@ -320,6 +320,9 @@ o---o---o---o
         };
         assert_eq!(error(b"reset", b"error: no"), "the simulator refused reset: no");
         assert_eq!(error(b"W", b"error: \x1b[2J\n"), "the simulator refused W: \\u{1b}[2J\\n");
+        let long = error(b"W", [b"error: ", &*b"x".repeat(700_000)].concat().leak());
+        assert_eq!(long.trim_start_matches("the simulator refused W: ").len(), 500 + 21, "{long}");
+        assert!(long.ends_with("xx… (of 700000 bytes)"), "{long}");
         assert_eq!(error(b"W", b"ok"), "expected the reply to W, found \"ok\"");
         assert_eq!(error(b"S", b"pong"), "expected the reply to S, found \"pong\"");
         assert!(error(b"S", b"").starts_with("expected pong, ok, "));
