@@ -13,6 +13,10 @@ use crate::text::clean;
 
 const STYLE: &str = include_str!("html/style.css");
 
+/// The content security policy of a report, which allows styles only.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
+
 /// The number of measures whose sections are open. The sections of further measures are collapsed.
 const OPEN_MEASURES: usize = 2;
 
@@ -71,6 +75,7 @@ impl Comparison {
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
                     meta name="viewport" content="width=device-width,initial-scale=1";
                     title { (clean(&self.title)) }
                     style { (PreEscaped(STYLE)) (PreEscaped(CHART_STYLE)) }
@@ -104,8 +109,8 @@ impl Comparison {
             @if !described.is_empty() {
                 (tables::table(
                     None,
-                    None,
-                    &html! { th {} th class="text" { "description" } },
+                    "Descriptions",
+                    &html! { td {} th class="text" { "description" } },
                     &html! {
                         @for Candidate { name, description } in described {
                             tr { th { (clean(name)) } td class="text" { (clean(description)) } }
@@ -118,13 +123,15 @@ impl Comparison {
 
     fn overview_table(&self) -> Markup {
         let Some((head, rows)) = self.overview.split_first() else { return html! {} };
-        let head = html! { @for cell in head { th { (clean(cell)) } } };
+        let head = html! {
+            @for cell in head { @if cell.is_empty() { td {} } @else { th { (clean(cell)) } } }
+        };
         let rows = html! {
             @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
                 tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
             }
         };
-        tables::table(Some("overview"), None, &head, &rows)
+        tables::table(Some("overview"), "Overview", &head, &rows)
     }
 
     fn measure_section(&self, index: usize, statistics: &MeasureStatistics) -> Markup {
@@ -319,6 +326,28 @@ mod tests {
         assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
         assert!(!page.contains(|c: char| c.is_control() && c != '\n'));
         assert_eq!(page.matches("<style>").count(), 1);
+        assert!(page.contains("content=\"default-src 'none'; style-src 'unsafe-inline'; "));
+    }
+
+    #[test]
+    fn headings_have_text_and_the_keyboard_scrolls_tables() {
+        let mut comparison = comparison(&NAMES, 25);
+        let mice = vec![Candidate { description: "a mouse".into(), ..NAMES[0].into() }];
+        let described = Comparison::new("Mice", mice, vec![]).html(|_, _| None);
+        comparison.overview =
+            vec![vec![String::new(), "solved".into()], vec!["mine".into(), "25".into()]];
+        let page = comparison.html(|_, _| None) + &described;
+        for empty in ["<th></th>", "<h1></h1>", "<h2></h2>", "<h3></h3>", "<caption></caption>"] {
+            assert!(!page.contains(empty), "{empty}");
+        }
+        let areas: Vec<_> = page.split("<div class=\"scroll\"").skip(1).collect();
+        assert_eq!(areas.len(), page.matches("<table").count());
+        for area in areas {
+            let (attributes, _) = area.split_once('>').unwrap();
+            let (before, label) = attributes.split_once("aria-label=\"").unwrap();
+            assert_eq!(before, " tabindex=\"0\" role=\"group\" ");
+            assert!(!label.starts_with('"'));
+        }
     }
 
     #[test]

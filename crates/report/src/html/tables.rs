@@ -23,16 +23,11 @@ pub(super) fn statistics(statistics: &MeasureStatistics) -> Markup {
 }
 
 /// Returns a table that scrolls sideways on a narrow screen.
-pub(super) fn table(
-    class: Option<&str>,
-    caption: Option<&str>,
-    head: &Markup,
-    rows: &Markup,
-) -> Markup {
+pub(super) fn table(class: Option<&str>, caption: &str, head: &Markup, rows: &Markup) -> Markup {
     html! {
-        div class="scroll" {
+        div class="scroll" tabindex="0" role="group" aria-label=(caption) {
             table class=[class] {
-                @if let Some(caption) = caption { caption { (caption) } }
+                caption { (caption) }
                 thead { tr { (head) } }
                 tbody { (rows) }
             }
@@ -43,7 +38,7 @@ pub(super) fn table(
 fn distributions(statistics: &MeasureStatistics) -> Markup {
     let format = statistics.format();
     let head = html! {
-        th {} th { (clean(&statistics.measure.verb)) } th { "mean" } th { "median" }
+        td {} th { (clean(&statistics.measure.verb)) } th { "mean" } th { "median" }
         th { "middle half" } th { "standard deviation" } th { "minimum" } th { "maximum" }
     };
     let rows = html! {
@@ -59,7 +54,7 @@ fn distributions(statistics: &MeasureStatistics) -> Markup {
             }
         }
     };
-    table(None, Some(&statistics.caption()), &head, &rows)
+    table(None, &statistics.caption(), &head, &rows)
 }
 
 fn distribution_cells(distribution: &Distribution, format: NumberFormat) -> Markup {
@@ -84,7 +79,7 @@ fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
     let (reference, verb) = (clean(reference), clean(&statistics.measure.verb));
     let caption = format!("Difference from {reference} in the mazes that both {verb}.");
     let head = html! {
-        th {} th { "mazes" } th { "mean difference" } th { "95 % interval" }
+        td {} th { "mazes" } th { "mean difference" } th { "95 % interval" }
         th { "better than " (reference) } th { "equal" } th { "worse" }
     };
     let rows = html! {
@@ -92,7 +87,7 @@ fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
             tr { th { (clean(&one.candidate)) } (difference_cells(difference, format)) }
         }
     };
-    table(None, Some(&caption), &head, &rows)
+    table(None, &caption, &head, &rows)
 }
 
 fn difference_cells(difference: &Difference, format: NumberFormat) -> Markup {
@@ -133,7 +128,7 @@ pub(super) fn values(comparison: &Comparison, measure: &Measure, values: &Values
             }
         }
     };
-    table(None, Some(&clean(&measure.heading())), &head, &rows)
+    table(None, &clean(&measure.heading()), &head, &rows)
 }
 
 impl Comparison {
@@ -149,11 +144,11 @@ impl Comparison {
             @if !self.failures().is_empty() {
                 section {
                     h2 { "Failures" }
-                    div class="scroll" {
+                    div class="scroll" tabindex="0" role="group" aria-label="Failures" {
                         table class="grouped" {
                             thead {
                                 tr {
-                                    th {} th { "failures" } th { "mazes" }
+                                    td {} th { "failures" } th { "mazes" }
                                     th class="text" { "reason" } th class="text" { "for example in" }
                                 }
                             }
@@ -184,7 +179,7 @@ impl Comparison {
                     @if index == 0 {
                         th { (clean(candidate)) }
                         td { (count("failures", total)) }
-                    } @else { th {} td {} }
+                    } @else { td {} td {} }
                     td { (mazes) }
                     td class="text" { (reason) }
                     td class="text" { (examples) }
