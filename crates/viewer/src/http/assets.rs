@@ -1,7 +1,7 @@
 //! The embedded files of the page, served one by one or as the document of an exported page: the page
 //! with its scripts and styles in one HTML file.
 
-use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use axum::Router;
 use axum::http::header;
@@ -9,7 +9,6 @@ use axum::routing::get;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use mmsim_drawing::{page_json, stylesheet};
-use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use ring::digest::{SHA256, digest};
 
 use crate::http::jobs::{ApiError, ApiResult};
@@ -79,25 +78,15 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
         .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
 }
 
-/// The script that runs the page.
-const MAIN: &str = "import \"page.js\";";
-
-/// The beginning of the URL of a script.
-const SCRIPT_URL: &str = "data:text/javascript,";
-
-/// The characters that would end the URL, the element around it, or change when the URL is parsed.
-const ENCODED: &AsciiSet = &CONTROLS.add(b'%').add(b'#').add(b'<');
-
 /// Returns the parts of the document before and after the data.
 pub(crate) fn document(title: &str) -> ApiResult<(String, String)> {
-    let modules = import_map();
+    let script = bundle();
     let styles = [stylesheet(), file("page.css").to_string()];
-    let scripts = [&modules, MAIN].map(hash).join(" ");
     let style_hashes = styles.each_ref().map(|style| hash(style)).join(" ");
-    // The modules are data URLs, whose hashes browsers do not check.
     let policy = format!(
-        "default-src 'none'; script-src {scripts} data:; style-src {style_hashes}; img-src data:; \
-         base-uri 'none'; form-action 'none'"
+        "default-src 'none'; script-src {}; style-src {style_hashes}; img-src data:; \
+         base-uri 'none'; form-action 'none'",
+        hash(&script)
     );
     let version = env!("CARGO_PKG_VERSION");
     let mut page = file("index.html").to_string();
@@ -118,9 +107,7 @@ pub(crate) fn document(title: &str) -> ApiResult<(String, String)> {
         ("<link rel=\"stylesheet\" href=\"/page.css\">", format!("<style>{}</style>", styles[1])),
         (
             "<script type=\"module\" src=\"/page.js\"></script>",
-            format!(
-                "<script type=\"importmap\">{modules}</script>\n<script type=\"module\">{MAIN}</script>"
-            ),
+            format!("<script type=\"module\">{script}</script>"),
         ),
         (">Connecting…<", ">Opening… (this page needs JavaScript)<".to_string()),
     ] {
@@ -130,17 +117,41 @@ pub(crate) fn document(title: &str) -> ApiResult<(String, String)> {
     Ok((head.into(), tail.into()))
 }
 
-/// Returns a map from the name of each script to its content as a data URL. Scripts in data URLs
-/// cannot import other scripts by relative paths, but they can import them by the names in the map.
-fn import_map() -> String {
-    let scripts = FILES.iter().filter(|(_, media_type, _)| *media_type == SCRIPT);
-    let modules: BTreeMap<&str, String> = scripts
-        .map(|&(name, _, content)| {
-            let content = content.replace(" from \"./", " from \"");
-            (name, format!("{SCRIPT_URL}{}", utf8_percent_encode(&content, ENCODED)))
-        })
-        .collect();
-    serde_json::json!({ "imports": modules }).to_string()
+/// Returns the modules of the page as one script. Each module is a block that copies its exports to an
+/// object, and follows the modules that it imports.
+fn bundle() -> String {
+    let mut script = String::new();
+    bundle_module("page.js", &mut Vec::new(), &mut script);
+    script
+}
+
+/// Appends a module and the modules that it imports to a script, except those that were `added` before.
+fn bundle_module<'a>(name: &'a str, added: &mut Vec<&'a str>, script: &mut String) {
+    if added.contains(&name) {
+        return;
+    }
+    added.push(name);
+    let object = |name: &str| name.replace('.', "_");
+    let (mut block, mut exports) = (String::new(), Vec::new());
+    for line in file(name).lines() {
+        let import = line.strip_prefix("import ").and_then(|line| line.split_once(" from \"./"));
+        if let Some((names, module)) = import {
+            let module = module.trim_end_matches("\";");
+            bundle_module(module, added, script);
+            let names = names.trim_start_matches("* as ").replace(" as ", ": ");
+            let _ = writeln!(block, "const {names} = {};", object(module));
+            continue;
+        }
+        let declaration = line.strip_prefix("export ");
+        let mut words = declaration.unwrap_or_default().split([' ', '(']);
+        exports
+            .extend(words.find(|word| !["", "async", "function", "class", "const"].contains(word)));
+        block += declaration.unwrap_or(line);
+        block.push('\n');
+    }
+    let (name, exports) = (object(name), exports.join(", "));
+    let exports = format!("Object.assign({name}, {{ {exports} }});");
+    let _ = writeln!(script, "const {name} = {{}};\n{{\n{block}{exports}\n}}");
 }
 
 /// Returns the source expression of a content security policy that allows a script or style.
@@ -169,9 +180,6 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
-    use percent_encoding::percent_decode_str;
-    use serde_json::Value;
-
     use super::*;
 
     #[test]
@@ -185,22 +193,24 @@ mod tests {
     }
 
     #[test]
-    fn every_import_names_a_module() {
-        let imports: Value = serde_json::from_str(&import_map()).unwrap();
-        let modules = imports["imports"].as_object().unwrap();
-        let mut count = 0;
-        for (name, url) in modules {
-            let encoded = url.as_str().unwrap().strip_prefix(SCRIPT_URL).unwrap();
-            let script = percent_decode_str(encoded).decode_utf8().unwrap();
-            assert!(!script.contains(" from \"./") && !script.contains("await import("), "{name}");
-            for line in script.lines().filter(|line| line.starts_with("import ")) {
-                let (_, imported) = line.split_once(" from \"").unwrap();
-                let imported = imported.strip_suffix("\";").unwrap();
-                assert!(modules.contains_key(imported), "{name} imports {imported}");
-                count += 1;
+    fn a_script_contains_each_module_after_its_imports() {
+        let script = bundle();
+        for forbidden in
+            ["</script", "<!--", " from \"./", "await import(", "\nexport ", "\nimport "]
+        {
+            assert!(!script.contains(forbidden), "{forbidden}");
+        }
+        let mut defined = BTreeSet::new();
+        for line in script.lines() {
+            if let Some(name) = line.strip_suffix(" = {};").and_then(|it| it.strip_prefix("const "))
+            {
+                defined.insert(name);
+            } else if let Some((_, imported)) = line.rsplit_once(" = ") {
+                let imported = imported.trim_end_matches(';');
+                assert!(!imported.ends_with("_js") || defined.contains(imported), "{line}");
             }
         }
-        assert!(modules.contains_key("page.js") && count >= modules.len());
+        assert_eq!(defined.len(), FILES.iter().filter(|file| file.1 == SCRIPT).count());
     }
 
     #[test]
@@ -209,9 +219,10 @@ mod tests {
         let title =
             "<title>a&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;&amp;&quot;</title>";
         assert!(head.contains(title));
+        assert!(head.contains(&format!("; script-src {}; ", hash(&bundle()))));
         assert!(!head.contains("alert(1)</script>") && head.ends_with("</dialog>\n"));
         assert_eq!(tail, "</body>\n</html>\n");
-        let without_scripts = replace(&head, &import_map(), "").unwrap();
+        let without_scripts = replace(&head, &bundle(), "").unwrap();
         for reference in ["src=", "href=\"/", "url(", "@import"] {
             assert!(!without_scripts.contains(reference), "{reference}");
         }
