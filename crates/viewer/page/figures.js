@@ -28,6 +28,8 @@ export function showFigures(panel, source, view) {
   else showPhases(panel, view?.phases);
   for (const part of [".trial", ".trial-runs"]) query(panel, part).hidden = !isTrial;
   query(panel, ".runs").hidden = isTrial;
+  const isSeveral = (view?.phases.fast_runs ?? 0) > 1;
+  setAttributes(query(panel, ".phases"), { "data-rows": isTrial ? 2 : isSeveral ? 4 : 3 });
   setText(panel, ".path-name", isTrial ? "Fastest race" : "Shortest path").title = isTrial ? "Time steps from the start to the goal" : "Steps from the start to the goal";
   setText(panel, ".actual dt", isTrial ? "optimum" : "actual");
   setText(panel, ".happened", view && !view.trial ? describeEvents(view) : "");

@@ -37,6 +37,7 @@ export class RunForm {
       run: buttonOf(form, "run", null),
     };
     this.#buttons.again.hidden = !own;
+    panel.classList.toggle("own-mouse", own !== null);
     this.#buttons.reset.hidden = !own?.has_reset_button;
     this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
     this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
@@ -102,7 +103,7 @@ export class RunForm {
     setText(form, "[name=pause]", paused && running ? "Resume" : "Pause");
     setText(form, "[name=again]", mouse?.own ? "Run again" : `Run ${this.#own?.name}`);
     const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
-    setText(form, ".name", mouse?.name ?? this.#own?.name ?? "");
+    setText(form, ".name", mouse?.name ?? this.#own?.name ?? "Mouse");
     setText(form, ".phase", phase);
     setText(form, ".result", mouse?.outcome?.text ?? "");
     setText(form, ".reason", mouse?.reason ?? "");

@@ -192,6 +192,14 @@ mod tests {
         assert_eq!(FILES.iter().map(|file| file.0.to_string()).collect::<BTreeSet<_>>(), files);
     }
 
+    /// After each change, browsers look for the elements whose `:has()` of descendants it may affect.
+    /// That takes longer than drawing a state.
+    #[test]
+    fn styles_depend_on_children_but_not_on_other_descendants() {
+        let mut conditions = file("page.css").split(":has(").skip(1);
+        assert!(conditions.all(|condition| condition.starts_with("> ")));
+    }
+
     #[test]
     fn a_script_contains_each_module_after_its_imports() {
         let script = bundle();
