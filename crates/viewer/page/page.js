@@ -251,7 +251,12 @@ document.addEventListener("keydown", (event) => {
   if (event.defaultPrevented || (hasModifier && !event.getModifierState("AltGraph"))) return;
   if (!(target instanceof Element) || target.closest("dialog")) return;
   // The focused element keeps the keys that it handles itself.
-  if (target.matches("select, input:not([type=range], [type=checkbox])")) return;
+  if (target.matches("select, input:not([type=range], [type=checkbox])")) {
+    // In a search field, the first press of Escape clears the text.
+    const isCleared = !(target instanceof HTMLInputElement && target.type === "search" && target.value);
+    if (key === "Escape" && isCleared) panels.get(active)?.element.focus({ preventScroll: true });
+    return;
+  }
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
   else if (key === "/" && mazes && isConnected) mazes.focusSearch();

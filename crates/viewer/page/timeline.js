@@ -64,6 +64,7 @@ export class Timeline {
       if (!isValid) return;
       this.seek(number - 1);
       this.#jump.value = "";
+      panel.focus({ preventScroll: true }); // the next keys are shortcuts again
     };
     this.#jump.oninput = () => this.#setJumpError("");
   }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use fantoccini::key::Key;
+use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -96,6 +97,34 @@ fn tab_reaches_every_control_with_a_visible_focus() {
         let before = focus_of(browser).index;
         browser.press_with(Key::Shift, char::from(Key::Tab));
         assert_ne!(focus_of(browser).index, before);
+    });
+}
+
+/// No text field keeps the keys for itself.
+#[test]
+fn escape_and_enter_leave_a_field() {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
+        let (live, last) = (Panel::live(browser), states.len() - 1);
+        live.wait_for_state(last);
+        wait_for("the list", || {
+            browser.exists(&Page::maze_selector("05-hedgerow.txt")).then_some(())
+        });
+        let [enter, escape, home, end] =
+            [Key::Enter, Key::Escape, Key::Home, Key::End].map(char::from);
+        browser.press(['g', '1', '2', enter]);
+        live.wait_for_state(11);
+        browser.press([home]);
+        live.wait_for_state(0);
+        for keys in [&['g', escape][..], &['g', '9', escape], &['/', 'x', escape, escape]] {
+            browser.press(keys.iter().copied().chain([end]));
+            live.wait_for_state(last);
+            browser.press([home]);
+            live.wait_for_state(0);
+        }
+        browser.run::<()>("document.querySelector('[name=strategy]').focus()", &[]);
+        browser.press([escape, end]);
+        live.wait_for_state(last);
     });
 }
 
