@@ -58,6 +58,10 @@ export function buttonOf(root, name, onClick) {
 /** @param {number} number */
 export const formatNumber = (number) => number.toLocaleString("en");
 
+/** Formats a number in at most seven characters: from a million on, as `1.234M`. @param {number} number */
+export const formatCount = (number) =>
+  number < 1e6 ? formatNumber(number) : number.toLocaleString("en", { notation: "compact", maximumSignificantDigits: 4 });
+
 /** Formats a duration: `12 ms`, `1.23 s`, `45.6 s`, `7:08` or `1:02:03`. @param {number} ms */
 export function formatTime(ms) {
   if (ms < 999.5) return `${Math.round(ms)} ms`;

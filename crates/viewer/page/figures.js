@@ -1,7 +1,7 @@
 // @ts-check
 // Shows the figures of a state, and announces the state to screen readers.
 
-import { formatNumber, formatTime, pluralize, query, setAttributes, setText } from "./dom.js";
+import { formatCount, formatNumber, formatTime, pluralize, query, setAttributes, setText } from "./dom.js";
 import { HEADINGS } from "./state.js";
 
 /**
@@ -17,7 +17,7 @@ export function showFigures(panel, source, view) {
   const isTrial = source?.robot != null || view?.trial != null;
   /** @param {string} name @param {number | null | undefined} value */
   const show = (name, value, placeholder = "–") =>
-    setText(panel, `.${name} dd`, value == null ? placeholder : formatNumber(value));
+    setText(panel, `.${name} dd`, value == null ? placeholder : formatCount(value));
   const trialSteps = view?.trial && view.trial.run_1.steps + (view.trial.run_2?.steps ?? 0);
   const trialTurns = view?.trial && view.trial.run_1.turns + (view.trial.run_2?.turns ?? 0);
   show("steps", trialSteps ?? view?.phases.total.steps);
@@ -48,7 +48,7 @@ function proof(view) {
 
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
 function showRun(panel, name, run) {
-  const values = run ? [formatNumber(run.steps), formatNumber(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
+  const values = run ? [formatCount(run.steps), formatCount(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
   values.forEach((value, i) => setText(panel, `.phases .${name.replace("_", "-")} td:nth-of-type(${i + 1})`, value));
 }
 
