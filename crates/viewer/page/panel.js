@@ -86,6 +86,8 @@ export class Panel {
     this.#viewport = new Viewport(element, style);
     this.#log = new LogPane(element, (index) => this.timeline.seek(index));
     this.#fastRun = new FastRun(this, info);
+    // The details of a recording contain no controls, but they may have to be scrolled.
+    if (id !== "live") query(element, ".details").tabIndex = 0;
     showLegend(element);
     query(element, ".layers").onchange = () => this.#show();
     for (const event of ["pointerdown", "keydown"]) {
@@ -318,6 +320,7 @@ export class Panel {
       const parameters = { "recording.mcap": {}, "page.html": {}, "animation.gif": options }[resource] ?? { at: this.shown?.index, ...options };
       if (this.shown) setAttributes(link, { href: api.sourceUrl(this.source, resource, parameters) });
       else link.removeAttribute("href");
+      link.ariaDisabled = `${!this.shown}`;
     }
   }
 

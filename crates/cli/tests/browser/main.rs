@@ -22,6 +22,7 @@ mod ghost;
 mod http;
 mod keyboard;
 mod layout;
+mod legibility;
 mod link;
 mod linked;
 mod live;
