@@ -2,7 +2,7 @@
 // Requests to the server, the stream of its events, and the types of both.
 
 import { showError } from "./dom.js";
-import { isExported, respond } from "./embedded.js";
+import { EmbeddedRun, isExported } from "./embedded.js";
 
 /** Milliseconds before a stream is reopened if the browser does not reconnect by itself. */
 const RETRY = 2000;
@@ -11,6 +11,8 @@ const RETRY = 2000;
  * seconds.
  */
 const TIMEOUT = 30_000;
+/** The page keeps whole runs of up to this many states, which take about 100 bytes each. */
+const MAX_KEPT_STATES = 20_000;
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
@@ -77,9 +79,46 @@ export function showUnlessOver(error) {
   return null;
 }
 
+/** The run of an exported page. */
+const exported = isExported ? new EmbeddedRun(document) : null;
+/** The runs that the page keeps, by the ID of their source. @type {Map<string, { run: number, states: number, data: EmbeddedRun }>} */
+const kept = new Map();
+let isConnected = true;
+
+/** Answers requests from the kept runs while the server cannot be reached. @param {boolean} connected */
+export const setConnected = (connected) => (isConnected = connected);
+/** True if there is no server, or it cannot be reached. */
+export const isOffline = () => isExported || !isConnected;
+/** True if the page can show a run without the server. @param {Source | null} source */
+export const isKept = (source) => source !== null && kept.get(source.id)?.run === source.run;
+
+/** True if the page can show states of a run. @param {Source | null} source */
+export const isShowable = (source) => isConnected || isKept(source);
+
+/**
+ * Keeps a whole run, so that the page can show it without the server. Returns the number of its states, or null if the
+ * server cannot be reached or the run is too long.
+ * @param {Source} source @param {number} states @param {AbortSignal} signal
+ */
+export async function keep(source, states, signal) {
+  if (isKept(source) && kept.get(source.id)?.states === states) return states;
+  if (isOffline() || states > MAX_KEPT_STATES) return null;
+  const text = await (await request(sourceUrl(source, "data.html"), { signal })).text();
+  const data = new EmbeddedRun(new DOMParser().parseFromString(text, "text/html"));
+  kept.set(source.id, { run: source.run, states, data });
+  return states;
+}
+
+/** Returns the run that answers a request instead of the server, if there is one. @param {string} url */
+function embeddedRun(url) {
+  const [, id, run] = (!isConnected && /^\/api\/sources\/([^/]+)\/.*[?&]run=(\d+)/.exec(url)) || [];
+  const found = id === undefined ? undefined : kept.get(id);
+  return exported ?? (found?.run === Number(run) ? found?.data : undefined);
+}
+
 /** @param {string} url @param {RequestInit} [init] */
 async function request(url, init) {
-  const response = await (isExported ? respond(url) : fetch(url, init));
+  const response = await (embeddedRun(url)?.respond(url) ?? fetch(url, init));
   if (!response.ok) throw new ApiError(response.status, (await response.text()).trim());
   return response;
 }
@@ -117,7 +156,7 @@ export const openRecording = (name) => recordingId(post("/api/recordings/open", 
 export const uploadRecording = (file) =>
   recordingId(request(`/api/recordings?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }));
 /** @param {string} id */
-export const closeRecording = (id) => post("/api/recordings/close", { id });
+export const closeRecording = (id) => (kept.delete(id), post("/api/recordings/close", { id }));
 
 /** @param {"run-again" | "stop" | "pause" | "resume" | "step" | "press-reset"} action */
 export const act = (action) => post("/api/mouse", { action });

@@ -101,6 +101,7 @@ export class CompareBar {
     if (!source || timeline.states === 0) return;
     let index = shown.index;
     if (kind !== "state") {
+      if (api.isOffline()) return; // only the server can find the state
       const found = await this.#find(panel, source, shown, kind).catch(api.showUnlessOver);
       if (!found || panel.source !== source) return;
       index = found.at;

@@ -4,7 +4,6 @@
 
 import * as api from "./api.js";
 import { cloneTemplate, query, recall, remember, setAttributes, setText, sleep } from "./dom.js";
-import { isExported } from "./embedded.js";
 import { FastRunChart, formatAcceleration, formatSpeed } from "./fast_run_chart.js";
 import { FastRunMap, drawScale } from "./fast_run_map.js";
 import { FastRunPlayer } from "./fast_run_player.js";
@@ -143,8 +142,8 @@ export class FastRun {
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */
   async #updateKnown() {
     const source = this.#source;
-    // An exported page contains the run over the walls that the mouse knows in the last state.
-    const index = isExported ? (source?.states ?? 0) - 1 : (this.#panel.shown?.index ?? -1);
+    // Without a server, there is only the run over the walls that the mouse knows in the last state.
+    const index = api.isOffline() ? this.#panel.timeline.states - 1 : (this.#panel.shown?.index ?? -1);
     if (this.#isLoadingKnown || !source || index < 0 || index === this.#knownAt) return;
     const { signal } = this.#abort;
     this.#isLoadingKnown = true;

@@ -14,7 +14,9 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .history, .run, .export, .log, [name=close], [name=vehicle], #show-live, #compare";
+const NEEDS_SERVER = "aside section, .run, .export, [name=close], #show-live, #compare";
+/** The parts of a panel that need the server, unless the page keeps the run. */
+const NEEDS_RUN = ".history, .log, [name=vehicle]";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();
@@ -24,7 +26,6 @@ let active = "";
 let runForm;
 /** @type {api.ServerEvent | undefined} */
 let lastEvent;
-let isConnected = true;
 /** The message when the server does not reply. */
 const unreachable = query(document, "#offline").textContent ?? "";
 /** The element that had the focus when the connection was lost. @type {HTMLElement | null} */
@@ -78,7 +79,7 @@ else api.listen(
  * @param {string} [reason] the reply of a server that refuses the connection
  */
 function showConnection(connected, reason) {
-  isConnected = connected;
+  api.setConnected(connected);
   setAttributes(query(document, "#status"), { "data-connected": connected });
   setText(document, "#status", connected ? "Connected" : "Connection lost, reconnecting…");
   query(document, "#offline").hidden = connected;
@@ -94,6 +95,9 @@ function showConnection(connected, reason) {
   const { activeElement } = document;
   if (activeElement instanceof HTMLElement && activeElement !== document.body) focusedOnline = activeElement;
   for (const part of document.querySelectorAll(NEEDS_SERVER)) part.setAttribute("inert", "");
+  for (const { element, source } of panels.values()) {
+    for (const part of element.querySelectorAll(NEEDS_RUN)) part.toggleAttribute("inert", !api.isKept(source));
+  }
 }
 
 /** Says that the page is exported, and disables dropping files on the page. */
@@ -259,7 +263,7 @@ document.addEventListener("keydown", (event) => {
   }
   if (key === " " && target.matches("button, a, [type=checkbox]")) return;
   if (key === "?") keys.showModal();
-  else if (key === "/" && mazes && isConnected) mazes.focusSearch();
-  else if (!panels.get(active)?.handleKey(event, isConnected)) return;
+  else if (key === "/" && mazes && !api.isOffline()) mazes.focusSearch();
+  else if (!panels.get(active)?.handleKey(event)) return;
   event.preventDefault();
 });

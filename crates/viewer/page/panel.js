@@ -3,7 +3,7 @@
 // the player controls and the figures of the shown state.
 
 import * as api from "./api.js";
-import { cloneTemplate, nextFrame, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
+import { cloneTemplate, nextFrame, oneAtATime, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
 import { FastRun } from "./fast_run.js";
 import { announce, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
@@ -29,6 +29,8 @@ const FAST_TIMEOUT = 100;
 const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
+/** After the page has loaded a whole run, it waits this many times as long before it loads the run again. */
+const KEEP_PAUSE = 9;
 
 /** The names of the layers that the server can draw too. */
 const LAYERS = ["numbers", "heat", "trail", "texts", "colours", "shortest", "plan"];
@@ -160,6 +162,7 @@ export class Panel {
     this.#viewport.install(this.#map.svg, source);
     query(element, ".map").style.setProperty("--ratio", `${source.width / source.height}`);
     element.dataset.run = `${source.run}`;
+    delete element.dataset.kept;
     element.setAttribute("aria-label", `${source.title}, ${kind}`);
     setText(element, "h2", source.title).title = source.title;
     setText(element, ".kind", kind);
@@ -304,11 +307,22 @@ export class Panel {
         if (isSettled && this.#announced !== index) announce(this.element, this.shown, this.#overview.marks.describe(index));
         if (isSettled) this.#announced = index;
         this.#settled = index;
+        if (isSettled) void this.#keep();
         if (!isSettled || states !== this.timeline.states) this.#showSlowly();
       },
       this.#overview.isEmpty ? 0 : SLOW_INTERVAL,
     );
   }
+
+  /** Keeps the run, so that the panel can show it when the server has stopped. */
+  #keep = oneAtATime(async () => {
+    const started = performance.now();
+    const { source, timeline } = this;
+    // A server that is busy may send the run later.
+    const states = source && (await api.keep(source, timeline.states, this.#abort.signal).catch(() => null));
+    if (states) setAttributes(this.element, { "data-kept": states });
+    await sleep(KEEP_PAUSE * (performance.now() - started));
+  });
 
   /** Makes the export links save the shown state, layers and theme. */
   #updateExportLinks() {
@@ -324,10 +338,10 @@ export class Panel {
     }
   }
 
-  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event @param {boolean} connected */
-  handleKey(event, connected) {
+  /** Handles a shortcut. Returns false if the key is not a shortcut. @param {KeyboardEvent} event */
+  handleKey(event) {
     if (this.#fastRun.handleKey(event)) return true;
-    const hasStates = connected && !this.#fastRun.isOn;
+    const hasStates = !this.#fastRun.isOn && api.isShowable(this.source);
     return (hasStates && (this.timeline.handleKey(event) || this.#overview.marks.handleKey(event))) || this.#viewport.handleKey(event);
   }
 

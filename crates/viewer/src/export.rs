@@ -1,7 +1,8 @@
 //! Exports a recording as one HTML file.
 //!
 //! The file contains the page with its scripts and styles, and everything that the page requests
-//! from the server for one recording. The script `embedded.js` reads these data, which are JSON,
+//! from the server for one recording. An open page requests the same data of a run, to show the run
+//! when the server has stopped. The script `embedded.js` reads these data, which are JSON,
 //! compressed with gzip and encoded in Base64, so that no text from a recording can end a script:
 //!
 //! - `responses`: the responses of the server by path
@@ -66,13 +67,23 @@ pub fn export_html(
     on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
     let source = StateSource::recording(title, recording);
-    write(&source, vehicles, out, &CancelToken::default(), on_progress)
+    write(&source, vehicles, Content::Page, out, &CancelToken::default(), on_progress)
+}
+
+/// What a file contains.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Content {
+    /// The page and the data of a run.
+    Page,
+    /// The data of a run, for a page that is open.
+    Data,
 }
 
 /// Writes a run to a temporary HTML file and rewinds the file.
 pub(crate) fn to_file(
     source: &Arc<StateSource>,
     run: u32,
+    content: Content,
     config: &ViewerConfig,
     cancel: &CancelToken,
 ) -> ApiResult<File> {
@@ -88,7 +99,7 @@ pub(crate) fn to_file(
     };
     let written = || -> io::Result<File> {
         let mut file = tempfile::tempfile()?;
-        write(&source, &config.vehicles, BufWriter::new(&mut file), cancel, |_| {})?;
+        write(&source, &config.vehicles, content, BufWriter::new(&mut file), cancel, |_| {})?;
         file.rewind()?;
         Ok(file)
     };
@@ -107,12 +118,16 @@ impl From<ApiError> for io::Error {
 fn write(
     source: &StateSource,
     vehicles: &Vehicles,
+    content: Content,
     mut out: impl Write,
     cancel: &CancelToken,
     mut on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
     let (run, _, states) = source.current_run()?;
-    let (head, tail) = assets::document(&title(source)?)?;
+    let (head, tail) = match content {
+        Content::Page => assets::document(&title(source)?)?,
+        Content::Data => Default::default(),
+    };
     out.write_all(head.as_bytes())?;
     element(&mut out, "responses", |out| {
         Ok(serde_json::to_writer(out, &responses(source, vehicles, cancel)?)?)
@@ -376,9 +391,9 @@ mod tests {
     #[test]
     fn a_cancelled_export_ends() {
         let source = StateSource::recording("run.mcap", recording());
+        let (vehicles, cancel) = (Vehicles::default(), CancelToken::cancelled());
         let error =
-            write(&source, &Vehicles::default(), io::sink(), &CancelToken::cancelled(), |_| ())
-                .unwrap_err();
+            write(&source, &vehicles, Content::Page, io::sink(), &cancel, |_| ()).unwrap_err();
         assert_eq!(error.to_string(), "request cancelled");
     }
 }

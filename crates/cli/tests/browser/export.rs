@@ -74,6 +74,7 @@ fn content(panel: Panel<'_>, at: usize) -> String {
         if (!isComplete || lines !== arguments[1]) return null;
         const copy = panel.cloneNode(true);
         for (const part of copy.querySelectorAll('.export, .run, [name=close]')) part.remove();
+        delete copy.dataset.kept;
         return copy.outerHTML.replaceAll('><', '>\\n<');";
     let lines = if at < 30 { at + 1 } else { 30 + (at - 30) / 5 + 1 };
     let arguments = [json!(panel.part("").trim_end()), json!(lines)];

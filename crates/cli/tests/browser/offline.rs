@@ -4,31 +4,62 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use fantoccini::key::Key;
+use mmsim_solvers::BundledStrategy;
 use mmsim_tests::TIMEOUT;
 use serde_json::json;
 
-use crate::browser::{wait_for, with_browser};
+use crate::browser::{Browser, LogEntry, wait_for, with_browser};
 use crate::http;
 use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled};
 use crate::test_state::TestState;
 
-/// The controls that need the simulator, and those that do not.
-const ONLINE: [&str; 8] = [
+/// The controls that need the simulator, those that need the run, and those that need neither.
+const ONLINE: [&str; 6] = [
     "#mazes input",
     "#mazes li button",
     "#recordings [name=file]",
-    "[name=slider]",
-    "[name=follow]",
     "[name=strategy]",
     "[name=run]",
     "[data-export='picture.png']",
 ];
+const RUN: [&str; 3] = ["[name=slider]", "[name=follow]", "[name=jump]"];
 const OFFLINE: [&str; 4] = ["[name=numbers]", "[name=legend]", "[name=zoom-in]", ".map"];
+
+/// A script that makes a page unable to keep runs.
+const KEEP_NOTHING: &str = "
+    const original = window.fetch;
+    window.fetch = (url, ...rest) =>
+        original(String(url).includes('/data.html') ? '/nothing' : url, ...rest);";
+
+/// Tries to focus elements. Returns true for those that can receive the focus.
+fn can_focus(browser: &Browser, selectors: &[&str]) -> Vec<bool> {
+    let script = "return arguments[0].map((selector) => {
+        const element = document.querySelector(selector);
+        element?.focus();
+        return element !== null && document.activeElement === element;
+    })";
+    browser.run(script, &[json!(selectors)])
+}
+
+/// Waits until the page says that its simulator has stopped, and asserts that the notice covers nothing.
+fn wait_for_notice(browser: &Browser) {
+    let script = "
+        const notice = document.querySelector('#offline');
+        if (!notice.checkVisibility()) return false;
+        const { top, bottom } = notice.getBoundingClientRect();
+        const header = document.querySelector('.bar').getBoundingClientRect();
+        const layout = document.querySelector('.layout').getBoundingClientRect();
+        return [header.bottom <= top, bottom <= layout.top, layout.bottom <= innerHeight];";
+    let is_apart: [bool; 3] = browser.wait_until("the notice", script, &[]);
+    assert_eq!(is_apart, [true; 3]);
+}
 
 #[test]
 fn the_page_says_that_the_simulator_has_gone_and_recovers() {
     with_browser(|browser| {
+        let source = json!({ "source": KEEP_NOTHING });
+        browser.devtools("Page.addScriptToEvaluateOnNewDocument", &source);
         let mut simulator = Simulator::start(&["--maze", "harbour"]);
         let page = simulator.page.clone();
         let port = page.rsplit(':').next().unwrap().to_string();
@@ -43,24 +74,18 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         live.wait_for_state(1);
         simulator.disconnect();
         wait_for("the mazes", || (Page(browser).maze_names().len() > 3).then_some(()));
-        let can_focus = |selectors: &[&str]| -> Vec<bool> {
-            let script = "return arguments[0].map((selector) => {
-                const element = document.querySelector(selector);
-                element?.focus();
-                return element !== null && document.activeElement === element;
-            })";
-            browser.run(script, &[json!(selectors)])
-        };
+        let can_focus = |selectors: &[&str]| can_focus(browser, selectors);
         let is_said = || -> bool {
             browser.run("return document.querySelector('#offline').checkVisibility()", &[])
         };
-        wait_for("the exports", || (can_focus(&ONLINE) == [true; 8]).then_some(()));
-        assert_eq!((can_focus(&OFFLINE), is_said()), (vec![true; 4], false));
+        wait_for("the exports", || (can_focus(&ONLINE) == [true; 6]).then_some(()));
+        assert_eq!((can_focus(&RUN), can_focus(&OFFLINE)), (vec![true; 3], vec![true; 4]));
+        assert!(!is_said());
 
         simulator.serving.kill();
-        wait_for("the notice", || is_said().then_some(()));
+        wait_for_notice(browser);
         assert!(browser.text("#offline").contains("stopped"));
-        assert_eq!(can_focus(&ONLINE), [false; 8]);
+        assert_eq!((can_focus(&ONLINE), can_focus(&RUN)), (vec![false; 6], vec![false; 3]));
         assert_eq!(can_focus(&OFFLINE), [true; 4]);
         live.click("[name=heat]");
         live.click("[name=heat]");
@@ -93,8 +118,52 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         again.send(&TestState::new(0, bundled("oblong-long-meadow.txt").size()).message('C', 'C'));
         live.wait_for_state(0);
         again.disconnect();
-        wait_for("the controls", || (can_focus(&ONLINE) == [true; 8]).then_some(()));
+        wait_for("the controls", || (can_focus(&ONLINE) == [true; 6]).then_some(()));
         // The browser reports requests without a reply.
+        let errors = browser.take_errors();
+        let is_expected = |error: &LogEntry| {
+            ["net::ERR_", "/nothing"].iter().any(|it| error.message.contains(it))
+        };
+        assert!(errors.iter().all(is_expected), "{errors:?}");
+        browser.open("about:blank");
+    });
+}
+
+/// A finished search is shown like before when its simulator has stopped.
+#[test]
+fn a_finished_search_outlives_its_simulator() {
+    with_browser(|browser| {
+        let mut simulator = Simulator::start(&["--maze", "harbour"]);
+        browser.open(&simulator.page);
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let maze = bundled("01-harbour.txt");
+        let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
+        let last = states.len() - 1;
+        live.wait_for_state(last);
+        live.wait_until_kept(states.len());
+        let plot = live.attribute(".plot .optimistic", "d");
+        simulator.serving.kill();
+        wait_for_notice(browser);
+        assert_eq!(can_focus(browser, &ONLINE), [false; 6]);
+        assert_eq!(can_focus(browser, &RUN), [true; 3]);
+
+        browser.run::<()>("document.activeElement.blur()", &[]);
+        for at in [0, 1, last / 2, last] {
+            live.slide_to(at);
+            live.assert_shows(&maze, &states[..=at]);
+        }
+        assert_eq!(live.attribute(".plot .optimistic", "d"), plot);
+        browser.press([char::from(Key::Home)]);
+        live.wait_for_state(0);
+        live.set_pace("no limit");
+        browser.press([' ']);
+        live.wait_for_state(last);
+        browser.press("g12\u{e007}".chars());
+        live.wait_for_state(11);
+        browser.press(['f']);
+        let duration = live.part("[data-route=fastest] .duration");
+        assert_ne!(browser.wait_for_text(&duration, " s"), "none");
         let errors = browser.take_errors();
         assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
         browser.open("about:blank");

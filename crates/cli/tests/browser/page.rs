@@ -58,8 +58,8 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// Returns one of the data attributes `index`, `states`, `run`, `following`, `fast` or
-    /// `proven`.
+    /// Returns one of the data attributes `index`, `states`, `run`, `following`, `fast`, `kept`
+    /// or `proven`.
     pub(crate) fn data(&self, name: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])
@@ -94,6 +94,11 @@ impl<'a> Panel<'a> {
     /// Waits until the panel shows weights and texts, which are hidden while states arrive fast.
     pub(crate) fn wait_for_labels(&self) {
         self.wait_for_data("weights and texts", &[("fast", "false")]);
+    }
+
+    /// Waits until the page keeps this number of states, so that it can show them without the simulator.
+    pub(crate) fn wait_until_kept(&self, states: usize) {
+        self.wait_for_data("a kept run", &[("kept", &states.to_string())]);
     }
 
     /// Waits until the panel has loaded this run.

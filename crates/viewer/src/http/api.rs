@@ -17,7 +17,7 @@ use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 
 use crate::app::{AppState, SharedState};
-use crate::export;
+use crate::export::{self, Content};
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::buffer_body;
@@ -66,7 +66,8 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
         .route("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs))
         .route("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run))
         .route("/api/sources/{id}/recording.mcap", get(save_recording))
-        .route("/api/sources/{id}/page.html", get(export_page))
+        .route("/api/sources/{id}/page.html", get(|run| export_run(run, Content::Page)))
+        .route("/api/sources/{id}/data.html", get(|run| export_run(run, Content::Data)))
         .route("/api/recordings", get(recordings::list_recordings))
         .route("/api/recordings/open", post(recordings::open_recording))
         .route("/api/recordings/close", post(recordings::close_recording))
@@ -239,11 +240,14 @@ async fn save_recording(RequestedRun { state, source, run }: RequestedRun) -> Ap
     state.recording_jobs.run(save).await
 }
 
-async fn export_page(RequestedRun { state, source, run }: RequestedRun) -> ApiResult<Response> {
+async fn export_run(
+    RequestedRun { state, source, run }: RequestedRun,
+    content: Content,
+) -> ApiResult<Response> {
     Arc::clone(&state)
         .exports
         .run(move |cancel| {
-            let file = export::to_file(&source, run, &state.config, cancel)?;
+            let file = export::to_file(&source, run, content, &state.config, cancel)?;
             // A browser must never show the page as a page of this server.
             download(&source, run, "html", BINARY, read_stream(file))
         })
