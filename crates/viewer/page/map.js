@@ -109,16 +109,15 @@ export class MazeMap {
     this.#placeMouse(source.start[0], source.start[1], 0);
   }
 
-  /** @param {State} state @param {StateView} view @param {Layers} layers @param {boolean} labelled false hides all labels */
-  show(state, view, layers, labelled) {
-    const { heat, trail } = layers;
-    const numbers = layers.numbers && labelled;
+  /** @param {State} state @param {StateView} view @param {Layers} layers */
+  show(state, view, layers) {
+    const { numbers, heat, trail } = layers;
     const texts = layers.texts ? view.texts : [];
     const colours = layers.colours ? view.colours : "";
-    const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && !(labelled && texts.length) };
+    const classes = { "hide-numbers": !numbers, "hide-heat": !heat, "hide-trail": !trail, "no-labels": !numbers && texts.length === 0 };
     for (const [name, isSet] of Object.entries(classes)) this.svg.classList.toggle(name, isSet);
     this.#showWalls(state.walls, view.declared_walls, view.missed_walls);
-    this.#annotations.show(labelled ? texts : [], colours);
+    this.#annotations.show(texts, colours);
     // A hidden layer is updated when it is shown again.
     if (numbers) this.#showNumberClasses(colours);
     this.#showWeights(state.weights, texts, { numbers, heat });

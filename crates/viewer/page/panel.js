@@ -13,18 +13,8 @@ import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
 import { Viewport } from "./viewport.js";
 
-/**
- * The pause after drawing a live state is the drawing time multiplied by `factor`, but at least `min` and at most `max`
- * milliseconds. While states arrive fast, `fastFactor` applies instead, to leave the processors to the search.
- */
-const DRAW_PAUSE = { min: 25, max: 150, factor: 2, fastFactor: 10 };
-/**
- * If more new states than this arrive between two draws, the weights are hidden, since they take half of the drawing
- * time.
- */
-const FAST_STATES = 50;
-/** Hidden weights are shown again after this many milliseconds without a draw. */
-const FAST_TIMEOUT = 100;
+/** Minimum time between two draws of a running search, in milliseconds, to leave the processors to the search. */
+const DRAW_INTERVAL = 100;
 /** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
 /** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
@@ -64,9 +54,6 @@ export class Panel {
   #endPause = () => {};
   /** The state to show once its run is loaded. @type {{ run: number, index: number } | null} */
   #start = null;
-  /** True while states arrive too fast for anyone to read the weights. */
-  #isFast = false;
-  #fastTimer = 0;
   #slowTimer = 0;
   /** Index of the state that was shown at the end of the previous slow interval. */
   #settled = -1;
@@ -207,7 +194,6 @@ export class Panel {
       return;
     }
     this.#drawing = true;
-    clearTimeout(this.#fastTimer);
     /** @type {api.Source | null} */
     let source = null;
     try {
@@ -223,43 +209,30 @@ export class Panel {
         const view = await api.stateView(source, index, signal);
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
-        const started = performance.now();
-        this.#isFast = this.timeline.following && index - (this.shown?.index ?? index) > FAST_STATES;
+        this.#nextDraw = performance.now() + DRAW_INTERVAL;
         this.shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
-        const shown = performance.now();
         await nextFrame();
-        const painting = performance.now();
-        await sleep(0); // until the frame is painted
-        const now = performance.now();
-        const { min, max, factor, fastFactor } = DRAW_PAUSE;
-        const wait = (this.#isFast ? fastFactor : factor) * (shown - started + now - painting);
-        this.#nextDraw = now + Math.min(Math.max(min, wait), max);
       }
     } catch (error) {
       if (!api.isRunOver(error)) showError(error);
       else if (source === this.source && this.#latest) void this.load();
     }
     this.#drawing = false;
-    this.#fastTimer = setTimeout(() => {
-      if (!this.#isFast) return;
-      this.#isFast = false;
-      this.#show();
-    }, FAST_TIMEOUT);
   }
 
   #show() {
     const shown = this.shown;
     const layers = this.#layers;
     if (shown) {
-      this.#map?.show(shown.state, shown.view, layers, !this.#isFast);
+      this.#map?.show(shown.state, shown.view, layers);
       this.#showAnnotations(shown.view);
       if (this.#log.isShown) this.#showLog();
     }
     this.timeline.show();
     showFigures(this.element, this.source, shown?.view);
     this.#showCell();
-    setAttributes(this.element, { "data-index": shown?.index ?? "", "data-fast": this.#isFast });
+    setAttributes(this.element, { "data-index": shown?.index ?? "" });
     this.#showSlowly();
     this.#fastRun.update();
     this.onShow();
@@ -320,7 +293,7 @@ export class Panel {
     const { source, timeline } = this;
     // A server that is busy may send the run later.
     const states = source && (await api.keep(source, timeline.states, this.#abort.signal).catch(() => null));
-    if (states) setAttributes(this.element, { "data-kept": states });
+    if (states && source === this.source) setAttributes(this.element, { "data-kept": states });
     await sleep(KEEP_PAUSE * (performance.now() - started));
   });
 

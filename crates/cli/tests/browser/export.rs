@@ -64,7 +64,6 @@ fn send_run(simulator: &Simulator) {
 /// an exported page does not have.
 fn content(panel: Panel<'_>, at: usize) -> String {
     panel.slide_to(at);
-    panel.wait_for_labels();
     let script = "
         const panel = document.querySelector(arguments[0]);
         const text = (selector) => panel.querySelector(selector).textContent;

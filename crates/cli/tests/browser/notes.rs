@@ -67,7 +67,7 @@ fn displayed_at(live: Panel<'_>, states: &[usize]) -> Vec<(Notes, Notes)> {
             for (const state of states) {
                 slider.value = state;
                 slider.dispatchEvent(new Event('input', { bubbles: true }));
-                while (dataset.index !== `${state}` || dataset.fast !== 'false') {
+                while (dataset.index !== `${state}`) {
                     await new Promise((next) => setTimeout(next));
                 }
                 all.push(displayed());
@@ -82,7 +82,6 @@ fn displayed_at(live: Panel<'_>, states: &[usize]) -> Vec<(Notes, Notes)> {
 /// Returns the texts and colours on the page. Asserts that they are drawn as in a picture, and that
 /// no number is drawn below a text.
 fn displayed(live: Panel<'_>, maze: &Maze) -> (Notes, Notes) {
-    live.wait_for_labels();
     let browser = live.browser;
     let script = format!("{READ} return [...displayed(), read('.map .number', 'd')];");
     let [texts, colours, numbers]: [Notes; 3] = browser.run(&script, &[]);

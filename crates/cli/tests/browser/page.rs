@@ -58,8 +58,7 @@ impl<'a> Panel<'a> {
         self.browser.click(&self.part(selector));
     }
 
-    /// Returns one of the data attributes `index`, `states`, `run`, `following`, `fast`, `kept`
-    /// or `proven`.
+    /// Returns one of the data attributes `index`, `states`, `run`, `following`, `kept` or `proven`.
     pub(crate) fn data(&self, name: &str) -> String {
         let script = "return document.querySelector(arguments[0])?.dataset[arguments[1]] ?? 'none'";
         self.browser.run(script, &[json!(self.part("").trim_end()), json!(name)])
@@ -89,11 +88,6 @@ impl<'a> Panel<'a> {
             slider.dispatchEvent(new Event('input', { bubbles: true }));";
         self.browser.run::<()>(script, &[json!(self.part("[name=slider]")), json!(at)]);
         self.wait_for_state(at);
-    }
-
-    /// Waits until the panel shows weights and texts, which are hidden while states arrive fast.
-    pub(crate) fn wait_for_labels(&self) {
-        self.wait_for_data("weights and texts", &[("fast", "false")]);
     }
 
     /// Waits until the page keeps this number of states, so that it can show them without the simulator.
@@ -151,10 +145,8 @@ impl<'a> Panel<'a> {
         self.wait_for_data("an empty map", &[("index", ""), ("states", "0")]);
     }
 
-    /// Waits until weights are shown, then asserts that the map and the number of visited cells
-    /// match the last state.
+    /// Asserts that the map and the number of visited cells match the last state.
     pub(crate) fn assert_shows(&self, maze: &Maze, states: &[TestState]) {
-        self.wait_for_labels();
         let (mut trail, mut phases) = (Trail::new(maze.size()), Phases::default());
         let rules = MovementRules::from_maze(maze);
         for state in states {
