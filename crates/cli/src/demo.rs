@@ -65,7 +65,7 @@ fn search(
     let mut screen = Screen::new(STRATEGY, true);
     let pace = pace(args.pace);
     let (mut interrupted, mut shown) = (false, Ok(()));
-    let result = search_run(&mut transport, &mut mouse, u32::MAX, |mouse, run| {
+    let result = search_run(&mut transport, &mut mouse, STRATEGY.max_states(), |mouse, run| {
         shown = screen.show(mouse, run);
         interrupted = interrupt.wait_for(pace);
         if interrupted || shown.is_err() {
@@ -84,6 +84,9 @@ fn search(
         }
         Err(error) => return Err(error.into()),
     };
+    if run.is_at_limit {
+        warn(format_args!("gave up at the limit of {} states", run.states));
+    }
     let ending = if interrupted { "interrupted".into() } else { goal_text(&run) };
     screen.finish(&mouse, &run, &ending, None)?;
     Ok((!interrupted).then(|| run.stats.goal_reached()))

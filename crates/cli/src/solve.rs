@@ -161,12 +161,10 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
     let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
     let bounds = strategy.uses_vehicle().then(|| exploration.bounds(mouse.map()));
-    // Some strategies continue after they reach the goal.
-    let is_in_goal = mouse.map().goals().contains(mouse.pose().cell);
     let ending = match &error {
         Some(error) if error.is_given_up() => Ending::GaveUp,
         Some(_) => Ending::Failed,
-        None if run.states == max_steps && !is_in_goal => Ending::StepLimit,
+        None if run.is_at_limit => Ending::StepLimit,
         None => Ending::Finished,
     };
     let reason = error.as_ref().map(ToString::to_string);

@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 
 use mmsim_maze::{Cell, Contradiction, Heading, MazeSize};
 use mmsim_protocol::{BufferTooSmall, Excerpt, RequestError, UnknownReply};
-use mmsim_solvers::{Crash, DriveError, Mouse, SearchDriver, SearchError, SearchStats, Strategy};
+use mmsim_solvers::{
+    Crash, DriveError, Mouse, Move, SearchDriver, SearchError, SearchStats, Strategy,
+};
 
 use crate::exchange::Exchange;
 use crate::transport::{Transport, TransportError};
@@ -22,6 +24,8 @@ pub struct SearchRun {
     pub states: u32,
     /// The number of requests sent.
     pub requests: u32,
+    /// True if the search ended at its limit of states.
+    pub is_at_limit: bool,
 }
 
 /// The reason why a search run failed. The mouse keeps its map after a failure.
@@ -155,6 +159,7 @@ fn drive<S: Strategy>(
         let advanced = driver.advance(|pose| exchange.walls(pose));
         run.stats = *driver.stats();
         if !advanced.map_err(|error| RunError::from_drive_error(error, size))? {
+            run.is_at_limit = driver.decision() != Some(Ok(Move::Stop));
             return Ok(());
         }
         let mouse = driver.mouse();
@@ -217,14 +222,15 @@ o---o---o---o
 
     #[test]
     fn counts_steps_states_and_requests() {
-        let (result, simulation) = run(known(), 1000, |_, _| {});
-        let expected = (true, 6, 7, 15);
-        assert_eq!(figures(&result.unwrap()), expected);
-        assert_eq!(simulation.history().len(), 7);
-        let (result, simulation) = run(known(), 3, |_, _| {});
-        let expected = (false, 2, 3, 7);
-        assert_eq!(figures(&result.unwrap()), expected);
-        assert_eq!(simulation.history().len(), 3);
+        for (limit, expected) in
+            [(1000, (true, 6, 7, 15)), (7, (true, 6, 7, 15)), (3, (false, 2, 3, 7))]
+        {
+            let (result, simulation) = run(known(), limit, |_, _| {});
+            let run = result.unwrap();
+            assert_eq!(figures(&run), expected);
+            assert_eq!(simulation.history().len(), run.states as usize);
+            assert_eq!(run.is_at_limit, limit == 3);
+        }
     }
 
     #[test]

@@ -154,14 +154,19 @@ fn search(
     let mut transport = Named::new(transport, BUNDLED_MOUSE_NAME, strategy.name())
         .map_err(|error| error.to_string())?;
     let mut mouse = Mouse::new(strategy.strategy(), map, start);
+    let max_states = strategy.max_states();
     let (rules, mut phases) = (MovementRules::from_map(mouse.map(), None), Phases::default());
-    let run = search_run(&mut transport, &mut mouse, u32::MAX, |mouse, _| {
+    let run = search_run(&mut transport, &mut mouse, max_states, |mouse, _| {
         phases.add(&rules, mouse.pose(), false);
         if control.wait_for_step() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let stop = control.wait_for_stop(Duration::ZERO);
     let (run, ending, how) = match (run, stop) {
         (Ok(run), Some(reason)) => (run, Ending::Stopped, Some(reason.text())),
+        (Ok(run), None) if run.is_at_limit => {
+            let how = format!("gave up at the limit of {max_states} states");
+            (run, Ending::StepLimit, Some(how))
+        }
         (Ok(run), None) => (run, Ending::Finished, None),
         (Err(broken), _) if monitor.has_client() => {
             let how = "stopped: another client is searching the maze";
@@ -245,11 +250,30 @@ mod tests {
         assert_eq!(stop(server).history().len(), 2);
     }
 
+    /// A maze that a wall follower circles forever.
+    const CIRCLE: &str = "o---o---o---o
+|           |
+o   o---o   o
+|   | G |   |
+o   o---o   o
+| S         |
+o---o---o---o
+";
+
+    #[test]
+    fn a_mouse_stops_at_the_limit_of_its_strategy() {
+        let (server, monitor, control) = serve(CIRCLE, Pace::UNLIMITED);
+        start(&control, &monitor, BundledStrategy::LeftWall).unwrap();
+        let Outcome { verdict, text } = wait(&control);
+        let how = "gave up at the limit of 1000 states; goal not reached; 999 steps, ";
+        assert!(text.starts_with(how), "{text}");
+        assert_eq!(verdict.ending, Ending::StepLimit);
+        assert_eq!(stop(server).history().len(), 1000);
+    }
+
     #[test]
     fn only_one_mouse_runs_at_a_time() {
-        // A wall follower circles this maze forever.
-        let maze = "o---o---o\n|       |\no   o   o\n| S | G |\no---o---o\n|   | G |\no---o---o\n";
-        let (server, monitor, control) = serve(maze, Pace::from_rate(0.01).unwrap());
+        let (server, monitor, control) = serve(CIRCLE, Pace::from_rate(0.01).unwrap());
         start(&control, &monitor, BundledStrategy::LeftWall).unwrap();
         let error = start(&control, &monitor, BundledStrategy::FloodFill).unwrap_err();
         assert_eq!(error.text, "left-wall is still running (stop it first)");
