@@ -4,11 +4,14 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use bytesize::ByteSize;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Cell, MazeSize};
+use mmsim_recording::NewMessages;
 
+use crate::recordings::messages_unless;
 use crate::vehicle::parse_vehicle;
 
 /// The default pace of a mouse that somebody watches, in milliseconds per step.
@@ -42,15 +45,38 @@ pub(crate) struct ViewerArgs {
     pub(crate) vehicle: Vec<Vehicle>,
 }
 
+/// Options for each recording that `--record` writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Args)]
+pub(crate) struct RecordingArgs {
+    /// Record only the states, without the JSON channels for Foxglove and other tools
+    #[arg(long, requires = "record")]
+    states_only: bool,
+    /// Limit each recording to SIZE before compression, such as 500MB or 2GiB; further states are
+    /// not recorded [default: a tenth of the free disk space, at most 4GiB]
+    #[arg(long, value_name = "SIZE", requires = "record", value_parser = parse_bytes)]
+    record_limit: Option<ByteSize>,
+}
+
+impl RecordingArgs {
+    /// Returns the messages for other tools, unless the recording must contain only the states.
+    pub(crate) fn messages(self) -> Option<NewMessages> {
+        messages_unless(self.states_only)
+    }
+
+    /// Returns the maximum size in bytes, or `None` for the default.
+    pub(crate) fn limit(self) -> Option<u64> {
+        self.record_limit.map(|limit| limit.as_u64())
+    }
+}
+
 /// Options for storing the states that clients send.
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
-    /// Record only the states, without the JSON channels for Foxglove and other tools
-    #[arg(long, requires = "record")]
-    pub(crate) states_only: bool,
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
     /// Limit the history to MIB mebibytes; further states are refused until reset. One mebibyte
     /// holds about 100,000 states. Recordings opened in the viewer have a separate limit of MIB
     /// mebibytes [default: half of the free memory for the history, a quarter for recordings]
@@ -154,6 +180,12 @@ pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
     seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())
 }
 
+/// Parses a positive number of bytes, such as `2GiB`.
+fn parse_bytes(text: &str) -> Result<ByteSize, String> {
+    let bytes = text.parse().ok().filter(|&bytes| bytes > ByteSize(0));
+    bytes.ok_or_else(|| "expected a size greater than 0, such as 500MB or 2GiB".into())
+}
+
 /// Parses a goal cell. Returns `None` for `server`.
 fn parse_goal(text: &str) -> Result<Option<Cell>, String> {
     if text == "server" {
@@ -195,6 +227,13 @@ mod tests {
     fn parses_seconds() {
         assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
         assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
+    }
+
+    #[test]
+    fn parses_bytes() {
+        assert_eq!(parse_bytes("500MB"), Ok(ByteSize(500_000_000)));
+        assert_eq!(parse_bytes("2 GiB"), Ok(ByteSize(2 << 30)));
+        assert!(["0", "-1", "1XB", "much"].map(parse_bytes).iter().all(Result::is_err));
     }
 
     #[test]

@@ -63,9 +63,10 @@ pub(crate) fn prepare(
 ) -> Result<ReadyServer, Box<dyn Error>> {
     stderr::write_in_background();
     let limits = MemoryLimits::new(retention);
-    let recorder = retention.record.as_deref().map(Recorder::new).transpose()?;
-    let recorder = recorder
-        .map(|recorder| recorder.with_messages(recordings::messages_unless(retention.states_only)));
+    let recorder = retention.record.as_deref().map(Recorder::new).transpose()?.map(|recorder| {
+        let options = retention.recording;
+        recorder.with_messages(options.messages()).with_limit(options.limit())
+    });
     let server = bind(host, port, mouse.is_some())?;
     // The page of a mouse is also its control panel.
     let bound = viewer.map(|args| page::bind(args, host, mouse.is_some()));

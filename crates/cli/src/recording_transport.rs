@@ -4,13 +4,16 @@ use std::path::Path;
 
 use mmsim_client::{Transport, TransportError};
 use mmsim_protocol::{Info, MazeSize, Reply, Request};
-use mmsim_recording::{NewMessages, RecordError, RecordingWriter, UpdateEncoder, UpdateTracker};
+use mmsim_recording::{RecordError, RecordingWriter, UpdateEncoder, UpdateTracker};
+
+use crate::args::RecordingArgs;
 
 /// A transport that records each state that the simulator acknowledges with `ok`. A recording error
-/// does not stop the search.
+/// ends the recording, but does not stop the search.
 pub(crate) struct RecordingTransport<T> {
     transport: T,
-    recording: Result<Option<ClientRecording>, RecordError>,
+    recording: Option<ClientRecording>,
+    error: Option<RecordError>,
 }
 
 struct ClientRecording {
@@ -21,36 +24,37 @@ struct ClientRecording {
 }
 
 impl<T> RecordingTransport<T> {
-    /// Creates the recording if `file` is given. `info` describes a maze of this size, and `messages`
-    /// are those for other tools.
+    /// Creates the recording if `file` is given. `info` describes a maze of this size.
     pub(crate) fn new(
         transport: T,
         file: Option<&Path>,
-        messages: Option<NewMessages>,
+        options: RecordingArgs,
         (info, size): (&Info, MazeSize),
     ) -> Result<Self, RecordError> {
         let create = |file| -> Result<_, RecordError> {
             // The client does not know the true maze.
-            let writer = RecordingWriter::create(file, info, None)?.with_messages(messages);
+            let writer = RecordingWriter::create(file, info, None)?;
+            let writer = writer.with_messages(options.messages()).with_limit(options.limit());
             let (updates, encoder) = (UpdateTracker::default(), UpdateEncoder::new(size));
             Ok(ClientRecording { writer, size, updates, encoder })
         };
-        Ok(Self { transport, recording: Ok(file.map(create).transpose()?) })
+        Ok(Self { transport, recording: file.map(create).transpose()?, error: None })
     }
 
-    /// Closes the recording.
+    /// Closes the recording, and returns its first error.
     pub(crate) fn close(self) -> Result<(), RecordError> {
-        self.recording?.map_or(Ok(()), |recording| recording.writer.close())
+        let closed = self.recording.map_or(Ok(()), |recording| recording.writer.close());
+        self.error.map_or(closed, Err)
     }
 }
 
 impl<T: Transport> Transport for RecordingTransport<T> {
     fn exchange(&mut self, request: &[u8], reply: &mut Vec<u8>) -> Result<(), TransportError> {
         self.transport.exchange(request, reply)?;
-        if let Ok(Some(recording)) = &mut self.recording
-            && let Err(error) = recording.add(request, reply)
+        if self.error.is_none()
+            && let Some(recording) = &mut self.recording
         {
-            self.recording = Err(error);
+            self.error = recording.add(request, reply).err();
         }
         Ok(())
     }
@@ -100,7 +104,7 @@ mod tests {
         let recording = RecordingTransport::new(
             transport,
             Some(&path),
-            Some(mmsim_run::messages),
+            RecordingArgs::default(),
             (&info, maze.size()),
         );
         let recording = recording.unwrap();

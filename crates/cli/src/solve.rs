@@ -17,14 +17,13 @@ use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy, TimeBounds, Tolerance};
 use serde::Serialize;
 
-use crate::args::{CommandResult, KnownMazeArgs, UsageError, one_of, parse_seconds};
+use crate::args::{CommandResult, KnownMazeArgs, RecordingArgs, UsageError, one_of, parse_seconds};
 use crate::connection::{
     ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
 };
 use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
-use crate::recordings::messages_unless;
 use crate::screen::{Screen, goal_text};
 use crate::vehicle::{VEHICLES, parse_vehicle};
 
@@ -67,9 +66,8 @@ pub(crate) struct SolveArgs {
     /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Record only the states, without the JSON channels for Foxglove and other tools
-    #[arg(long, requires = "record")]
-    states_only: bool,
+    #[command(flatten)]
+    recording: RecordingArgs,
     /// Give up if a reply takes longer than S seconds [default: no limit for the first reply, 10
     /// for each later reply; no limit if started by `mmsim run`]
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
@@ -115,8 +113,8 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
             info.extensions.clear();
         }
         let file = args.record.as_deref();
-        let messages = messages_unless(args.states_only);
-        let recording = RecordingTransport::new(transport, file, messages, (&info, map.size()));
+        let description = (&info, map.size());
+        let recording = RecordingTransport::new(transport, file, args.recording, description);
         let recording = recording.map_err(|error| match &args.record {
             Some(file) if file.exists() => format!("{error} (--record needs a new file)"),
             _ => error.to_string(),

@@ -358,6 +358,47 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
     assert_eq!(ask(&socket, &state(0)), b"ok");
 }
 
+#[test]
+fn a_full_recording_refuses_states_and_a_reset_starts_a_new_one() {
+    let home = Home::new();
+    let options = ["-p", "0", "--maze", MAZE, "--record", "r", "--record-limit", "100kB"];
+    let server = home.serve(&options);
+    let socket = connect_to(&server.address, zmq::REQ);
+    let states = (0..1000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
+    assert!((150..200).contains(&states), "{states} states");
+    let reply = String::from_utf8(ask(&socket, &state(0))).unwrap();
+    let reason = format!(
+        ".mcap: limit of 97.7 KiB reached after {states} states (reset starts a new recording; \
+         --record-limit changes the limit)"
+    );
+    assert!(reply.starts_with("error: cannot record in r") && reply.ends_with(&reason), "{reply}");
+    assert_eq!(ask(&socket, b"reset"), b"ok");
+    assert_eq!(ask(&socket, &state(0)), b"ok");
+    drop(server);
+    let recordings = recordings(&home.path().join("r"));
+    assert_eq!(recordings.len(), 2);
+    assert_eq!(recordings[0].1.info().states, states);
+    assert_eq!(*recordings[0].1.integrity(), Integrity::Closed);
+}
+
+#[test]
+fn a_full_recording_of_a_client_is_closed() {
+    let home = Home::new();
+    let server = home.serve(&["-p", "0", "--maze", MAZE]);
+    let solve = ["solve", "flood-fill", "--connect", &server.address, "--record", "a.mcap"];
+    let ended = home.run(&[&solve[..], &["--record-limit", "20kB"]].concat());
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    let reason = "incomplete recording: cannot record in a.mcap: limit of 19.5 KiB reached after ";
+    assert!(ended.stderr.contains(reason), "{ended:?}");
+    let recording = Recording::open(&home.path().join("a.mcap")).unwrap();
+    assert_eq!(*recording.integrity(), Integrity::Closed);
+    assert!((10..40).contains(&recording.history().len()));
+    for refused in [&["--record-limit", "0", "--record", "b.mcap"][..], &["--record-limit", "1MB"]]
+    {
+        assert_eq!(home.run(&[&solve[..4], refused].concat()).code, Some(2));
+    }
+}
+
 /// Windows does not move a folder that contains an open file.
 #[cfg(unix)]
 #[test]

@@ -94,6 +94,11 @@ impl<W: Write> McapWriter<W> {
         Ok(writer)
     }
 
+    /// Returns the number of bytes written, without the current chunk.
+    pub(crate) const fn position(&self) -> u64 {
+        self.position
+    }
+
     /// Adds a schema and returns its number.
     pub(crate) fn add_schema(&mut self, name: &str, encoding: &str, data: &str) -> io::Result<u16> {
         let (number, record) = self.schemas.add(|number, body| {

@@ -30,6 +30,7 @@ pub struct Recorder {
     number: u32,
     current: Option<RecordingWriter>,
     messages: Option<NewMessages>,
+    limit: Option<u64>,
     /// A temporary file that reserves a file descriptor for the next recording. Without this file,
     /// connections could use up all file descriptors. `None` on Windows, which has no such limit,
     /// and would show the file.
@@ -55,6 +56,7 @@ impl Recorder {
             number: 0,
             current: None,
             messages: None,
+            limit: None,
             spare: Some(spare).filter(|_| cfg!(unix)),
             // The thread starts before states take memory.
             packer: Packer::start().ok(),
@@ -66,6 +68,13 @@ impl Recorder {
     #[must_use]
     pub fn with_messages(mut self, messages: Option<NewMessages>) -> Self {
         self.messages = messages;
+        self
+    }
+
+    /// Limits the size of each recording (see [`RecordingWriter::with_limit`]).
+    #[must_use]
+    pub fn with_limit(mut self, bytes: Option<u64>) -> Self {
+        self.limit = bytes;
         self
     }
 
@@ -133,7 +142,12 @@ impl Recorder {
                 Err(RecordError { source, .. })
                     if source.kind() == std::io::ErrorKind::AlreadyExists
                         && !self.number.is_multiple_of(MAX_TRIES) => {}
-                result => return result.map(|writer| writer.with_messages(self.messages)),
+                result => {
+                    let configure = |writer: RecordingWriter| {
+                        writer.with_messages(self.messages).with_limit(self.limit)
+                    };
+                    return result.map(configure);
+                }
             }
         }
     }

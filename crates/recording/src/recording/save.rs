@@ -14,6 +14,9 @@ use crate::recording::format::{
     INFO, JSON, JSON_SCHEMA, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES,
 };
 
+/// The size of a message without its data, in bytes.
+const MESSAGE_BYTES: usize = 31;
+
 /// Writes the description, the maze and the states of a recording.
 pub(crate) struct RecordWriter<W> {
     mcap: McapWriter<W>,
@@ -100,6 +103,12 @@ impl<W: Write> RecordWriter<W> {
         }
         let channel = self.mcap.add_channel(0, UPDATES)?;
         Ok(*self.updates_channel.insert(channel))
+    }
+
+    /// Returns true if an update and a state fit into an uncompressed recording of `limit` bytes.
+    pub(crate) fn fits(&self, update: &[u8], state: &[u8], limit: u64) -> bool {
+        let bytes = (2 * MESSAGE_BYTES + update.len() + state.len()) as u64;
+        self.mcap.position().saturating_add(bytes) <= limit
     }
 
     /// Writes all records to the file, and ends the current chunk if chunks are enabled.

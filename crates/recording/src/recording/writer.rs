@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use bytesize::ByteSize;
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
 use tracing::debug;
@@ -12,6 +13,22 @@ use crate::recording::format::RecordError;
 use crate::recording::pack::{Packing, Unpacked};
 use crate::recording::save::{NewMessages, RecordWriter};
 use crate::recording::sink::{Identity, RecordingFile, Sink};
+
+/// The maximum default limit on the size of a recording, in bytes.
+const MAX_DEFAULT_LIMIT: u64 = 4 << 30;
+
+/// Returns the folder of the file at `path`.
+fn folder(path: &Path) -> &Path {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
+/// Returns the default limit on the size of a recording at `path`: a tenth of the free disk space, at
+/// most `MAX_DEFAULT_LIMIT`.
+fn default_limit(path: &Path) -> u64 {
+    let free = fs4::available_space(folder(path));
+    free.map_or(MAX_DEFAULT_LIMIT, |free| MAX_DEFAULT_LIMIT.min(free / 10))
+}
 
 /// Writes a recording.
 ///
@@ -31,6 +48,8 @@ pub struct RecordingWriter {
     /// counts in the summary would be wrong.
     has_failed: bool,
     messages: Option<NewMessages>,
+    /// The maximum size of the file without its summary, in bytes.
+    limit: u64,
 }
 
 impl RecordingWriter {
@@ -55,8 +74,8 @@ impl RecordingWriter {
             let _ = fs::remove_file(path);
             failed(error)
         })?;
-        let (path, records) = (path.into(), Some(records));
-        Ok(Self { path, identity, clock, records, has_failed: false, messages: None })
+        let (limit, path, records) = (default_limit(path), path.into(), Some(records));
+        Ok(Self { path, identity, clock, records, has_failed: false, messages: None, limit })
     }
 
     /// Sets the messages for other tools that the recording gets when it is compressed. By default, it
@@ -64,6 +83,15 @@ impl RecordingWriter {
     #[must_use]
     pub fn with_messages(mut self, messages: Option<NewMessages>) -> Self {
         self.messages = messages;
+        self
+    }
+
+    /// Limits the size of the file to this number of bytes, without its summary. By default, or for
+    /// `None`, the limit is a tenth of the disk space that was free when the file was created, at most
+    /// 4 GiB.
+    #[must_use]
+    pub fn with_limit(mut self, bytes: Option<u64>) -> Self {
+        self.limit = bytes.unwrap_or(self.limit);
         self
     }
 
@@ -79,11 +107,22 @@ impl RecordingWriter {
     /// state that follows, with the current time.
     ///
     /// # Errors
-    /// The file cannot be written, or another program has removed or changed it. A state that could
+    /// The file has reached its limit, it cannot be written, or another program has removed or changed it. A state that could
     /// not be written leaves no trace in the file. Later writes may succeed.
     pub fn write_with_update(&mut self, update: &[u8], state: &[u8]) -> Result<(), RecordError> {
         let Some(records) = &mut self.records else { return Ok(()) };
         let sequence = records.states;
+        if !records.fits(update, state, self.limit) {
+            let limit = ByteSize(self.limit);
+            let error = io::Error::new(
+                io::ErrorKind::FileTooLarge,
+                format!(
+                    "limit of {limit} reached after {sequence} states (reset starts a new recording; \
+                     --record-limit changes the limit)"
+                ),
+            );
+            return Err(RecordError::new(&self.path, error));
+        }
         let written = records.write(self.clock.now(), update, state).and_then(|()| records.flush());
         written.map_err(|error| {
             (self.has_failed, records.states) = (true, sequence);
@@ -139,6 +178,38 @@ mod tests {
 
     fn state(number: u8) -> Vec<u8> {
         [b"S\x00\x00NC\x01".to_vec(), vec![number], b"C\x0d\x00".to_vec()].concat()
+    }
+
+    #[test]
+    fn a_full_recording_refuses_states_and_is_closed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, maze) = (folder.path().join("a.mcap"), MAZE.parse::<Maze>().unwrap());
+        let info = Info::new("small", maze.size(), maze.start(), maze.goals(), 0);
+        let writer = RecordingWriter::create(&path, &info, Some(&maze)).unwrap();
+        let mut writer = writer.with_limit(Some(2000));
+        let written: usize =
+            (0..100).filter(|&number| writer.write(&state(number)).is_ok()).count();
+        assert!((10..50).contains(&written), "{written} states");
+        let length = fs::metadata(&path).unwrap().len();
+        assert!((1900..=2000).contains(&length), "{length} bytes");
+        let error = writer.write(&state(0)).unwrap_err().to_string();
+        let reason = format!(
+            ": limit of 2.0 KiB reached after {written} states (reset starts a new recording; \
+             --record-limit changes the limit)"
+        );
+        assert!(error.ends_with(&reason), "{error}");
+        writer.close().unwrap();
+        let recording = Recording::open(&path).unwrap();
+        assert_eq!(*recording.integrity(), Integrity::Closed);
+        assert_eq!(recording.history().len(), written);
+    }
+
+    #[test]
+    fn the_default_limit_is_a_tenth_of_the_free_space() {
+        let limit = default_limit(Path::new("a.mcap"));
+        let free = fs4::available_space(".").unwrap();
+        assert!(limit <= MAX_DEFAULT_LIMIT && limit <= free.saturating_add(1 << 30) / 10);
+        assert_eq!(default_limit(Path::new("no such folder/a.mcap")), MAX_DEFAULT_LIMIT);
     }
 
     #[test]
