@@ -100,6 +100,11 @@ impl Unpacked {
         if !memory::is_available(WORKING_BYTES) {
             return Err(io::ErrorKind::OutOfMemory.into());
         }
+        let is_same = || -> io::Result<_> { Ok(identity(&fs::metadata(path)?) == *expected) };
+        // Another program may have replaced the recording by a FIFO, which would block.
+        if !is_same()? {
+            return Err(io::ErrorKind::NotFound.into());
+        }
         let original = File::open(path)?;
         let metadata = original.metadata()?;
         let target = packing.start(path)?;
@@ -129,7 +134,7 @@ impl Unpacked {
         target.as_file().set_times(times)?;
         target.as_file().sync_all()?;
         // Another program may have removed or replaced the recording.
-        if identity(&fs::metadata(path)?) != *expected {
+        if !is_same()? {
             return Err(io::ErrorKind::NotFound.into());
         }
         target.persist(path)?;
@@ -192,13 +197,16 @@ impl Packer {
     }
 }
 
-/// Removes the temporary files that a killed server left in `folder`.
+/// Removes the temporary files that a killed process left in `folder`.
 pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
+        let entry = entry?;
+        let path = entry.path();
         let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-        let is_unfinished = name.ends_with(SUFFIX) && name.contains(".mcap");
-        // A server locks the temporary file that it is writing.
+        // Opening a FIFO would block.
+        let is_unfinished =
+            name.ends_with(SUFFIX) && name.contains(".mcap") && entry.file_type()?.is_file();
+        // A process locks the temporary file that it is writing.
         if is_unfinished && File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
             fs::remove_file(&path)?;
         }
@@ -208,6 +216,8 @@ pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(unix)]
+    use std::process::Command;
     use std::time::SystemTime;
 
     use mmsim_maze::{Maze, MazeSize, Walls};
@@ -384,6 +394,25 @@ mod tests {
             assert!(fs::metadata(&path).unwrap().len() < 10_000);
             assert_eq!(files(folder.path()), 1);
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn special_files_do_not_block() {
+        let folder = tempfile::tempdir().unwrap();
+        let fifo = folder.path().join("a.mcapXyz123.packing");
+        assert!(Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+        let (sender, done) = mpsc::channel();
+        let path = folder.path().to_path_buf();
+        // A thread that waits for a writer of the FIFO would never end.
+        thread::spawn(move || drop(sender.send(remove_unfinished(&path))));
+        done.recv_timeout(Duration::from_secs(300)).expect("must not block").unwrap();
+        assert!(fs::exists(&fifo).unwrap(), "not a temporary file of a recording");
+        let unpacked = unpacked(folder.path(), 100);
+        fs::rename(&fifo, &unpacked.path).unwrap();
+        let (sender, done) = mpsc::channel();
+        thread::spawn(move || drop(sender.send(unpacked.pack(&Packing::default()))));
+        done.recv_timeout(Duration::from_secs(300)).expect("must not block").unwrap_err();
     }
 
     #[test]

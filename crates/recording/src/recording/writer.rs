@@ -10,7 +10,7 @@ use tracing::debug;
 
 use crate::history::times::Clock;
 use crate::recording::format::RecordError;
-use crate::recording::pack::{Packing, Unpacked};
+use crate::recording::pack::{Packing, Unpacked, remove_unfinished};
 use crate::recording::save::{NewMessages, RecordWriter};
 use crate::recording::sink::{Identity, RecordingFile, Sink};
 
@@ -132,11 +132,15 @@ impl RecordingWriter {
 
     /// Closes the recording with a summary and compresses it. Compression takes about 4 µs for each
     /// state, and more with messages for other tools. If compression fails, the file stays uncompressed.
+    /// Also removes the temporary files that killed processes left in the folder.
     ///
     /// # Errors
     /// The summary at the end of the file cannot be written. All states remain readable.
     pub fn close(self) -> Result<(), RecordError> {
         let (unpacked, closed) = self.close_unpacked();
+        if let Err(error) = remove_unfinished(folder(&unpacked.path)) {
+            debug!("cannot remove temporary files: {error}");
+        }
         if let Err(error) = unpacked.pack(&Packing::default()) {
             debug!("cannot compress a recording: {error}");
         }
@@ -222,7 +226,10 @@ mod tests {
         for number in 1..10 {
             writer.write_with_update(b"M\x05Other", &state(number)).unwrap();
         }
+        let leftover = folder.path().join("old.mcapXyz123.packing");
+        fs::write(&leftover, "").unwrap();
         writer.close().unwrap();
+        assert!(!leftover.exists());
         let bytes = fs::read(&path).unwrap();
         let records = mcap::read::LinearReader::new(&bytes).unwrap().map(Result::unwrap);
         let names: Vec<_> = records
