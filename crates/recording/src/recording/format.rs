@@ -112,6 +112,14 @@ pub enum ReadError {
     /// The description of the maze is invalid.
     #[error("the description of the maze is invalid: {0}")]
     InvalidDescription(String),
+    /// The file contains more states than a real recording of its size.
+    #[error("cannot be opened: more than {states} states in its first {bytes} bytes")]
+    TooManyStates {
+        /// The maximum number of states in these bytes.
+        states: u64,
+        /// The number of bytes up to the end of the record in which the states exceed the maximum.
+        bytes: u64,
+    },
     /// The states need more memory than the budget has left.
     #[error(
         "cannot be opened: only its first {states} states fit into the {} MiB that open recordings \

@@ -216,15 +216,18 @@ pub(crate) fn remove_unfinished(folder: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
     #[cfg(unix)]
     use std::process::Command;
     use std::time::SystemTime;
 
-    use mmsim_maze::{Maze, MazeSize, Walls};
+    use mcap::records::MessageHeader;
+    use mmsim_maze::{Maze, MazeSize, Walls, WyRand};
     use mmsim_protocol::{Cell, Info, state_bytes};
 
     use super::*;
     use crate::recording::Recording;
+    use crate::recording::format::{INFO, METADATA, STATES};
     use crate::recording::reader::MAX_COMPRESSION_RATIO;
     use crate::recording::save::save;
     use crate::recording::writer::RecordingWriter;
@@ -336,6 +339,45 @@ mod tests {
         let bytes = file.into_inner().len() as u64;
         let unpacked = count * (state.len() as u64 + 31);
         assert!(unpacked / bytes < MAX_COMPRESSION_RATIO, "{} times smaller", unpacked / bytes);
+    }
+
+    /// Returns a compressed recording of `count` identical states at these times.
+    fn identical_states(count: u64, time: impl Fn(u64) -> u64) -> Vec<u8> {
+        let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
+        let mut file = io::Cursor::new(Vec::new());
+        let states = (0..count).map(|number| (time(number), [], b"S\0\0NC\x01\0C\x0d\0"));
+        save(&mut file, &info(&maze), Some(&maze), states).unwrap();
+        file.into_inner()
+    }
+
+    #[test]
+    fn a_small_file_with_many_states_is_refused() {
+        // The same message again and again, which needs almost no space.
+        let options = mcap::WriteOptions::new().emit_message_indexes(false);
+        let mut mcap = options.create(io::Cursor::new(Vec::new())).unwrap();
+        let info = serde_json::to_string(&info(&open_maze(MazeSize::new(2, 1).unwrap()))).unwrap();
+        let metadata = [(INFO.to_string(), info)].into();
+        mcap.write_metadata(&mcap::records::Metadata { name: METADATA.into(), metadata }).unwrap();
+        let [topic, encoding] = STATES;
+        let channel = mcap.add_channel(0, topic, encoding, &BTreeMap::new()).unwrap();
+        let header =
+            MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
+        for _ in 0..1_000_000 {
+            mcap.write_to_known_channel(&header, b"S\0\0NC\x01\0C\x0d\0").unwrap();
+        }
+        mcap.finish().unwrap();
+        let bytes = mcap.into_inner().into_inner();
+        let read = Recording::read(&bytes[..]).map(|read| read.history().len());
+        let error = read.unwrap_err().to_string();
+        assert!(error.starts_with("cannot be opened: more than 1"), "{error}");
+        // The times of a real clock are irregular.
+        let mut random = WyRand::new(1);
+        let jitter: Vec<u64> = (0..500_000).map(|_| u64::from(random.next_u32() >> 20)).collect();
+        let bytes = identical_states(500_000, |number| {
+            number * 10_000 + jitter[usize::try_from(number).unwrap()]
+        });
+        assert_eq!(Recording::read(&bytes[..]).unwrap().history().len(), 500_000);
+        assert!(bytes.len() > 1_000_000, "{} bytes", bytes.len());
     }
 
     #[test]

@@ -20,13 +20,21 @@ const MAX_CHUNK_BYTES: usize = 16 << 20;
 
 /// The maximum total size of the decompressed chunks of a short file, in bytes. For longer files,
 /// the limit increases in proportion to the file size (see `MAX_COMPRESSION_RATIO`).
-const MAX_UNPACKED_BYTES: u64 = 2 << 30;
+const MAX_UNPACKED_BYTES: u64 = 64 << 20;
 
 /// Each byte of a file raises the limit on its decompressed size by this number of bytes.
 ///
 /// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
 /// are compressed by a factor of at most about 400.
 pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
+
+/// The maximum number of states in a short file. Each byte of a file raises the limit by
+/// `MAX_STATES_PER_BYTE`, which bounds the time that reading takes.
+const MAX_STATES: u64 = 100_000;
+
+/// States of a real search take about 30 bytes in a compressed file. Identical states in a row take 6
+/// bytes if they are at the times of a real clock, and one byte at regular times.
+const MAX_STATES_PER_BYTE: u64 = 4;
 
 /// The maximum length of a record that describes the simulation, in bytes. The length is limited
 /// because descriptions stay in memory. The description of the largest maze takes less than 12,000
@@ -79,6 +87,7 @@ pub(crate) fn read_states(
         channels: BTreeMap::new(),
         update: Vec::new(),
         unpacked: 0,
+        states: 0,
         read: MAGIC.len() as u64,
         on_state,
     };
@@ -120,6 +129,8 @@ struct Records<F> {
     update: Vec<u8>,
     /// The number of bytes decompressed from chunks.
     unpacked: u64,
+    /// The number of states in these bytes.
+    states: u64,
     /// The number of bytes read from the file.
     read: u64,
     on_state: F,
@@ -209,6 +220,11 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                 let Request::State(_) = request.map_err(|error| error.to_string())? else {
                     return Err("expected a state, found another request".into());
                 };
+                self.states += 1;
+                let (states, bytes) = (MAX_STATES + MAX_STATES_PER_BYTE * self.read, self.read);
+                if self.states > states {
+                    return Err(ReadError::TooManyStates { states, bytes }.into());
+                }
                 let update = &self.update;
                 (self.on_state)(description, RecordedState { time, update, state: data })?;
                 self.update.clear();
