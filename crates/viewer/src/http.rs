@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use axum::{Extension, Router, middleware};
+use axum::{Router, middleware};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
@@ -24,12 +24,14 @@ use tokio::net::TcpListener;
 use tokio::runtime;
 use tokio::sync::oneshot;
 use tokio::time::sleep;
+use tower_http::add_extension::AddExtension;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 use tracing::{debug, warn};
 
 use crate::app::{AppState, ViewerConfig};
 use crate::http::access::{Access, guard, random_digits};
+use crate::http::jobs::Client;
 use crate::http::limits::{Limits, TimedConnection};
 use crate::http::shares::Shares;
 
@@ -179,8 +181,9 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
         };
         // Send small responses without delay.
         let _ = stream.set_nodelay(true);
-        let layers = (Extension(Arc::clone(&connection)), Extension(Arc::clone(&shares)));
-        let service = TowerToHyperService::new(app.clone().layer(layers));
+        let client = AddExtension::new(app.clone(), Client(address));
+        let client = AddExtension::new(client, Arc::clone(&connection));
+        let service = TowerToHyperService::new(AddExtension::new(client, Arc::clone(&shares)));
         let (stream, shares) =
             (TimedConnection::new(stream, Arc::clone(&connection), limits), Arc::clone(&shares));
         tokio::spawn(async move {

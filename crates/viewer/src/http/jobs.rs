@@ -1,14 +1,17 @@
 //! Jobs that would block the web server thread for too long, and the errors that end requests.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::io::{self, Read};
+use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread;
 use std::time::Duration;
 
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use mmsim_server::MonitorError;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use tokio::sync::{AcquireError, OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio::time::timeout;
 use tracing::debug;
 
@@ -74,12 +77,24 @@ pub(crate) async fn run_blocking<T: Send + 'static>(
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
+/// The address of the client of a connection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Client(pub(crate) IpAddr);
+
+/// The right to run a job, with the share of its client.
+pub(crate) struct Permit(
+    #[expect(dead_code, reason = "held until dropped")] OwnedSemaphorePermit,
+    #[expect(dead_code, reason = "held until dropped")] Option<OwnedSemaphorePermit>,
+);
+
 /// A queue for slow jobs of one kind. The queue limits the number of jobs that run at the same
 /// time.
 pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
     permits: Arc<Semaphore>,
+    /// The shares of clients that hold a permit or wait for one.
+    shares: Mutex<HashMap<IpAddr, Weak<Semaphore>>>,
     max_wait: Duration,
     in_background: bool,
 }
@@ -87,7 +102,7 @@ pub(crate) struct JobQueue {
 impl JobQueue {
     pub(crate) fn new(kind: &'static str, max_jobs: usize, max_wait: Duration) -> Self {
         let permits = Arc::new(Semaphore::new(max_jobs));
-        Self { kind, permits, max_wait, in_background: false }
+        Self { kind, permits, shares: Mutex::default(), max_wait, in_background: false }
     }
 
     /// Runs the jobs at the lowest priority, so that they do not slow down a search. On a busy
@@ -96,14 +111,35 @@ impl JobQueue {
         Self { in_background: true, ..self }
     }
 
-    /// Waits for a permit to run a job.
-    pub(crate) async fn acquire(&self) -> ApiResult<OwnedSemaphorePermit> {
-        let permit = timeout(self.max_wait, Arc::clone(&self.permits).acquire_owned()).await;
+    /// Waits for a permit to run a job. If a client is given, waits until this client holds no other
+    /// permit, so that clients take turns.
+    pub(crate) async fn acquire(&self, client: Option<Client>) -> ApiResult<Permit> {
+        let share = client.map(|client| self.share(client));
+        let acquire = async {
+            let share = match share {
+                Some(share) => Some(share.acquire_owned().await?),
+                None => None,
+            };
+            Ok(Permit(Arc::clone(&self.permits).acquire_owned().await?, share))
+        };
+        let permit = timeout(self.max_wait, acquire).await;
         let busy = |_| {
             let text = format!("the server is busy with other {} (try again later)", self.kind);
             ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text)
         };
-        permit.map_err(busy)?.map_err(ApiError::internal)
+        permit.map_err(busy)?.map_err(|error: AcquireError| ApiError::internal(error))
+    }
+
+    /// Returns the permit of one client.
+    fn share(&self, Client(address): Client) -> Arc<Semaphore> {
+        let mut shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
+        shares.retain(|_, share| share.strong_count() > 0);
+        let share = shares.get(&address).and_then(Weak::upgrade);
+        share.unwrap_or_else(|| {
+            let new = Arc::new(Semaphore::new(1));
+            shares.insert(address, Arc::downgrade(&new));
+            new
+        })
     }
 
     /// Waits for a permit and runs the job on a new thread. The thread is not reused, since a
@@ -113,7 +149,16 @@ impl JobQueue {
         &self,
         job: impl FnOnce(&CancelToken) -> ApiResult<T> + Send + 'static,
     ) -> ApiResult<T> {
-        let permit = self.acquire().await?;
+        self.run_for(None, job).await
+    }
+
+    /// Like [`run`](Self::run), but runs one job of a client at a time.
+    pub(crate) async fn run_for<T: Send + 'static>(
+        &self,
+        client: Option<Client>,
+        job: impl FnOnce(&CancelToken) -> ApiResult<T> + Send + 'static,
+    ) -> ApiResult<T> {
+        let permit = self.acquire(client).await?;
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
         let (sender, receiver) = oneshot::channel();
@@ -167,6 +212,24 @@ impl CancelToken {
             return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "request cancelled"));
         }
         Ok(())
+    }
+
+    /// Returns a reader of `source` that fails once the client has disconnected.
+    pub(crate) const fn reader<R>(&self, source: R) -> CancellableReader<'_, R> {
+        CancellableReader { source, cancel: self }
+    }
+}
+
+/// A reader that fails once its client has disconnected.
+pub(crate) struct CancellableReader<'c, R> {
+    source: R,
+    cancel: &'c CancelToken,
+}
+
+impl<R: Read> Read for CancellableReader<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.cancel.check().map_err(io::Error::other)?;
+        self.source.read(buffer)
     }
 }
 
@@ -230,7 +293,7 @@ mod tests {
     fn a_client_that_leaves_the_queue_runs_no_job() {
         run(async {
             let queue = JobQueue::new("tests", 1, TIMEOUT);
-            let permit = queue.acquire().await.unwrap();
+            let permit = queue.acquire(None).await.unwrap();
             let cancelled = queue.run(|_| -> Result<(), ApiError> { panic!("must not run") });
             assert!(cancelled.now_or_never().is_none());
             drop(permit);
@@ -264,13 +327,41 @@ mod tests {
             first.and(second).unwrap();
             assert_eq!(has_started.recv(), Ok(2));
             let queue = JobQueue::new("tests", 1, Duration::ZERO);
-            let permit = queue.acquire().await.unwrap();
-            let error = queue.acquire().await.unwrap_err();
+            let permit = queue.acquire(None).await.unwrap();
+            let error = queue.acquire(None).await.err().unwrap();
             assert_eq!(error.status, StatusCode::SERVICE_UNAVAILABLE);
             assert_eq!(error.text, "the server is busy with other tests (try again later)");
             drop(permit);
-            assert!(queue.acquire().await.is_ok());
+            assert!(queue.acquire(None).await.is_ok());
         });
+    }
+
+    #[test]
+    fn clients_take_turns() {
+        run(async {
+            let queue = JobQueue::new("tests", 2, TIMEOUT);
+            let [greedy, other] = [[1, 1, 1, 1], [2, 2, 2, 2]].map(IpAddr::from).map(Client);
+            let held = queue.acquire(Some(greedy)).await.unwrap();
+            let mut more: Vec<_> = (0..6).map(|_| Box::pin(queue.acquire(Some(greedy)))).collect();
+            for waiting in &mut more {
+                assert!(waiting.as_mut().now_or_never().is_none(), "one place for each client");
+            }
+            assert!(queue.acquire(Some(other)).now_or_never().is_some_and(|taken| taken.is_ok()));
+            drop(held);
+            let next = more.remove(0).await.unwrap();
+            assert!(queue.acquire(Some(other)).now_or_never().is_some());
+            drop((next, more));
+            assert!(queue.acquire(Some(greedy)).now_or_never().is_some());
+            drop(queue.acquire(Some(other)).await);
+            assert!(queue.shares.lock().unwrap().len() <= 2);
+        });
+    }
+
+    #[test]
+    fn a_cancelled_reader_fails() {
+        let mut text = String::new();
+        assert!(CancelToken::default().reader(&b"a"[..]).read_to_string(&mut text).is_ok());
+        assert!(CancelToken::cancelled().reader(&b"a"[..]).read_to_string(&mut text).is_err());
     }
 
     #[cfg(target_os = "linux")]

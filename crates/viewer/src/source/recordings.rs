@@ -1,5 +1,6 @@
 //! Lists, opens, receives and saves recordings.
 
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::body::Body;
-use axum::extract::{Query, State};
+use axum::extract::{Extension, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
@@ -15,7 +16,7 @@ use mmsim_recording::{Block, Recording, save as save_recording};
 use serde::{Deserialize, Serialize};
 
 use crate::app::SharedState;
-use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, Client, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
 use crate::source::StateSource;
 
@@ -116,15 +117,19 @@ pub(crate) struct RecordingId {
 
 pub(crate) async fn open_recording(
     State(state): SharedState,
+    Extension(client): Extension<Client>,
     Json(RecordingName { name }): Json<RecordingName>,
 ) -> ApiResult<Json<RecordingId>> {
     Arc::clone(&state)
         .recording_jobs
-        .run(move |_| {
+        .run_for(Some(client), move |cancel| {
             state.recordings().check_capacity()?;
             let path = find(state.config.recordings_dir.as_deref(), &name)?;
-            let recording = Recording::open_within(&path, &state.config.budget)
-                .map_err(ApiError::bad_request)?;
+            let failed =
+                |error: &dyn Display| ApiError::bad_request(format!("{}: {error}", path.display()));
+            let file = fs::File::open(&path).map_err(|error| failed(&error))?;
+            let recording = Recording::read_within(cancel.reader(file), &state.config.budget)
+                .map_err(|error| failed(&error))?;
             Ok(Json(RecordingId { id: state.open(&name, recording)? }))
         })
         .await
@@ -141,20 +146,21 @@ pub(crate) async fn close_recording(
 /// Receives an uploaded recording and opens it.
 pub(crate) async fn upload(
     State(state): SharedState,
+    Extension(client): Extension<Client>,
     Query(RecordingName { name }): Query<RecordingName>,
     body: Body,
 ) -> ApiResult<Json<RecordingId>> {
     state.recordings().check_capacity()?;
-    let permit = state.uploads.acquire().await?;
+    let permit = state.uploads.acquire(Some(client)).await?;
     // The file has no name, so the system deletes it even if the process is killed.
     let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
     receive_body(body, MAX_RECORDING_BYTES, state.limits, |chunk| file.write_all(&chunk)).await?;
     Arc::clone(&state)
         .recording_jobs
-        .run(move |_| {
+        .run_for(Some(client), move |cancel| {
             let _permit = permit;
             file.rewind().map_err(ApiError::internal)?;
-            let file = io::BufReader::new(file);
+            let file = cancel.reader(io::BufReader::new(file));
             let title = title(&name);
             let recording = Recording::read_within(file, &state.config.budget)
                 .map_err(|error| ApiError::bad_request(format!("{title}: {error}")))?;
