@@ -1,4 +1,4 @@
-//! Measurements of the page: its latency, and how much it slows down the simulator. They print
+//! Measurements of the page: its latency, its processor time, and how much it slows down the simulator. They print
 //! results but do not check them against limits. Run them with:
 //!
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
@@ -124,6 +124,40 @@ fn frames_while_states_stream_in() {
             simulator.send(b"reset");
             live.wait_for_run(simulator.run_number());
             live.wait_until_empty();
+        }
+    });
+}
+
+/// Measures the processor time of the page for each state that the slider shows.
+#[test]
+#[ignore = "measurement"]
+fn the_processor_time_of_a_shown_state() {
+    const ROUNDS: usize = 5;
+    print_load();
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
+        Panel::live(browser).wait_for_state(states.len() - 1);
+        browser.devtools("Performance.enable", &json!({}));
+        let seconds = |metric: &str| {
+            let metrics = browser.devtools("Performance.getMetrics", &json!({}));
+            let mut metrics = metrics["metrics"].as_array().unwrap().iter();
+            metrics.find(|one| one["name"] == metric).unwrap()["value"].as_f64().unwrap()
+        };
+        let metrics = ["TaskDuration", "ScriptDuration", "RecalcStyleDuration", "LayoutDuration"];
+        let positions: Vec<usize> = (0..states.len()).collect();
+        let mut times = metrics.map(|_| Vec::new());
+        for _ in 0..ROUNDS {
+            let before = metrics.map(&seconds);
+            let shown: Vec<(f64, f64)> = browser.run_async(SCRUB, &[json!(positions)]);
+            assert_eq!(shown.len(), states.len());
+            for ((times, metric), before) in times.iter_mut().zip(metrics).zip(before) {
+                let ms = (seconds(metric) - before) * 1e3;
+                #[expect(clippy::cast_precision_loss, reason = "few states")]
+                times.push(ms / states.len() as f64);
+            }
+        }
+        for (metric, times) in metrics.iter().zip(&mut times) {
+            println!("{metric}: {:.2} ms for each shown state", quantile(times, 0.5));
         }
     });
 }
