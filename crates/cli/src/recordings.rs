@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use mmsim_recording::{Integrity, MemoryBudget, NewMessages, Recording};
+use mmsim_maze::counted;
+use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, Recording};
 use mmsim_run::messages;
 use mmsim_server::Simulation;
 
@@ -75,8 +76,16 @@ pub(crate) fn no_state(file: &Path, recording: &Recording, index: usize) -> Stri
     }
 }
 
-/// Returns true if the recording is undamaged. Otherwise, prints a warning and returns false.
+/// Returns true if the recording is undamaged. Otherwise, prints a warning and returns false. Prints
+/// a note if the file has other records than those of the recording.
 pub(crate) fn is_undamaged(file: &Path, recording: &Recording) -> bool {
+    let IgnoredRecords { messages, attachments } = recording.ignored();
+    if messages > 0 || attachments > 0 {
+        let [messages, attachments] =
+            [(messages, "message"), (attachments, "attachment")].map(|(n, of)| counted(n, of));
+        let file = file.display();
+        note(format_args!("{file}: ignored {messages} and {attachments} of other programs"));
+    }
     let Integrity::Damaged { intact, reason } = recording.integrity() else { return true };
     warn(format_args!("{}: damaged after byte {intact}: {reason}", file.display()));
     false

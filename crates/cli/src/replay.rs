@@ -11,7 +11,7 @@ use jiff::tz::TimeZone;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
-use mmsim_recording::{Integrity, MemoryBudget, Recording};
+use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -177,6 +177,7 @@ struct ReplayReport<'a> {
     integrity: &'static str,
     /// The length of the intact part in bytes, or `None` if the file was closed properly.
     whole_bytes: Option<u64>,
+    ignored: IgnoredRecords,
     maze: Option<String>,
     /// The pose in each state, or `None` if `--at` is set.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -213,6 +214,7 @@ impl<'a> ReplayReport<'a> {
             began: began(recording).map(|began| began.to_string()),
             integrity,
             whole_bytes,
+            ignored: recording.ignored(),
             maze: recording.maze().map(ToString::to_string),
             poses: args.at.is_none().then_some(Poses(recording)),
             state,

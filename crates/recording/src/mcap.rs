@@ -28,6 +28,7 @@ pub(crate) mod kind {
     pub(crate) const CHANNEL: u8 = 4;
     pub(crate) const MESSAGE: u8 = 5;
     pub(crate) const CHUNK: u8 = 6;
+    pub(crate) const ATTACHMENT: u8 = 9;
     pub(crate) const STATISTICS: u8 = 11;
     pub(crate) const METADATA: u8 = 12;
     pub(crate) const METADATA_INDEX: u8 = 13;

@@ -9,7 +9,7 @@ pub(crate) mod sink;
 pub(crate) mod writer;
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Cursor, Read, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use crate::history::block::Block;
 use crate::history::times::Times;
 use crate::memory::{MemoryBudget, Share};
 use crate::recording::format::{Description, OpenError, ReadError};
-use crate::recording::reader::{Integrity, RecordedState, read_states};
+use crate::recording::reader::{Contents, IgnoredRecords, Integrity, RecordedState, read_states};
 use crate::recording::save::{NewMessages, RecordWriter};
 
 /// A recording that has been read into memory.
@@ -53,6 +53,7 @@ pub struct Recording {
     history: History,
     times: Times,
     integrity: Integrity,
+    ignored: IgnoredRecords,
     /// The part of the memory budget that the states and times use.
     _share: Share,
 }
@@ -73,8 +74,9 @@ impl Recording {
     /// See [`open`](Self::open). Opening also fails if the states do not fit into the budget. A
     /// recording is never opened partially.
     pub fn open_within(path: &Path, budget: &Arc<MemoryBudget>) -> Result<Self, OpenError> {
-        let file = File::open(path).map_err(ReadError::Io);
-        file.and_then(|file| Self::read_within(file, budget))
+        let file = File::open(path).and_then(|file| seekable(file, budget.limit() as u64));
+        file.map_err(ReadError::Io)
+            .and_then(|file| Self::read_within(file, budget))
             .map_err(|source| OpenError { path: path.into(), source })
     }
 
@@ -82,17 +84,20 @@ impl Recording {
     ///
     /// # Errors
     /// See [`open`](Self::open).
-    pub fn read(source: impl Read) -> Result<Self, ReadError> {
-        Self::read_within(source, &Arc::default())
+    pub fn read(bytes: &[u8]) -> Result<Self, ReadError> {
+        Self::read_within(Cursor::new(bytes), &Arc::default())
     }
 
-    /// Reads a recording from bytes without exceeding the memory left in the budget.
+    /// Reads a recording from the beginning of `source` without exceeding the memory left in the budget.
     ///
     /// # Errors
     /// See [`open_within`](Self::open_within).
-    pub fn read_within(source: impl Read, budget: &Arc<MemoryBudget>) -> Result<Self, ReadError> {
+    pub fn read_within(
+        source: impl Read + Seek,
+        budget: &Arc<MemoryBudget>,
+    ) -> Result<Self, ReadError> {
         let (mut kept, mut share) = (None, Share::new(budget));
-        let (description, integrity) =
+        let Contents { description, integrity, ignored } =
             read_states(source, |description, RecordedState { time, update, state }| {
                 let (history, times) = kept.get_or_insert_with(|| empty(description));
                 let states = history.len();
@@ -108,7 +113,7 @@ impl Recording {
         let (history, times) = kept.unwrap_or_else(|| empty(&description));
         let Description { mut info, size, maze } = description;
         info.states = history.len();
-        Ok(Self { info, size, maze, history, times, integrity, _share: share })
+        Ok(Self { info, size, maze, history, times, integrity, ignored, _share: share })
     }
 
     /// Writes a compressed recording of the same states, with messages for other tools if `messages`
@@ -163,6 +168,21 @@ impl Recording {
     pub const fn integrity(&self) -> &Integrity {
         &self.integrity
     }
+
+    /// Returns the records of the file that do not belong to the recording.
+    pub const fn ignored(&self) -> IgnoredRecords {
+        self.ignored
+    }
+}
+
+/// Returns the file itself, or a copy of up to `max` bytes if the file is a pipe.
+fn seekable(mut file: File, max: u64) -> io::Result<File> {
+    if file.stream_position().is_ok() {
+        return Ok(file);
+    }
+    let mut copy = tempfile::tempfile()?;
+    io::copy(&mut file.take(max), &mut copy)?;
+    Ok(copy)
 }
 
 /// Returns the empty history and the times of a recording.

@@ -4,7 +4,7 @@ use std::io;
 
 use mmsim_maze::{KnownMaze, Maze, Pose};
 use mmsim_protocol::{Info, State};
-use mmsim_recording::{MessageChannel, PutMessage, ScannedState, StateMessages};
+use mmsim_recording::{MESSAGE_TOPICS, MessageChannel, PutMessage, ScannedState, StateMessages};
 use mmsim_trial::TrialStatus;
 use serde::Serialize;
 
@@ -15,9 +15,9 @@ use crate::state_figures::{MapFigures, reset_turns, trial_status};
 
 /// The channels, in the order of their indices. Recordings without a maze lack the last one.
 const CHANNELS: [MessageChannel; 3] = [
-    MessageChannel { topic: "/mouse", name: "mmsim.Mouse", schema: SCHEMA },
-    MessageChannel { topic: "/pose", name: POSE_SCHEMA[0], schema: POSE_SCHEMA[1] },
-    MessageChannel { topic: "/scene", name: SCENE_SCHEMA[0], schema: SCENE_SCHEMA[1] },
+    MessageChannel { topic: MESSAGE_TOPICS[0], name: "mmsim.Mouse", schema: SCHEMA },
+    MessageChannel { topic: MESSAGE_TOPICS[1], name: POSE_SCHEMA[0], schema: POSE_SCHEMA[1] },
+    MessageChannel { topic: MESSAGE_TOPICS[2], name: SCENE_SCHEMA[0], schema: SCENE_SCHEMA[1] },
 ];
 const MOUSE: usize = 0;
 const POSE: usize = 1;

@@ -76,6 +76,9 @@ pub(crate) const UPDATES: [&str; 2] = ["/update", "mmsim-update"];
 /// maze is not stored as metadata because metadata is never compressed.
 pub(crate) const MAZES: [&str; 2] = ["/maze", "mmsim-maze"];
 
+/// The topics of the channels for other tools. Their messages repeat what the states contain.
+pub const MESSAGE_TOPICS: [&str; 3] = ["/mouse", "/pose", "/scene"];
+
 /// The message encoding of the channels for other tools, and the encoding of their schemas. mmsim
 /// does not read these channels.
 pub(crate) const JSON: &str = "json";
@@ -113,11 +116,11 @@ pub enum ReadError {
     #[error("the description of the maze is invalid: {0}")]
     InvalidDescription(String),
     /// The file contains more states than a real recording of its size.
-    #[error("cannot be opened: more than {states} states in its first {bytes} bytes")]
+    #[error("cannot be opened: more than {states} states in {bytes} bytes")]
     TooManyStates {
         /// The maximum number of states in these bytes.
         states: u64,
-        /// The number of bytes up to the end of the record in which the states exceed the maximum.
+        /// The number of bytes in the file.
         bytes: u64,
     },
     /// The states need more memory than the budget has left.

@@ -19,7 +19,7 @@ use tracing::debug;
 
 use crate::memory;
 use crate::recording::format::Description;
-use crate::recording::reader::{Integrity, RecordedState, read_states};
+use crate::recording::reader::{Contents, Integrity, RecordedState, read_states};
 use crate::recording::save::{NewMessages, RecordWriter};
 use crate::recording::sink::{Identity, identity};
 
@@ -121,7 +121,7 @@ impl Unpacked {
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });
-        let (_, integrity) = read.map_err(io::Error::other)?;
+        let Contents { integrity, .. } = read.map_err(io::Error::other)?;
         let found = writer.as_ref().map_or(0, |writer| writer.states);
         let is_complete = found == *states && !matches!(integrity, Integrity::Damaged { .. });
         let Some(writer) = writer.filter(|_| is_complete) else {
@@ -226,9 +226,9 @@ mod tests {
     use mmsim_protocol::{Cell, Info, state_bytes};
 
     use super::*;
+    use crate::mcap::reader::MAX_COMPRESSION_RATIO;
     use crate::recording::Recording;
     use crate::recording::format::{INFO, METADATA, STATES};
-    use crate::recording::reader::MAX_COMPRESSION_RATIO;
     use crate::recording::save::save;
     use crate::recording::writer::RecordingWriter;
 

@@ -1,32 +1,18 @@
 //! Reads a recording up to its last intact record.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{Read, Seek};
 
 use mmsim_protocol::Request;
+use serde::Serialize;
 
 use crate::context::update::StoredUpdate;
-use crate::mcap::reader::{End, RecordReader, take_record, unpack_chunk};
-use crate::mcap::{Channel, HEAD_BYTES, MAGIC, Message, Metadata, kind};
-use crate::memory;
+use crate::mcap::reader::{End, RecordReader};
+use crate::mcap::{Channel, Message, Metadata, kind};
 use crate::recording::format::{
-    Description, INFO, MAZES, METADATA, ReadError, STATES, UPDATES, describe, read_maze,
+    Description, INFO, JSON, MAZES, MESSAGE_TOPICS, METADATA, ReadError, STATES, UPDATES, describe,
+    read_maze,
 };
-
-/// The maximum length of a record in bytes, both before and after decompression. A state takes at
-/// most 2,085 bytes and a maze less than 10,000 bytes, but a chunk written by another tool can take
-/// several MiB.
-const MAX_CHUNK_BYTES: usize = 16 << 20;
-
-/// The maximum total size of the decompressed chunks of a short file, in bytes. For longer files,
-/// the limit increases in proportion to the file size (see `MAX_COMPRESSION_RATIO`).
-const MAX_UNPACKED_BYTES: u64 = 64 << 20;
-
-/// Each byte of a file raises the limit on its decompressed size by this number of bytes.
-///
-/// Without a limit, a small file could decompress to an unlimited number of states. Real recordings
-/// are compressed by a factor of at most about 400.
-pub(crate) const MAX_COMPRESSION_RATIO: u64 = 1000;
 
 /// The maximum number of states in a short file. Each byte of a file raises the limit by
 /// `MAX_STATES_PER_BYTE`, which bounds the time that reading takes.
@@ -39,7 +25,7 @@ const MAX_STATES_PER_BYTE: u64 = 4;
 /// The maximum length of a record that describes the simulation, in bytes. The length is limited
 /// because descriptions stay in memory. The description of the largest maze takes less than 12,000
 /// bytes.
-const MAX_DESCRIPTION_BYTES: usize = 64 << 10;
+const MAX_DESCRIPTION_BYTES: u64 = 64 << 10;
 
 /// The integrity of a recording file: whether it is complete and, if not, how many bytes are
 /// intact.
@@ -74,141 +60,126 @@ pub(crate) struct RecordedState<'a> {
     pub(crate) state: &'a [u8],
 }
 
+/// The records of a file that do not belong to a recording, such as those of other programs. The
+/// field names are JSON keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct IgnoredRecords {
+    /// The number of messages in other channels.
+    pub messages: u64,
+    /// The number of attachments.
+    pub attachments: u64,
+}
+
+/// What a recording contains besides its states.
+#[derive(Debug)]
+pub(crate) struct Contents {
+    pub(crate) description: Description,
+    pub(crate) integrity: Integrity,
+    pub(crate) ignored: IgnoredRecords,
+}
+
 /// Reads a recording up to its last intact record.
 ///
 /// Calls `on_state` with each state. Stops at the first error from `on_state` and returns it.
 pub(crate) fn read_states(
-    source: impl Read,
+    source: impl Read + Seek,
     on_state: impl FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>,
-) -> Result<(Description, Integrity), ReadError> {
-    let mut reader = RecordReader::new(source, MAX_CHUNK_BYTES);
+) -> Result<Contents, ReadError> {
+    let mut reader = RecordReader::new(source)?;
+    // Other tools may write the metadata after the states.
+    let is_description = |body: &[u8]| Metadata::decode(body).is_ok_and(|it| it.name == METADATA);
+    let metadata = reader.find_metadata(MAX_DESCRIPTION_BYTES, is_description)?;
+    let info = metadata.as_deref().and_then(|body| Metadata::decode(body).ok());
+    let description = info.map(|metadata| describe(metadata.get(INFO))).transpose()?;
     let mut records = Records {
-        description: None,
+        description,
         channels: BTreeMap::new(),
         update: Vec::new(),
-        unpacked: 0,
+        ignored: IgnoredRecords::default(),
+        length: reader.length,
         states: 0,
-        read: MAGIC.len() as u64,
         on_state,
     };
-    // The number of bytes in intact records. Reading stops after each record.
+    // The number of bytes in intact records.
     let mut intact = 0;
     let integrity = loop {
-        match reader.next_record() {
-            Ok((kind, body)) => match records.add(kind, body) {
-                Ok(()) => intact = records.read,
-                Err(Stop::Damaged(reason)) => break Integrity::Damaged { intact, reason },
-                Err(Stop::Failed(error)) => return Err(error),
-            },
+        match reader.read_next(|kind, body| records.add(kind, body)) {
+            Ok(()) => intact = reader.position(),
             Err(End::Closed) => break Integrity::Closed,
-            Err(End::Truncated) => {
-                break Integrity::Truncated { intact, length: reader.position };
-            }
+            Err(End::Truncated) => break Integrity::Truncated { intact, length: reader.length },
             Err(End::Damaged(reason)) => break Integrity::Damaged { intact, reason },
             Err(End::NotMcap) => return Err(ReadError::NotMcap),
             Err(End::OutOfMemory) => return Err(ReadError::OutOfMemory),
             Err(End::Io(error)) => return Err(error.into()),
+            Err(End::Failed(error)) => return Err(error),
         }
     };
-    let Some(description) = records.description else {
+    let Records { description, ignored, .. } = records;
+    let Some(description) = description else {
         let (at, found) = match integrity {
             Integrity::Damaged { intact, reason } => (intact, reason),
-            _ => (reader.position, "the end of the file".into()),
+            _ => (reader.length, "the end of the file".into()),
         };
         return Err(ReadError::MissingDescription { at, found });
     };
-    Ok((description, integrity))
+    Ok(Contents { description, integrity, ignored })
 }
 
 /// The data from the records that have been read so far.
 struct Records<F> {
     description: Option<Description>,
-    /// The channels for states, updates and the maze by their numbers: the topic and the encoding.
+    /// The channels that mmsim writes, by their numbers: the topic and the encoding.
     channels: BTreeMap<u16, [&'static str; 2]>,
     /// The update of the next state.
     update: Vec<u8>,
-    /// The number of bytes decompressed from chunks.
-    unpacked: u64,
-    /// The number of states in these bytes.
+    ignored: IgnoredRecords,
+    /// The number of bytes in the file.
+    length: u64,
+    /// The number of states so far.
     states: u64,
-    /// The number of bytes read from the file.
-    read: u64,
     on_state: F,
 }
 
-/// The reason why no further record is read.
-enum Stop {
-    /// The record is invalid.
-    Damaged(String),
-    Failed(ReadError),
-}
-
-impl<T: Into<String>> From<T> for Stop {
-    fn from(reason: T) -> Self {
-        Self::Damaged(reason.into())
-    }
-}
-
-impl From<ReadError> for Stop {
+impl From<ReadError> for End<ReadError> {
     fn from(error: ReadError) -> Self {
         Self::Failed(error)
     }
 }
 
 impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records<F> {
-    /// Processes a record of any kind.
-    fn add(&mut self, kind: u8, body: &[u8]) -> Result<(), Stop> {
-        self.read += (HEAD_BYTES + body.len()) as u64;
-        if kind != kind::CHUNK {
-            return self.add_plain(kind, body);
-        }
-        if !memory::is_available(MAX_CHUNK_BYTES) {
-            return Err(ReadError::OutOfMemory.into());
-        }
-        let records = unpack_chunk(body, MAX_CHUNK_BYTES)?;
-        self.unpacked += records.len() as u64;
-        let max = MAX_UNPACKED_BYTES + MAX_COMPRESSION_RATIO * self.read;
-        if self.unpacked > max {
-            return Err(format!("chunks that decompress to more than {max} bytes").into());
-        }
-        let mut rest = &*records;
-        while !rest.is_empty() {
-            let record = take_record(&mut rest);
-            let (kind, body) = record.ok_or("a record that extends past the end of its chunk")?;
-            self.add_plain(kind, body)?;
-        }
-        Ok(())
-    }
-
     /// Processes a record that is not a chunk.
-    fn add_plain(&mut self, kind: u8, body: &[u8]) -> Result<(), Stop> {
-        let is_short = body.len() <= MAX_DESCRIPTION_BYTES;
+    fn add(&mut self, kind: u8, body: &[u8]) -> Result<(), End<ReadError>> {
+        let is_short = body.len() as u64 <= MAX_DESCRIPTION_BYTES;
         match kind {
             kind::MESSAGE => return self.add_message(&Message::decode(body)?),
-            kind::METADATA if is_short => {
-                let record = Metadata::decode(body)?;
-                if self.description.is_none() && record.name == METADATA {
-                    self.description = Some(describe(record.get(INFO))?);
-                }
+            // Reports damage of the missing description.
+            kind::METADATA if is_short && self.description.is_none() => {
+                Metadata::decode(body)?;
             }
             kind::CHANNEL if is_short => {
                 let channel = Channel::decode(body)?;
                 let is_this = |names: &[&str; 2]| *names == [channel.topic, channel.encoding];
-                if let Some(names) = [STATES, UPDATES, MAZES].into_iter().find(is_this) {
+                let for_others = MESSAGE_TOPICS.map(|topic| [topic, JSON]);
+                let mut all = [STATES, UPDATES, MAZES].into_iter().chain(for_others);
+                if let Some(names) = all.find(is_this) {
                     self.channels.insert(channel.number, names);
                 }
             }
+            kind::ATTACHMENT => self.ignored.attachments += 1,
             _ => {}
         }
         Ok(())
     }
 
-    fn add_message(&mut self, message: &Message<'_>) -> Result<(), Stop> {
+    fn add_message(&mut self, message: &Message<'_>) -> Result<(), End<ReadError>> {
         let &Message { channel, time, data } = message;
         let Some(description) = &mut self.description else { return Ok(()) };
         match self.channels.get(&channel) {
-            Some(&MAZES) if description.maze.is_none() && data.len() <= MAX_DESCRIPTION_BYTES => {
-                description.maze = Some(read_maze(data, description.size)?);
+            Some(&MAZES) => {
+                let is_new = description.maze.is_none();
+                if is_new && data.len() as u64 <= MAX_DESCRIPTION_BYTES {
+                    description.maze = Some(read_maze(data, description.size)?);
+                }
             }
             Some(&UPDATES) => {
                 StoredUpdate::decode(data, description.size)?;
@@ -221,7 +192,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                     return Err("expected a state, found another request".into());
                 };
                 self.states += 1;
-                let (states, bytes) = (MAX_STATES + MAX_STATES_PER_BYTE * self.read, self.read);
+                let (bytes, states) = (self.length, MAX_STATES + MAX_STATES_PER_BYTE * self.length);
                 if self.states > states {
                     return Err(ReadError::TooManyStates { states, bytes }.into());
                 }
@@ -229,7 +200,8 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                 (self.on_state)(description, RecordedState { time, update, state: data })?;
                 self.update.clear();
             }
-            _ => {}
+            Some(_) => {}
+            None => self.ignored.messages += 1,
         }
         Ok(())
     }
@@ -237,8 +209,9 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::{fs, io};
 
+    use mcap::WriteOptions;
     use mcap::records::MessageHeader;
     use mmsim_maze::{Cell, Heading, Maze};
     use mmsim_protocol::{Info, MazeSize};
@@ -365,7 +338,9 @@ mod tests {
             }
         }
         assert!(described);
-        assert_eq!(*Recording::read(&bytes[..]).unwrap().integrity(), Integrity::Closed);
+        let whole = Recording::read(&bytes[..]).unwrap();
+        assert_eq!(*whole.integrity(), Integrity::Closed);
+        assert_eq!(whole.ignored(), IgnoredRecords::default());
     }
 
     #[test]
@@ -409,27 +384,63 @@ mod tests {
         insta::assert_snapshot!(error(b"o---o---o\n"), @"expected a recording (an MCAP file), found other data at byte 0");
     }
 
-    #[test]
-    fn chunks_of_other_tools_are_read() {
-        let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
-        let info = serde_json::to_string(&info(&MAZE.parse().unwrap())).unwrap();
-        let metadata = [(INFO.into(), info)].into();
-        mcap.write_metadata(&mcap::records::Metadata { name: METADATA.into(), metadata }).unwrap();
-        let [topic, encoding] = STATES;
-        let channel_id = mcap.add_channel(0, topic, encoding, &[].into()).unwrap();
-        let other = mcap.add_channel(0, "/other", encoding, &[].into()).unwrap();
-        for number in 0..100 {
+    /// Writes the states of a recording and messages of another channel with another implementation,
+    /// then the description and the maze.
+    fn written_by_another_tool(options: WriteOptions, other: &[u8]) -> Vec<u8> {
+        let mut mcap = options.create(io::Cursor::new(Vec::new())).unwrap();
+        let mut add = |[topic, encoding]: [&str; 2]| {
+            let schema = mcap.add_schema(topic, "", &[]).unwrap();
+            mcap.add_channel(schema, topic, encoding, &[].into()).unwrap()
+        };
+        let [states, others, mazes] = [STATES, ["/other", "bytes"], MAZES].map(&mut add);
+        let header = |channel_id, number: u8| {
             let time = 7 + u64::from(number);
             let sequence = number.into();
-            let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
-            mcap.write_to_known_channel(&header, &state(number)).unwrap();
-            mcap.write_to_known_channel(&MessageHeader { channel_id: other, ..header }, b"?")
-                .unwrap();
+            MessageHeader { channel_id, sequence, log_time: time, publish_time: time }
+        };
+        for number in 0..100 {
+            mcap.write_to_known_channel(&header(states, number), &state(number)).unwrap();
+            mcap.write_to_known_channel(&header(others, number), other).unwrap();
         }
+        let maze: Maze = MAZE.parse().unwrap();
+        let info = serde_json::to_string(&info(&maze)).unwrap();
+        for (name, key) in [("other", "key"), (METADATA, INFO)] {
+            let metadata = [(key.into(), info.clone())].into();
+            let name = name.into();
+            mcap.write_metadata(&mcap::records::Metadata { name, metadata }).unwrap();
+        }
+        mcap.write_to_known_channel(&header(mazes, 0), MAZE.as_bytes()).unwrap();
+        let attachment = mcap::Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: "video".into(),
+            media_type: "video/mp4".into(),
+            data: vec![7; 20 << 20].into(),
+        };
+        mcap.attach(&attachment).unwrap();
         mcap.finish().unwrap();
-        let recording = Recording::read(&mcap.into_inner().into_inner()[..]).unwrap();
-        assert!(recording.history().iter().eq((0..100).map(state)));
-        assert_eq!((recording.times().last(), recording.maze()), (Some(106), None));
-        assert_eq!(*recording.integrity(), Integrity::Closed);
+        mcap.into_inner().into_inner()
+    }
+
+    /// Such files were shown as empty or refused.
+    #[test]
+    fn files_of_other_tools_are_read() {
+        let zstd = Some(mcap::Compression::Zstd);
+        let options = || WriteOptions::new().disable_seeking(false);
+        for (options, other) in [
+            (options().use_chunks(false), vec![]),
+            (options().compression(None), vec![7; 100]),
+            (options().compression(zstd).chunk_size(Some(100)), vec![7; 100]),
+            (options().compression(zstd).chunk_size(None), vec![7; 180 << 10]),
+            (options().compression(None).chunk_size(None), vec![7; 400 << 10]),
+            (options().use_chunks(false), vec![7; 400 << 10]),
+        ] {
+            let recording = Recording::read(&written_by_another_tool(options, &other)).unwrap();
+            assert!(recording.history().iter().eq((0..100).map(state)));
+            assert_eq!(recording.times().last(), Some(106));
+            assert_eq!(recording.maze().unwrap().to_string(), MAZE);
+            assert_eq!(*recording.integrity(), Integrity::Closed);
+            assert_eq!(recording.ignored(), IgnoredRecords { messages: 100, attachments: 1 });
+        }
     }
 }
