@@ -339,7 +339,10 @@ impl<'a> Observed<'a> {
                 assert_eq!(is_accepted, bytes <= MAX_PENDING_BYTES, "{reply:?} at {bytes} bytes");
                 if is_accepted {
                     pending.push(request.to_vec());
+                    expected = Change::Annotations;
                 }
+                let lines = simulation.trailing().log_lines(states.len()).count();
+                assert_eq!(lines, pending_lines(pending));
             }
             Ok(other) => panic!("unexpected request {other:?}"),
             Err(error) => {

@@ -67,7 +67,8 @@ impl ClientRecording {
             (Ok(Request::Walls(pose)), Ok(Reply::Walls(_))) => self.updates.read(pose),
             (Ok(Request::Annotations(annotations)), Ok(Reply::Ok)) => {
                 // A simulator with a higher limit may accept annotations that are not recorded.
-                let _ = self.updates.annotate(annotations);
+                let is_recorded = self.updates.annotate(annotations).is_ok();
+                return if is_recorded { self.writer.write_annotations(request) } else { Ok(()) };
             }
             (Ok(Request::State(_)), Ok(Reply::Ok)) => {
                 let update = self.encoder.encode(self.updates.update(), request);

@@ -204,7 +204,7 @@ impl<'a> RecordedSearch<'a> {
         let (size, passages) = (reader.recording.size(), trail.passages());
         let message = states.get(index).ok_or_else(unreadable)?;
         let state = State::decode(message, size).map_err(|_| unreadable())?;
-        let context = states.context(index).ok_or_else(unreadable)?;
+        let context = reader.recording.context(&states, index).ok_or_else(unreadable)?;
         let (map, notes) = (context.claimed_maze(&state, &self.initial), context.notes());
         let scene = Scene::from_map(&map)
             .with_truth(self.truth)

@@ -11,7 +11,7 @@ use jiff::tz::TimeZone;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
-use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, Recording};
+use mmsim_recording::{IgnoredRecords, Integrity, LogLine, MemoryBudget, Recording};
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -113,18 +113,16 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
 
 /// The names that the client has sent, or `None` if it has not sent them. The field names are JSON
 /// keys.
-#[derive(Default, Serialize)]
+#[derive(Serialize)]
 struct Names {
     mouse: Option<String>,
     strategy: Option<String>,
 }
 
 impl Names {
-    /// Returns the names in the last state.
+    /// Returns the names at the end of the run.
     fn read(recording: &Recording) -> Self {
-        let last = recording.history().len().checked_sub(1);
-        let context = last.and_then(|last| recording.history().context(last));
-        let Some(context) = context else { return Self::default() };
+        let context = recording.last_context();
         let notes = context.notes();
         let [mouse, strategy] =
             [notes.mouse(), notes.strategy()].map(|name| name.map(String::from));
@@ -182,6 +180,9 @@ struct ReplayReport<'a> {
     /// The pose in each state, or `None` if `--at` is set.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
+    /// The log lines, or `None` if `--at` is set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log: Option<Vec<LogLine>>,
     /// The state that `--at` selects, or the last state.
     state: Option<StateReport>,
 }
@@ -217,6 +218,7 @@ impl<'a> ReplayReport<'a> {
             ignored: recording.ignored(),
             maze: recording.maze().map(ToString::to_string),
             poses: args.at.is_none().then_some(Poses(recording)),
+            log: args.at.is_none().then(|| recording.log()),
             state,
         }
     }

@@ -214,6 +214,34 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     assert!(ended.stderr.starts_with("mmsim: cannot record in own.mcap: "), "{ended:?}");
 }
 
+/// A mouse often logs its result after its last state.
+#[test]
+fn acknowledged_annotations_after_the_last_state_survive_a_kill() {
+    let home = Home::new();
+    let mut server = home.serve(&["--port", "0", "--maze", MAZE, "--record", "recordings"]);
+    let client = connect_to(&server.address, zmq::REQ);
+    for number in 0..10 {
+        assert_eq!(ask(&client, &state(number)), b"ok");
+    }
+    assert_eq!(ask(&client, b"AL\x06\0RESULTT\x01\0\x03endC\x01\0g"), b"ok");
+    server.kill();
+    server.wait();
+    let [(killed, _)] = &recordings(&home.path().join("recordings"))[..] else { panic!() };
+    let packed = home.path().join("packed.mcap");
+    let packed = packed.to_str().unwrap();
+    let exported = home.run(&["export", killed.to_str().unwrap(), "-o", packed]);
+    assert_eq!(exported.code, Some(0), "{exported:?}");
+    for file in [killed.to_str().unwrap(), packed] {
+        let replay = |more: &[&str]| home.run(&[&["replay", file, "--json"], more].concat()).json();
+        let json = replay(&[]);
+        assert_eq!(json["log"], json!([{"state": 10, "text": "RESULT"}]));
+        assert_eq!(json["state"]["texts"], json!([{"cell": [1, 0], "text": "end"}]));
+        assert_eq!(json["state"]["colours"], json!([{"cell": [1, 0], "colour": "g"}]));
+        let earlier = replay(&["--at", "8"]);
+        assert_eq!((&earlier["log"], &earlier["state"]["texts"]), (&json!(null), &json!([])));
+    }
+}
+
 /// The JSON channel contains the figures of `mmsim replay`.
 #[test]
 fn other_tools_read_the_figures_of_the_mouse() {

@@ -22,7 +22,9 @@ use crate::socket::Socket;
 ///
 /// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
 /// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
-/// `Refused`, the annotations that the simulator has not accepted are dropped.
+/// `Refused`, the annotations that the simulator has not accepted are dropped. Those after the last
+/// state are sent by `Client.close` and at the end of its `with` block, and by `Simulator.history`
+/// and `Simulator.save`.
 #[pyclass(subclass, frozen, name = "Connection", module = "micromouse_sim")]
 pub(crate) struct PyConnection {
     backend: Backend,
@@ -72,7 +74,7 @@ impl Simulated {
             // A missing time only makes the recording less precise.
             Change::State => drop(self.times.push(self.clock.now())),
             Change::Reset => self.times = Times::new(1),
-            Change::Nothing => {}
+            Change::Annotations | Change::Nothing => {}
         }
         &self.reply
     }
@@ -143,7 +145,7 @@ impl PyConnection {
     }
 
     /// Sends the annotations, which belong to the next state.
-    fn send_annotations(&self, py: Python<'_>) -> PyResult<()> {
+    pub(crate) fn send_annotations(&self, py: Python<'_>) -> PyResult<()> {
         if self.pending.is_empty() {
             return Ok(());
         }

@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex};
 
 use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, KnownMaze, Maze, Pose};
-use mmsim_protocol::State;
-use mmsim_recording::{History, Integrity, OpenError, ReadError, Recording};
+use mmsim_protocol::{Colour, State};
+use mmsim_recording::{
+    History, Integrity, Notes, OpenError, ReadError, Recording, TrailingAnnotations,
+};
 use numpy::PyArray2;
 use pyo3::exceptions::{PyIndexError, PyMemoryError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PySlice, PySliceMethods};
+use pyo3::types::{PyBytes, PyDict, PyList, PySlice, PySliceMethods};
 
 use crate::connection::{Simulated, lock};
 use crate::convert::{to_pose, to_python};
@@ -48,11 +50,43 @@ pub(crate) enum HistoryStates {
 impl PyHistory {
     /// Calls a function with the states.
     fn read<R>(&self, py: Python<'_>, read: impl FnOnce(&History) -> R) -> PyResult<R> {
+        self.read_whole(py, |history, _| read(history))
+    }
+
+    /// Calls a function with the states and the annotations after the last state.
+    fn read_whole<R>(
+        &self,
+        py: Python<'_>,
+        read: impl FnOnce(&History, &TrailingAnnotations) -> R,
+    ) -> PyResult<R> {
         Ok(match &self.states {
-            HistoryStates::Simulator(simulated) => read(lock(simulated, py)?.simulation.history()),
-            HistoryStates::Recording(recording) => read(recording.history()),
-            HistoryStates::Search(history) => read(history),
+            HistoryStates::Simulator(simulated) => {
+                let simulation = &lock(simulated, py)?.simulation;
+                read(simulation.history(), &simulation.trailing())
+            }
+            HistoryStates::Recording(recording) => read(recording.history(), recording.trailing()),
+            HistoryStates::Search(history) => read(history, &TrailingAnnotations::default()),
         })
+    }
+
+    /// Returns a value for each cell that has one at the end of the run.
+    fn displayed<'py, T: IntoPyObject<'py>>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&Notes, Cell) -> Option<T>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let context = self.read_whole(py, |history, trailing| {
+            let mut context = history.newest_context();
+            context.annotate(trailing);
+            context
+        })?;
+        let values = PyDict::new(py);
+        for cell in self.searched.unexplored.size().cells() {
+            if let Some(value) = value(context.notes(), cell) {
+                values.set_item((cell.x, cell.y), value)?;
+            }
+        }
+        Ok(values)
     }
 
     fn state(&self, index: usize, bytes: Vec<u8>) -> PyState {
@@ -111,6 +145,31 @@ impl PyHistory {
         let builtins = history.py().import("builtins")?;
         let indices = builtins.call_method1("range", (history.len()?,))?;
         builtins.call_method1("map", (history.getattr("__getitem__")?, indices))
+    }
+
+    /// The log lines of the mouse, each with the index of the state that follows it.
+    #[getter]
+    fn log(&self, py: Python<'_>) -> PyResult<Vec<(usize, String)>> {
+        let lines = self.read_whole(py, |history, trailing| {
+            let mut lines = history.log(usize::MAX, usize::MAX, |_| true);
+            lines.extend(trailing.log_lines(history.len()));
+            lines
+        })?;
+        Ok(lines.into_iter().map(|line| (line.state, line.text)).collect())
+    }
+
+    /// The texts that the mouse displays at the end, by cell.
+    #[getter]
+    fn texts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.displayed(py, |notes, cell| {
+            Some(notes.text(cell).to_string()).filter(|text| !text.is_empty())
+        })
+    }
+
+    /// The letters of the colours that the mouse displays at the end, by cell.
+    #[getter]
+    fn colours<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.displayed(py, |notes, cell| notes.colour(cell).map(Colour::letter))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

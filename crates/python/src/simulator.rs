@@ -61,15 +61,18 @@ impl PySimulator {
 
     /// The states since the last reset. They change while the mouse runs.
     #[getter]
-    fn history(&self) -> PyHistory {
-        let states = HistoryStates::Simulator(Arc::clone(&self.simulated));
-        PyHistory { states, searched: Arc::clone(&self.searched) }
+    fn history(simulator: PyRef<'_, Self>, py: Python<'_>) -> PyResult<PyHistory> {
+        simulator.as_super().send_annotations(py)?;
+        let states = HistoryStates::Simulator(Arc::clone(&simulator.simulated));
+        Ok(PyHistory { states, searched: Arc::clone(&simulator.searched) })
     }
 
     /// Writes the states to a recording, which `mmsim replay` shows.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(simulator: PyRef<'_, Self>, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        simulator.as_super().send_annotations(py)?;
+        let simulated = Arc::clone(&simulator.simulated);
         let write = || {
-            let simulated = self.simulated.lock().map_err(|_| std::io::ErrorKind::Other)?;
+            let simulated = simulated.lock().map_err(|_| std::io::ErrorKind::Other)?;
             let Simulated { simulation, times, .. } = &*simulated;
             let history = simulation.history();
             let file = BufWriter::new(File::create(&path)?);
@@ -85,7 +88,7 @@ impl PySimulator {
                 };
                 (first..first + states.len()).filter_map(state).collect::<Vec<_>>()
             });
-            save(file, &simulation.info(), Some(simulation.maze()), states)
+            save(file, &simulation.info(), Some(simulation.maze()), states, &simulation.trailing())
         };
         py.detach(write).map_err(|error: std::io::Error| {
             io_error(error.kind(), format_args!("cannot write {}: {error}", path.display()))

@@ -117,6 +117,19 @@ def test_recordings_contain_the_maze_and_the_states(tmp_path: Path) -> None:
         mm.load_recording(tmp_path / "missing")
 
 
+def test_the_annotations_after_the_last_state_are_kept(tmp_path: Path) -> None:
+    path, simulator = tmp_path / "run.mcap", mm.Simulator(MAZE)
+    simulator.log("first")
+    simulator.state(0, 0, "N", FLAGS, FLAGS)
+    simulator.log("RESULT")
+    simulator.text(0, 1, "end")
+    simulator.colour(1, 0, "g")
+    simulator.save(path)
+    for history in (simulator.history, mm.load_recording(path).states):
+        assert history.log == [(0, "first"), (1, "RESULT")]
+        assert history.texts == {(0, 1): "end"} and history.colours == {(1, 0): "g"}
+
+
 def test_a_simulator_may_limit_the_number_of_states() -> None:
     simulator = mm.Simulator(MAZE, max_states=2)
     for _ in range(2):

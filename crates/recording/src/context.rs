@@ -11,7 +11,8 @@ use mmsim_protocol::{Annotation, State, StateMessage};
 use crate::context::changes::{Changes, RESTART, put_line};
 use crate::context::notes::Notes;
 use crate::context::update::{
-    Events, NOT_OWN, Readings, StoredReadings, StoredUpdate, UNTRACKED, Update, put_reading,
+    Events, NOT_OWN, Readings, StoredReadings, StoredUpdate, TrailingAnnotations, UNTRACKED,
+    Update, put_reading,
 };
 
 /// The client's state beyond the bytes of its last message: the walls that it has read, and the
@@ -108,6 +109,12 @@ impl Context {
         if let Some(walls_read) = &self.walls_read {
             claimed.forget_unobserved(walls_read);
         }
+    }
+
+    /// Applies the annotations after the state of this context: what the mouse displays at the end of
+    /// its run.
+    pub fn annotate(&mut self, trailing: &TrailingAnnotations) {
+        self.notes.apply_all(trailing.list());
     }
 
     /// Applies an update before a state with the pose `pose`. Returns true if the context has

@@ -25,7 +25,9 @@ mod memory;
 mod recording;
 
 pub use context::notes::Notes;
-pub use context::update::{AnnotationList, Readings, TooManyAnnotations, Update, UpdateTracker};
+pub use context::update::{
+    AnnotationList, Readings, TooManyAnnotations, TrailingAnnotations, Update, UpdateTracker,
+};
 pub use context::{Context, UpdateEncoder};
 pub use history::block::{Block, ScannedState, StateScan, States};
 pub use history::log::{LogBlock, LogEnd, LogLine, read_log};

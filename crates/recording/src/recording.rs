@@ -16,8 +16,11 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 use mmsim_protocol::{Info, MazeSize};
 
+use crate::context::Context;
+use crate::context::update::TrailingAnnotations;
 use crate::history::History;
-use crate::history::block::Block;
+use crate::history::block::{Block, States};
+use crate::history::log::LogLine;
 use crate::history::times::Times;
 use crate::memory::{MemoryBudget, Share};
 use crate::recording::format::{Description, OpenError, ReadError};
@@ -52,6 +55,7 @@ pub struct Recording {
     maze: Option<Maze>,
     history: History,
     times: Times,
+    trailing: TrailingAnnotations,
     integrity: Integrity,
     ignored: IgnoredRecords,
     /// The part of the memory budget that the states and times use.
@@ -97,7 +101,7 @@ impl Recording {
         budget: &Arc<MemoryBudget>,
     ) -> Result<Self, ReadError> {
         let (mut kept, mut share) = (None, Share::new(budget));
-        let Contents { description, integrity, ignored } =
+        let Contents { description, trailing, integrity, ignored } =
             read_states(source, |description, RecordedState { time, update, state }| {
                 let (history, times) = kept.get_or_insert_with(|| empty(description));
                 let states = history.len();
@@ -113,7 +117,7 @@ impl Recording {
         let (history, times) = kept.unwrap_or_else(|| empty(&description));
         let Description { mut info, size, maze } = description;
         info.states = history.len();
-        Ok(Self { info, size, maze, history, times, integrity, ignored, _share: share })
+        Ok(Self { info, size, maze, history, times, trailing, integrity, ignored, _share: share })
     }
 
     /// Writes a compressed recording of the same states, with messages for other tools if `messages`
@@ -135,6 +139,7 @@ impl Recording {
                 writer.write(time, update, state)?;
             }
         }
+        writer.write_trailing(&self.trailing)?;
         writer.finish()
     }
 
@@ -162,6 +167,35 @@ impl Recording {
     /// Returns the time of each state.
     pub const fn times(&self) -> &Times {
         &self.times
+    }
+
+    /// Returns the annotations after the last state.
+    pub const fn trailing(&self) -> &TrailingAnnotations {
+        &self.trailing
+    }
+
+    /// Returns the context of a state in a block of this recording. That of the last state includes the
+    /// annotations after it.
+    pub fn context(&self, states: &States, index: usize) -> Option<Context> {
+        let mut context = states.context(index)?;
+        if index + 1 == self.history.len() {
+            context.annotate(&self.trailing);
+        }
+        Some(context)
+    }
+
+    /// Returns the context at the end of the run, which includes the annotations after the last state.
+    pub fn last_context(&self) -> Context {
+        let mut context = self.history.newest_context();
+        context.annotate(&self.trailing);
+        context
+    }
+
+    /// Returns all log lines in order.
+    pub fn log(&self) -> Vec<LogLine> {
+        let mut lines = self.history.log(usize::MAX, usize::MAX, |_| true);
+        lines.extend(self.trailing.log_lines(self.history.len()));
+        lines
     }
 
     /// Returns the integrity of the file.

@@ -17,6 +17,8 @@ pub(crate) struct Control {
     pub(crate) has_client: AtomicBool,
     /// True if a client has sent the newest state or the newest `reset`.
     pub(crate) has_client_states: AtomicBool,
+    /// The number of requests with annotations.
+    pub(crate) annotations: AtomicU64,
     /// True while only this program may search the maze.
     pub(crate) is_reserved: AtomicBool,
     is_stopping: AtomicBool,
@@ -31,6 +33,7 @@ impl Control {
             status: StatusCell::default(),
             has_client: AtomicBool::new(false),
             has_client_states: AtomicBool::new(false),
+            annotations: AtomicU64::new(0),
             is_reserved: AtomicBool::new(false),
             is_stopping: AtomicBool::new(false),
             has_ended: Mutex::new(false),

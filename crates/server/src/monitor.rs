@@ -7,7 +7,7 @@ use std::sync::mpsc::{self, Sender};
 
 use mmsim_maze::Maze;
 use mmsim_protocol::Info;
-use mmsim_recording::{Block, LogBlock, LogEnd, LogLine, Times, read_log};
+use mmsim_recording::{Block, LogBlock, LogEnd, LogLine, Times, TrailingAnnotations, read_log};
 use mmsim_zmtp::ClientId;
 
 use crate::control::{Control, Status};
@@ -18,7 +18,7 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server. A monitor can also replace the maze.
 ///
-/// [`status`](Self::status), [`has_client`](Self::has_client) and
+/// [`status`](Self::status), [`annotations`](Self::annotations), [`has_client`](Self::has_client) and
 /// [`has_client_states`](Self::has_client_states) do not wait for the server's thread. All other
 /// methods send queries, which the server's thread runs between requests. A query takes microseconds. A
 /// slow caller never delays a search.
@@ -118,6 +118,22 @@ impl Monitor {
         end: LogEnd,
     ) -> Result<Option<LogBlock>, MonitorError> {
         self.query_run(run, move |service| service.simulation.history().log_block(blocks, end))
+    }
+
+    /// Returns the annotations after the last of `states` states, or none if the run has more states.
+    ///
+    /// # Errors
+    /// Returns an error if the run or the server has stopped.
+    pub fn trailing(&self, run: u32, states: usize) -> Result<TrailingAnnotations, MonitorError> {
+        self.query_run(run, move |service| {
+            let is_last = service.simulation.history().len() == states;
+            if is_last { service.simulation.trailing() } else { TrailingAnnotations::default() }
+        })
+    }
+
+    /// Returns the number of requests with annotations that the server has answered.
+    pub fn annotations(&self) -> u64 {
+        self.control.annotations.load(Ordering::Acquire)
     }
 
     /// Returns the times at which the states of a run arrived.

@@ -104,6 +104,12 @@ impl<'s> SimulationService<'s> {
         result
     }
 
+    /// Records annotations. Returns an error message if they cannot be recorded.
+    fn keep_annotations(&mut self, request: &[u8]) -> Result<(), String> {
+        let Some(recorder) = &mut self.recorder else { return Ok(()) };
+        recorder.write_annotations(request).map_err(|error| error.to_string())
+    }
+
     fn begin_run(&mut self) -> Status {
         self.close_recording();
         self.times = Times::new(TICK_NS);
@@ -161,13 +167,20 @@ impl<'s> SimulationService<'s> {
             self.simulation.read(request, RESERVED, reply);
         } else if frames == 1 {
             let change = self.simulation.handle(request, reply);
-            if change != Change::Nothing {
+            if matches!(change, Change::State | Change::Reset) {
                 self.control.has_client_states.store(client.is_some(), Ordering::Release);
             }
             match change {
                 Change::Nothing => {}
                 Change::Reset => {
                     self.begin_run();
+                }
+                Change::Annotations => {
+                    if let Err(reason) = self.keep_annotations(request) {
+                        self.simulation.undo_annotations(request);
+                        refuse(reply, reason);
+                    }
+                    self.control.annotations.fetch_add(1, Ordering::Release);
                 }
                 Change::State => {
                     // A state that cannot be recorded is removed from the history.

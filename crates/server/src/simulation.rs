@@ -5,7 +5,7 @@ use std::io::Write;
 
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
-use mmsim_recording::{History, PushError, UpdateTracker};
+use mmsim_recording::{History, PushError, TrailingAnnotations, UpdateTracker};
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -42,8 +42,13 @@ impl Simulation {
         &self.history
     }
 
-    /// Answers one request and returns the change to the history. Every request gets exactly one
-    /// reply. Only `reset` and valid states change the history.
+    /// Returns the annotations after the newest state.
+    pub fn trailing(&self) -> TrailingAnnotations {
+        self.updates.trailing()
+    }
+
+    /// Answers one request and returns the change to the run. Every request gets exactly one reply.
+    /// Only `reset` and valid states change the history.
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
@@ -65,7 +70,10 @@ impl Simulation {
                 Err(error) => refuse(reply, error),
             },
             Ok(Request::Annotations(annotations)) => match self.updates.annotate(annotations) {
-                Ok(()) => set(reply, Reply::Ok),
+                Ok(()) => {
+                    set(reply, Reply::Ok);
+                    return Change::Annotations;
+                }
                 Err(error) => refuse(reply, error),
             },
             Ok(Request::Info) => match serde_json::to_string(&self.info()) {
@@ -103,6 +111,14 @@ impl Simulation {
         self.updates.undo_report();
     }
 
+    /// Removes the annotations of a request, which could not be recorded. Works only directly after
+    /// the request.
+    pub(crate) fn undo_annotations(&mut self, request: &[u8]) {
+        if let Ok(Request::Annotations(annotations)) = Request::decode(request, self.maze.size()) {
+            self.updates.undo_annotate(annotations);
+        }
+    }
+
     /// Returns the reply to `info`.
     pub fn info(&self) -> Info {
         let Self { name, maze, history, .. } = self;
@@ -117,6 +133,8 @@ pub enum Change {
     Nothing,
     /// A state was added.
     State,
+    /// Annotations were added.
+    Annotations,
     /// All states were deleted.
     Reset,
 }
@@ -258,6 +276,25 @@ mod tests {
         assert_eq!(reply(&mut simulation, b"reset"), b"ok");
         assert_eq!(reply(&mut simulation, &state), b"ok");
         assert!(simulation.history().context(0).unwrap().notes().is_empty());
+    }
+
+    #[test]
+    fn annotations_trail_until_the_next_state() {
+        let size = MazeSize::CLASSIC;
+        let mut simulation = simulation(size);
+        let state = state(size, Pose::new(Cell::new(0, 0), Heading::North), 1);
+        let lines = |simulation: &Simulation| simulation.trailing().log_lines(1).count();
+        for request in [&state[..], b"reset"] {
+            assert_eq!(reply(&mut simulation, &state), b"ok");
+            for count in 1..=3 {
+                assert_eq!(reply(&mut simulation, b"AL\x01\0a"), b"ok");
+                assert_eq!(lines(&simulation), count);
+            }
+            simulation.undo_annotations(b"AL\x01\0a");
+            assert_eq!(lines(&simulation), 2);
+            assert_eq!(reply(&mut simulation, request), b"ok");
+            assert_eq!(lines(&simulation), 0);
+        }
     }
 
     #[test]

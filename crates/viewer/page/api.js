@@ -22,7 +22,7 @@ const MAX_KEPT_STATES = 20_000;
  *   shortest_path: number | null, error: string | null }} MazeEntry
  * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
  * @typedef {{ name: string, own: boolean, reason: string, outcome: Outcome | null }} MouseStatus
- * @typedef {{ run: number | null, states: number | null, maze: string | null,
+ * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
@@ -32,7 +32,7 @@ const MAX_KEPT_STATES = 20_000;
  *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
  * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: string | null }} TrialReport
- * @typedef {{ at: number, states: number, state: number[], phases: PhaseReport, leg: [number, number],
+ * @typedef {{ at: number, states: number, annotations: number | null, state: number[], phases: PhaseReport, leg: [number, number],
  *   trial: TrialReport | null,
  *   goal_reached: boolean, error: string | null, event: "restart" | "jump" | null, visited_cells: number,
  *   optimistic_distance: number | null, pessimistic_distance: number | null, proven: boolean,

@@ -9,10 +9,10 @@ const PAUSE = 80;
 /** The maximum number of lines in a request before and after a state. The pane keeps at most twice as many. */
 const MAX_LINES = 200;
 
-/** @type {{ lines: [number, string][], first: number, last: number, hasLater: boolean, filter: string }} */
-const NOTHING = { lines: [], first: 0, last: -1, hasLater: false, filter: "" };
+/** @type {{ lines: [number, string][], first: number, last: number, hasLater: boolean, filter: string, annotations: number }} */
+const NOTHING = { lines: [], first: 0, last: -1, hasLater: false, filter: "", annotations: 0 };
 
-/** @typedef {{ source: api.Source, index: number, states: number, signal: AbortSignal }} Requested */
+/** @typedef {{ source: api.Source, index: number, states: number, annotations: number, signal: AbortSignal }} Requested */
 
 export class LogPane {
   #element;
@@ -57,9 +57,12 @@ export class LogPane {
     this.#render();
   }
 
-  /** Shows the lines up to a state. @param {api.Source} source @param {number} index @param {number} states @param {AbortSignal} signal */
-  show(source, index, states, signal) {
-    this.#requested = { source, index, states, signal };
+  /**
+   * Shows the lines up to a state. The lines after the last state change with the number of annotations.
+   * @param {api.Source} source @param {number} index @param {number} states @param {number} annotations @param {AbortSignal} signal
+   */
+  show(source, index, states, annotations, signal) {
+    this.#requested = { source, index, states, annotations, signal };
     this.#render();
     void this.#load();
   }
@@ -75,9 +78,10 @@ export class LogPane {
       const requested = this.#requested;
       if (!requested || requested.index < 0) return;
       const { index, states } = requested;
-      const { filter, first, last, hasLater } = this.#loaded;
+      const { filter, first, last, hasLater, annotations } = this.#loaded;
       const isLoaded = filter === this.#filterText && first <= index && (index <= last || !hasLater);
-      if (isLoaded && (hasLater || last >= states - 1)) return;
+      const isComplete = last >= states - 1 && annotations === requested.annotations;
+      if (isLoaded && (hasLater || isComplete)) return;
       // The new lines of a growing run are added to the loaded lines.
       if (!(await this.#read(requested, isLoaded ? states - 1 : index, isLoaded ? last + 1 : 0))) return;
       await sleep(PAUSE);
@@ -88,7 +92,7 @@ export class LogPane {
    * Loads the lines around a state, or adds those from the state `from` to the loaded lines. Returns false if this fails.
    * @param {Requested} requested @param {number} at @param {number} from
    */
-  async #read({ source, signal }, at, from) {
+  async #read({ source, annotations, signal }, at, from) {
     const filter = this.#filterText;
     const range = { at, from, max: MAX_LINES, filter };
     const reply = await api.log(source, range, signal).catch(api.showUnlessOver);
@@ -96,8 +100,10 @@ export class LogPane {
     const { lines, first, last, has_later: hasLater } = reply;
     if (filter !== this.#filterText) return true; // the next request replaces the lines
     const isAdded = from > 0 && first === from;
-    const kept = isAdded ? this.#loaded.lines : [];
-    this.#loaded = { lines: [...kept, ...lines], first: isAdded ? this.#loaded.first : first, last, hasLater, filter };
+    // A state may have arrived after lines that were the last ones.
+    const kept = isAdded ? this.#loaded.lines.filter(([state]) => state < from) : [];
+    const loaded = { lines: [...kept, ...lines], first: isAdded ? this.#loaded.first : first, last, hasLater, filter };
+    this.#loaded = { ...loaded, annotations };
     const excess = this.#loaded.lines.length - 2 * MAX_LINES;
     if (isAdded && excess > 0) {
       const dropped = this.#loaded.lines.splice(0, excess);
@@ -108,6 +114,12 @@ export class LogPane {
     return true;
   }
 
+  /** The loaded lines. Lines after the last state belong to it. @returns {[number, string][]} */
+  get #lines() {
+    const last = (this.#requested?.states ?? 0) - 1;
+    return this.#loaded.lines.map(([state, text]) => [Math.min(state, last), text]);
+  }
+
   get #filterText() {
     return this.#filter.value.trim();
   }
@@ -116,7 +128,7 @@ export class LogPane {
   #render() {
     const index = this.#requested?.index ?? -1;
     const { filter, first, hasLater } = this.#loaded;
-    const lines = filter ? this.#loaded.lines : this.#loaded.lines.filter(([state]) => state <= index);
+    const lines = filter ? this.#lines : this.#lines.filter(([state]) => state <= index);
     let same = 0;
     while (same < lines.length && isSame(lines[same], this.#shown[same])) same += 1;
     const hadFocus = this.#list.contains(document.activeElement);
@@ -179,7 +191,7 @@ export class LogPane {
     const { index, states } = requested;
     /** @returns {[number, string] | undefined} */
     const next = () => {
-      const { lines } = this.#loaded;
+      const lines = this.#lines;
       return forward ? lines.find(([state]) => state > index) : lines.filter(([state]) => state < index).at(-1);
     };
     const isComplete = () => (forward ? !this.#loaded.hasLater : this.#loaded.first === 0);
@@ -188,7 +200,7 @@ export class LogPane {
     if (!line) {
       const isWhole = this.#loaded.first === 0 && !this.#loaded.hasLater;
       if (!isWhole) await this.#read(requested, forward ? 0 : states - 1, 0);
-      line = this.#loaded.lines.at(forward ? 0 : -1);
+      line = this.#lines.at(forward ? 0 : -1);
     }
     if (line) this.#seek(line[0]);
   }

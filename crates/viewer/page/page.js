@@ -123,7 +123,7 @@ function showLive() {
 /** @param {api.ServerEvent} event */
 function updateLive(event) {
   const live = panels.get(LIVE);
-  if (event.run !== null) live?.follow(event.run, event.states ?? 0);
+  if (event.run !== null) live?.follow(event.run, event.states ?? 0, event.annotations ?? 0);
   live?.timeline.pace.update(event.pace);
   runForm?.show(event);
 }

@@ -39,7 +39,7 @@ export class Panel {
   #fastRun;
   #abort = new AbortController();
   #loading = false;
-  /** The live run in the last event. @type {{ run: number, states: number } | null} */
+  /** The live run in the last event. @type {{ run: number, states: number, annotations: number } | null} */
   #latest = null;
   /** The loaded source, or null. @type {api.Source | null} */
   source = null;
@@ -90,9 +90,9 @@ export class Panel {
     map.onkeydown = (event) => this.#handleMapKey(event);
   }
 
-  /** Updates the live panel after an event. @param {number} run @param {number} states */
-  follow(run, states) {
-    this.#latest = { run, states };
+  /** Updates the live panel after an event. @param {number} run @param {number} states @param {number} annotations */
+  follow(run, states, annotations) {
+    this.#latest = { run, states, annotations };
     if (this.#hasNewRun) return void this.load();
     if (this.source?.run === run) this.timeline.grow(states);
     if (this.shown) this.#showSlowly(); // also draws new states in the chart while an earlier state is shown
@@ -102,6 +102,13 @@ export class Panel {
   /** The number of states of the newest run, which the panel may not have loaded yet. */
   get states() {
     return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
+  }
+
+  /** True if the mouse has annotated the last state after it was shown. */
+  get #isOutdated() {
+    const { shown } = this;
+    const isLast = shown !== null && shown.index === this.timeline.states - 1;
+    return isLast && (shown.view.annotations ?? 0) < (this.#latest?.annotations ?? 0);
   }
 
   /** The drawing of the maze, or null. */
@@ -205,7 +212,7 @@ export class Panel {
         const { signal } = this.#abort;
         source = this.source;
         const index = this.timeline.target;
-        if (!source || index < 0 || index === this.shown?.index) break;
+        if (!source || index < 0 || (index === this.shown?.index && !this.#isOutdated)) break;
         const view = await api.stateView(source, index, signal);
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
@@ -261,7 +268,8 @@ export class Panel {
 
   #showLog() {
     const [source, shown] = [this.source, this.shown];
-    if (source && shown) this.#log.show(source, shown.index, this.timeline.states, this.#abort.signal);
+    const annotations = this.#latest?.annotations ?? 0;
+    if (source && shown) this.#log.show(source, shown.index, this.timeline.states, annotations, this.#abort.signal);
   }
 
   /** Updates the chart, the export links and the announcement. These updates need not follow each state. */

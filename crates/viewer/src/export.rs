@@ -48,7 +48,7 @@ const ID: &str = "1";
 /// let simulation = Simulation::new("small", "o---o---o\n| S   G |\no---o---o\n".parse()?);
 /// let mut file = std::io::Cursor::new(Vec::new());
 /// let states = [(0, vec![], b"S\0\0NC\x01\0C\x01\0".to_vec())];
-/// save(&mut file, &simulation.info(), Some(simulation.maze()), states)?;
+/// save(&mut file, &simulation.info(), Some(simulation.maze()), states, &simulation.trailing())?;
 ///
 /// let mut page = Vec::new();
 /// let recording = Recording::read(&file.into_inner()[..])?;
@@ -206,7 +206,9 @@ fn write_log(source: &StateSource, cancel: &CancelToken, out: &mut dyn Write) ->
     let mut log = Serializer::new(out);
     let mut log = log.serialize_seq(None)?;
     for first in (0..states).step_by(Block::STATES) {
-        let range = first..=states.min(first + Block::STATES) - 1;
+        let end = first + Block::STATES;
+        // The lines after the last state belong to the number of states.
+        let range = first..=if end < states { end - 1 } else { states };
         for line in source.log(run, &range, LogEnd::First, usize::MAX, cancel, |_| true)? {
             log.serialize_element(&(line.state, line.text))?;
         }
@@ -296,7 +298,7 @@ mod tests {
             })
         });
         let mut file = Cursor::new(Vec::new());
-        save(&mut file, &simulation.info(), Some(&maze), states).unwrap();
+        save(&mut file, &simulation.info(), Some(&maze), states, &simulation.trailing()).unwrap();
         file.into_inner()
     }
 
@@ -380,7 +382,8 @@ mod tests {
     fn a_recording_without_states_is_exported() {
         let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let (simulation, mut file) = (Simulation::new("small", maze), Cursor::new(Vec::new()));
-        save(&mut file, &simulation.info(), None, [(0, "", ""); 0]).unwrap();
+        save(&mut file, &simulation.info(), None, [(0, "", ""); 0], &simulation.trailing())
+            .unwrap();
         let (recording, mut page) = (Recording::read(&file.get_ref()[..]).unwrap(), Vec::new());
         export_html("empty.mcap", recording, &Vehicles::default(), &mut page, |_| ()).unwrap();
         let page = String::from_utf8(page).unwrap();

@@ -14,7 +14,8 @@ use axum::http::StatusCode;
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
 use mmsim_recording::{
-    Block, Context, Integrity, LogEnd, LogLine, Recording, States, Times, read_log,
+    Block, Context, Integrity, LogEnd, LogLine, Recording, States, Times, TrailingAnnotations,
+    read_log,
 };
 use mmsim_run::{
     BoundsHistory, EventFinder, MovementRules, Phases, RunEvents, RunIndex, Trail, bounds,
@@ -110,16 +111,18 @@ impl RunDescription {
         Ok(Self { title, size: unexplored.size(), info, unexplored, truth })
     }
 
-    /// Decodes a state of this run.
+    /// Decodes a state of this run, with the annotations after it if it is the last state.
     pub(crate) fn decode<'a>(
         &self,
         states: &'a States,
         index: usize,
+        trailing: &TrailingAnnotations,
     ) -> ApiResult<DecodedState<'a>> {
         let failed = || undecodable(index);
         let message = states.get(index).unwrap_or_default();
         let state = State::decode(message, self.size).map_err(|_| failed())?;
-        let context = states.context(index).ok_or_else(failed)?;
+        let mut context = states.context(index).ok_or_else(failed)?;
+        context.annotate(trailing);
         let map = context.claimed_maze(&state, &self.unexplored);
         let known = context.known_maze(&state, &self.unexplored, self.truth.as_ref());
         let is_trial = trial_status(context.notes()).is_some();
@@ -265,10 +268,33 @@ impl StateSource {
         states.ok_or_else(|| ApiError::not_found(format!("state {index} does not exist")))
     }
 
-    /// Returns the context of the last of `states` states, or `None` if there is none or the run has ended.
+    /// Returns the annotations after the last state if the state with this index is the last one, or
+    /// else none.
+    pub(crate) fn trailing(&self, run: u32, index: usize) -> ApiResult<TrailingAnnotations> {
+        let states = index + 1;
+        if self.status() != (Status { run, states }) {
+            return Ok(TrailingAnnotations::default());
+        }
+        match &self.kind {
+            SourceKind::Live(monitor) => Ok(monitor.trailing(run, states)?),
+            SourceKind::Recording { recording, .. } => Ok(recording.trailing().clone()),
+        }
+    }
+
+    /// Returns the number of requests with annotations that a live simulation has answered.
+    pub(crate) fn annotations(&self) -> Option<u64> {
+        match &self.kind {
+            SourceKind::Live(monitor) => Some(monitor.annotations()),
+            SourceKind::Recording { .. } => None,
+        }
+    }
+
+    /// Returns the context after the last of `states` states, or `None` if there is none or the run has ended.
     pub(crate) fn last_context(&self, run: u32, states: usize) -> Option<Context> {
         let last = states.checked_sub(1)?;
-        self.block(run, last).ok()?.context(last)
+        let mut context = self.block(run, last).ok()?.context(last)?;
+        context.annotate(&self.trailing(run, last).ok()?);
+        Some(context)
     }
 
     /// Returns the bounds at sampled states of a run, and caches them.
@@ -278,7 +304,7 @@ impl StateSource {
         history.extend(states, |index| {
             cancel.check()?;
             let block = self.read_block(run, index)?;
-            let decoded = description.decode(&block, index)?;
+            let decoded = description.decode(&block, index, &TrailingAnnotations::default())?;
             Ok::<_, ApiError>(bounds(&decoded.known, decoded.is_trial))
         })?;
         self.cache(run, |cache| cache.bounds = history.clone());
@@ -331,7 +357,7 @@ impl StateSource {
     }
 
     /// Returns the first or last `max` log lines that match a filter and belong to a range of
-    /// states, in order.
+    /// states, in order. The lines after the last state belong to the number of states.
     pub(crate) fn log(
         &self,
         run: u32,
@@ -341,17 +367,30 @@ impl StateSource {
         cancel: &CancelToken,
         filter: impl Fn(&str) -> bool,
     ) -> ApiResult<Vec<LogLine>> {
-        self.states(run)?;
+        let count = self.states(run)?;
         let read = |blocks, end| {
             cancel.check()?;
             match &self.kind {
-                SourceKind::Live(monitor) => Ok(monitor.log_block(run, blocks, end)?),
+                SourceKind::Live(monitor) => {
+                    Ok::<_, ApiError>(monitor.log_block(run, blocks, end)?)
+                }
                 SourceKind::Recording { recording, .. } => {
                     Ok(recording.history().log_block(blocks, end))
                 }
             }
         };
-        read_log(states, end, max, filter, read)
+        let mut lines = read_log(states, end, max, &filter, read)?;
+        if let Some(last) = count.checked_sub(1)
+            && states.contains(&count)
+        {
+            let trailing = self.trailing(run, last)?;
+            lines.extend(trailing.log_lines(count).filter(|line| filter(&line.text)));
+            match end {
+                LogEnd::First => lines.truncate(max),
+                LogEnd::Last => drop(lines.drain(..lines.len().saturating_sub(max))),
+            }
+        }
+        Ok(lines)
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the

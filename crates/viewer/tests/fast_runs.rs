@@ -128,7 +128,7 @@ fn the_run_over_known_walls_follows_what_the_mouse_has_read() {
 fn a_recording_without_the_true_maze_has_no_such_runs() {
     let simulation = Simulation::new("closed", CLOSED.parse().unwrap());
     let mut file = Cursor::new(Vec::new());
-    save(&mut file, &simulation.info(), None, [(0, "", ""); 0]).unwrap();
+    save(&mut file, &simulation.info(), None, [(0, "", ""); 0], &simulation.trailing()).unwrap();
     let recording = Recording::read(&file.into_inner()[..]).unwrap();
     let viewer = Viewer::bind("127.0.0.1", 0).unwrap();
     let viewer = viewer.spawn(ViewerConfig::default().with_recording("r", recording)).unwrap();

@@ -371,13 +371,15 @@ fn changes_are_sent_as_events() {
         }
     };
     wait_until_received(concat!(
-        r#","run":1,"states":0,"maze":"a/small.txt","mouse":null,"pace":20.0,"paused":false,"#,
+        r#","run":1,"states":0,"annotations":0,"maze":"a/small.txt","mouse":null,"pace":20.0,"paused":false,"#,
         r#""client":false,"recordings":2,"opened":[]}"#
     ));
     watched.send_states(3);
     wait_until_received(r#""states":3"#);
+    assert_eq!(ask(&connect(&watched.server, zmq::REQ), b"At"), b"ok");
+    wait_until_received(r#""annotations":1"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
-    wait_until_received(r#","run":2,"states":0,"maze":"closed.txt","mouse":null"#);
+    wait_until_received(r#","run":2,"states":0,"annotations":1,"maze":"closed.txt","mouse":null"#);
     wait_until_received(r#""client":false"#);
     watched.act(&json!({"action": "pause"}));
     wait_until_received(r#""paused":true"#);

@@ -40,7 +40,7 @@ fn a_view_contains_the_figures_of_a_state() {
     let run = json!({"steps": 3 + 2, "turns": 0, "ms": ms});
     assert_eq!(
         view,
-        json!({"at": 6, "states": 700, "state": sent[6],
+        json!({"at": 6, "states": 700, "annotations": 0, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
             "leg": [0, 5],
@@ -68,6 +68,32 @@ fn a_view_contains_the_figures_of_a_state() {
     let drawing = watched.get("/api/sources/live/drawing.svg?run=1");
     assert!(drawing.head.contains("content-type: image/svg+xml"));
     assert!(drawing.text().contains(r#"data-wall="0,0,N""#) && !drawing.text().contains("<style"));
+    watched.stop();
+}
+
+/// A mouse often logs its result after its last state.
+#[test]
+fn annotations_after_the_last_state_are_shown_with_it() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let get = |path: &str| watched.get(&format!("/api/sources/live/{path}")).json();
+    let shown = |at: usize| {
+        let view = get(&format!("moment?run=1&at={at}"));
+        (view["annotations"].as_u64().unwrap(), view["texts"].clone())
+    };
+    watched.send_states(2);
+    assert_eq!(shown(1), (0, json!([])));
+    let client = connect(&watched.server, zmq::REQ);
+    assert_eq!(ask(&client, b"AL\x06\0RESULTT\x01\0\x03end"), b"ok");
+    assert_eq!((shown(0), shown(1)), ((1, json!([])), (1, json!([[1, "end"]]))));
+    let log = |lines| json!({"lines": lines, "first": 0, "last": 1, "has_later": false});
+    for at in [0, 1] {
+        assert_eq!(get(&format!("log?run=1&at={at}")), log(json!([[2, "RESULT"]])));
+        assert_eq!(get(&format!("log?run=1&at={at}&filter=x")), log(json!([])));
+    }
+    assert_eq!(get("log?run=1&at=1&from=2")["lines"], json!([[2, "RESULT"]]));
+    watched.send_states(1);
+    assert_eq!((shown(1).1, shown(2).1), (json!([]), json!([[1, "end"]])));
+    assert_eq!(get("log?run=1&at=2")["lines"], json!([[2, "RESULT"]]));
     watched.stop();
 }
 

@@ -26,6 +26,8 @@ pub(super) struct StateReport {
     weights: Vec<Vec<u8>>,
     walls: Vec<Vec<u8>>,
     map: String,
+    texts: Vec<CellText>,
+    colours: Vec<CellColour>,
     /// The status line and the map, for the text output.
     #[serde(skip)]
     pub(super) text: String,
@@ -40,7 +42,7 @@ impl StateReport {
         let rules = MovementRules::from_map(&unexplored, recording.maze());
         let run = RunIndex::new(recording.size(), rules);
         let (phases, _) = run.at(index, |index| block(index).ok_or(())).ok()?;
-        let context = states.context(index)?;
+        let context = recording.context(&states, index)?;
         let map = context.claimed_maze(&state, &unexplored);
         let known = context.known_maze(&state, &unexplored, recording.maze());
         let times = recording.times();
@@ -67,17 +69,41 @@ impl StateReport {
             pose_at.ms,
             bounds_text(figures.map, figures.trial.is_some()),
         );
+        let (notes, cells) = (context.notes(), || recording.size().cells());
+        let texts = cells().map(|cell| (cell, notes.text(cell)));
+        let texts = texts.filter(|(_, text)| !text.is_empty());
+        let texts = texts.map(|(Cell { x, y }, text)| CellText { cell: [x, y], text: text.into() });
+        let colours = cells().filter_map(|cell| {
+            let colour = notes.colour(cell)?.letter();
+            Some(CellColour { cell: [cell.x, cell.y], colour })
+        });
         Some(Self {
             index,
             figures,
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
+            texts: texts.collect(),
+            colours: colours.collect(),
             map: map.picture().with_mouse(pose).to_string(),
             text,
             pose: pose_at,
         })
     }
+}
+
+/// A text that the mouse displays. The field names are JSON keys.
+#[derive(Serialize)]
+struct CellText {
+    cell: [u8; 2],
+    text: String,
+}
+
+/// The letter of a colour that the mouse displays. The field names are JSON keys.
+#[derive(Serialize)]
+struct CellColour {
+    cell: [u8; 2],
+    colour: char,
 }
 
 /// A pose and its time. The field names are JSON keys.

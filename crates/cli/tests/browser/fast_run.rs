@@ -376,7 +376,8 @@ fn an_exported_page_without_the_true_maze_plays_the_run_over_known_walls() {
         let messages = states.iter().map(|state| (0, vec![], state.message('C', 'F')));
         let recording = home.path().join("run.mcap");
         let file = File::create(&recording).unwrap();
-        mmsim_recording::save(file, &info, None, messages).unwrap();
+        let trailing = mmsim_recording::TrailingAnnotations::default();
+        mmsim_recording::save(file, &info, None, messages, &trailing).unwrap();
         let page = home.path().join("page.html");
         let [from, to] = [&recording, &page].map(|path| path.to_str().unwrap());
         assert_eq!(home.run(&["export", from, "-o", to]).code, Some(0));

@@ -1,7 +1,7 @@
 //! The log of a mouse.
 
 use fantoccini::key::Key;
-use mmsim_maze::MazeSize;
+use mmsim_maze::{Cell, MazeSize};
 use mmsim_protocol::Annotation;
 use serde_json::json;
 
@@ -24,6 +24,32 @@ fn with_empty_run(test: impl FnOnce(Panel<'_>, &Simulator, MazeSize)) {
 fn send_line(simulator: &Simulator, number: usize, size: MazeSize, line: &str) {
     simulator.send(&annotations(&[Annotation::Log(line)]));
     simulator.send(&TestState::new(number, size).message('C', 'F'));
+}
+
+/// A mouse often logs its result after its last state.
+#[test]
+fn lines_and_texts_after_the_last_state_are_shown_with_it() {
+    with_empty_run(|live, simulator, size| {
+        let wait_for_lines = |expected: [&str; 2]| {
+            let script =
+                "return [...document.querySelectorAll('.log li')].map((line) => line.textContent)";
+            let lines = || live.browser.run::<Vec<String>>(script, &[]);
+            wait_for(&format!("{expected:?}"), || (lines() == expected).then_some(()));
+        };
+        send_line(simulator, 0, size, "first");
+        live.wait_for_state(0);
+        let text = Annotation::Text { cell: Cell::new(0, 0), text: "end" };
+        simulator.send(&annotations(&[Annotation::Log("RESULT"), text]));
+        wait_for_lines(["1first", "1RESULT"]);
+        let texts = || {
+            live.browser.run::<bool>("return document.querySelector('.texts-layer').hidden", &[])
+        };
+        wait_for("the layer of texts", || (!texts()).then_some(()));
+        // The line belongs to the next state if there is one.
+        simulator.send(&TestState::new(1, size).message('C', 'F'));
+        live.wait_for_state(1);
+        wait_for_lines(["1first", "2RESULT"]);
+    });
 }
 
 #[test]

@@ -399,6 +399,21 @@ class History(Sequence[State]):
     def __getitem__(self, key: slice, /) -> list[State]: ...
     def __iter__(self) -> Iterator[State]: ...
 
+    @property
+    def log(self) -> list[tuple[int, str]]:
+        """The log lines of the mouse, each with the index of the state that follows it.
+
+        The index of a line that no state follows is the number of states.
+        """
+
+    @property
+    def texts(self) -> dict[tuple[int, int], str]:
+        """The texts that the mouse displays at the end, by cell."""
+
+    @property
+    def colours(self) -> dict[tuple[int, int], str]:
+        """The letters of the colours that the mouse displays at the end, by cell."""
+
 @final
 class State:
     """A state: the pose of a mouse, its weights and its map. States with the same bytes are equal."""

@@ -333,7 +333,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::context::update::UpdateTracker;
+    use crate::context::update::{TrailingAnnotations, UpdateTracker};
     use crate::history::History;
     use crate::history::block::Block;
     use crate::history::log::LogLine;
@@ -499,7 +499,7 @@ mod tests {
             let goals = size().central_cells();
             let start = mmsim_maze::Pose::new(Cell::new(0, 0), Heading::North);
             let (mut file, info) = (Cursor::new(vec![]), Info::new("a", size(), start, &goals, 0));
-            save(&mut file, &info, None, states).unwrap();
+            save(&mut file, &info, None, states, &TrailingAnnotations::default()).unwrap();
             let recording = Recording::read(&file.into_inner()[..]).unwrap();
             check(recording.history(), &frames, &lines);
             prop_assert_eq!(recording.history().bytes(), history.bytes());

@@ -10,10 +10,13 @@
 //! R         the letter R, x, y, heading (N, E, S or W)
 //! ```
 
+use std::iter;
+
 use mmsim_maze::{CellSet, MazeSize, Pose};
 use mmsim_protocol::{Annotation, Annotations, Request};
 
 use crate::context::changes::Changes;
+use crate::history::log::LogLine;
 
 /// What happened between the previous state and this state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +64,66 @@ impl<'a> AnnotationList<'a> {
     /// Iterates over the annotations.
     pub fn iter(self) -> impl Iterator<Item = Annotation<'a>> {
         Annotations::iter_entries(self.0)
+    }
+}
+
+/// The annotations after the newest state of a run. They belong to the next state, or to the end of
+/// the run if there is none.
+///
+/// ```
+/// use mmsim_maze::MazeSize;
+/// use mmsim_protocol::Annotations;
+/// use mmsim_recording::UpdateTracker;
+/// let mut updates = UpdateTracker::default();
+/// updates.annotate(Annotations::decode(b"AL\x06\0RESULT", MazeSize::CLASSIC)?)?;
+/// let trailing = updates.trailing();
+/// assert!(trailing.log_lines(9).all(|line| (line.state, &*line.text) == (9, "RESULT")));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TrailingAnnotations(Vec<u8>);
+
+impl TrailingAnnotations {
+    /// Returns true if there are no annotations.
+    pub const fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns the annotations.
+    pub fn list(&self) -> AnnotationList<'_> {
+        AnnotationList(&self.0)
+    }
+
+    /// Returns the log lines of a run with this number of states, which is the index of their state.
+    pub fn log_lines(&self, states: usize) -> impl Iterator<Item = LogLine> {
+        self.list().iter().filter_map(move |annotation| match annotation {
+            Annotation::Log(text) => Some(LogLine { state: states, text: text.into() }),
+            _ => None,
+        })
+    }
+
+    /// Appends annotations. On error, nothing changes.
+    pub(crate) fn add(&mut self, annotations: Annotations<'_>) -> Result<(), TooManyAnnotations> {
+        let entries = annotations.entries();
+        if self.0.len() + entries.len() > MAX_PENDING_BYTES {
+            return Err(TooManyAnnotations);
+        }
+        self.0.extend_from_slice(entries);
+        Ok(())
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Iterates over the annotations as requests (`A`), each with one annotation.
+    pub(crate) fn requests(&self) -> impl Iterator<Item = Vec<u8>> {
+        let mut rest = &*self.0;
+        iter::from_fn(move || {
+            let before = rest;
+            Annotation::take_first(&mut rest).ok()??;
+            Some([b"A", &before[..before.len() - rest.len()]].concat())
+        })
     }
 }
 
@@ -205,8 +268,8 @@ pub struct UpdateTracker {
     read: [CellSet; 4],
     /// The poses that the client has read since the previous state, for the first time.
     poses: Vec<Pose>,
-    /// The entries of the annotations since the previous state.
-    annotations: Vec<u8>,
+    /// The annotations since the previous state.
+    annotations: TrailingAnnotations,
     /// True if `poses` and `annotations` belong to the newest state.
     is_reported: bool,
     /// True if the client has read walls.
@@ -243,12 +306,19 @@ impl UpdateTracker {
     /// Returns an error if there are too many annotations since the previous state.
     pub fn annotate(&mut self, annotations: Annotations<'_>) -> Result<(), TooManyAnnotations> {
         self.forget_reported();
-        let entries = annotations.entries();
-        if self.annotations.len() + entries.len() > MAX_PENDING_BYTES {
-            return Err(TooManyAnnotations);
-        }
-        self.annotations.extend_from_slice(entries);
-        Ok(())
+        self.annotations.add(annotations)
+    }
+
+    /// Cancels the last [`annotate`](Self::annotate) with these annotations, because they were not
+    /// recorded. Call this method before the client continues.
+    pub fn undo_annotate(&mut self, annotations: Annotations<'_>) {
+        let length = self.annotations.0.len().saturating_sub(annotations.entries().len());
+        self.annotations.0.truncate(length);
+    }
+
+    /// Returns the annotations since the previous state.
+    pub fn trailing(&self) -> TrailingAnnotations {
+        if self.is_reported { TrailingAnnotations::default() } else { self.annotations.clone() }
     }
 
     /// Returns the readings and annotations since the previous state.
@@ -256,7 +326,7 @@ impl UpdateTracker {
         self.forget_reported();
         let Self { poses, annotations, has_read, .. } = self;
         let readings = if *has_read { Readings::Poses(poses) } else { Readings::Untracked };
-        Update { readings, annotations: AnnotationList(annotations) }
+        Update { readings, annotations: annotations.list() }
     }
 
     /// Marks the readings and annotations as part of a state. Later ones belong to the next state.

@@ -5,15 +5,16 @@ use std::ops::RangeInclusive;
 
 use mmsim_maze::MazeSize;
 use mmsim_protocol::Annotation;
+use serde::Serialize;
 
 use crate::context::changes::Change;
 use crate::context::update::StoredUpdate;
 use crate::history::block::{Block, UpdateData};
 
-/// A log line of a mouse.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A log line of a mouse. The field names are JSON keys.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LogLine {
-    /// The index of the state that follows the line.
+    /// The index of the state that follows the line, which is the number of states if there is none.
     pub state: usize,
     /// The line.
     pub text: String,

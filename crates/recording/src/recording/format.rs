@@ -70,6 +70,10 @@ pub(crate) const STATES: [&str; 2] = ["/state", "mmsim-state"];
 /// next state. States whose update is empty have no message in this channel.
 pub(crate) const UPDATES: [&str; 2] = ["/update", "mmsim-update"];
 
+/// The topic and message encoding of the channel for annotations that may not be followed by a
+/// state. Each message holds a request `A`. The annotations before a state are also in its update.
+pub(crate) const ANNOTATIONS: [&str; 2] = ["/annotation", "mmsim-annotation"];
+
 /// The topic and message encoding of the channel whose only message is the true maze as text.
 ///
 /// Recordings made by clients lack this channel, because clients do not know the true maze. The

@@ -121,12 +121,13 @@ impl Unpacked {
             }
             Ok(writer.as_mut().map_or(Ok(()), |writer| writer.write(time, update, state))?)
         });
-        let Contents { integrity, .. } = read.map_err(io::Error::other)?;
+        let Contents { trailing, integrity, .. } = read.map_err(io::Error::other)?;
         let found = writer.as_ref().map_or(0, |writer| writer.states);
         let is_complete = found == *states && !matches!(integrity, Integrity::Damaged { .. });
-        let Some(writer) = writer.filter(|_| is_complete) else {
+        let Some(mut writer) = writer.filter(|_| is_complete) else {
             return Err(io::Error::other(format!("expected {states} states, found {found}")));
         };
+        writer.write_trailing(&trailing)?;
         writer.finish()?;
         target.as_file().set_permissions(metadata.permissions())?;
         // The page shows the modification time as the time of the recording.
@@ -226,6 +227,7 @@ mod tests {
     use mmsim_protocol::{Cell, Info, state_bytes};
 
     use super::*;
+    use crate::context::update::TrailingAnnotations;
     use crate::mcap::reader::MAX_COMPRESSION_RATIO;
     use crate::recording::Recording;
     use crate::recording::format::{INFO, METADATA, STATES};
@@ -335,7 +337,7 @@ mod tests {
         let (info, count) = (info(&open_maze(size)), 20_000_u64);
         let mut file = io::Cursor::new(Vec::new());
         let states = (0..count).map(|number| (1 << 60 | number << 14, [], &state));
-        save(&mut file, &info, None, states).unwrap();
+        save(&mut file, &info, None, states, &TrailingAnnotations::default()).unwrap();
         let bytes = file.into_inner().len() as u64;
         let unpacked = count * (state.len() as u64 + 31);
         assert!(unpacked / bytes < MAX_COMPRESSION_RATIO, "{} times smaller", unpacked / bytes);

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
-use mmsim_protocol::Request;
+use mmsim_protocol::{Annotations, Request};
 use serde::Serialize;
 
-use crate::context::update::StoredUpdate;
+use crate::context::update::{StoredUpdate, TrailingAnnotations};
 use crate::mcap::reader::{End, RecordReader};
 use crate::mcap::{Channel, Message, Metadata, kind};
 use crate::recording::format::{
-    Description, INFO, JSON, MAZES, MESSAGE_TOPICS, METADATA, ReadError, STATES, UPDATES, describe,
-    read_maze,
+    ANNOTATIONS, Description, INFO, JSON, MAZES, MESSAGE_TOPICS, METADATA, ReadError, STATES,
+    UPDATES, describe, read_maze,
 };
 
 /// The maximum number of states in a short file. Each byte of a file raises the limit by
@@ -74,6 +74,7 @@ pub struct IgnoredRecords {
 #[derive(Debug)]
 pub(crate) struct Contents {
     pub(crate) description: Description,
+    pub(crate) trailing: TrailingAnnotations,
     pub(crate) integrity: Integrity,
     pub(crate) ignored: IgnoredRecords,
 }
@@ -95,6 +96,7 @@ pub(crate) fn read_states(
         description,
         channels: BTreeMap::new(),
         update: Vec::new(),
+        trailing: TrailingAnnotations::default(),
         ignored: IgnoredRecords::default(),
         length: reader.length,
         states: 0,
@@ -114,7 +116,7 @@ pub(crate) fn read_states(
             Err(End::Failed(error)) => return Err(error),
         }
     };
-    let Records { description, ignored, .. } = records;
+    let Records { description, trailing, ignored, .. } = records;
     let Some(description) = description else {
         let (at, found) = match integrity {
             Integrity::Damaged { intact, reason } => (intact, reason),
@@ -122,7 +124,7 @@ pub(crate) fn read_states(
         };
         return Err(ReadError::MissingDescription { at, found });
     };
-    Ok(Contents { description, integrity, ignored })
+    Ok(Contents { description, trailing, integrity, ignored })
 }
 
 /// The data from the records that have been read so far.
@@ -132,6 +134,8 @@ struct Records<F> {
     channels: BTreeMap<u16, [&'static str; 2]>,
     /// The update of the next state.
     update: Vec<u8>,
+    /// The annotations since the newest state.
+    trailing: TrailingAnnotations,
     ignored: IgnoredRecords,
     /// The number of bytes in the file.
     length: u64,
@@ -160,7 +164,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                 let channel = Channel::decode(body)?;
                 let is_this = |names: &[&str; 2]| *names == [channel.topic, channel.encoding];
                 let for_others = MESSAGE_TOPICS.map(|topic| [topic, JSON]);
-                let mut all = [STATES, UPDATES, MAZES].into_iter().chain(for_others);
+                let mut all = [STATES, UPDATES, ANNOTATIONS, MAZES].into_iter().chain(for_others);
                 if let Some(names) = all.find(is_this) {
                     self.channels.insert(channel.number, names);
                 }
@@ -186,6 +190,11 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                 self.update.clear();
                 self.update.extend_from_slice(data);
             }
+            Some(&ANNOTATIONS) => {
+                let annotations = Annotations::decode(data, description.size);
+                let added = self.trailing.add(annotations.map_err(|error| error.to_string())?);
+                added.map_err(|error| error.to_string())?;
+            }
             Some(&STATES) => {
                 let request = Request::decode(data, description.size);
                 let Request::State(_) = request.map_err(|error| error.to_string())? else {
@@ -199,6 +208,7 @@ impl<F: FnMut(&Description, RecordedState<'_>) -> Result<(), ReadError>> Records
                 let update = &self.update;
                 (self.on_state)(description, RecordedState { time, update, state: data })?;
                 self.update.clear();
+                self.trailing.clear();
             }
             Some(_) => {}
             None => self.ignored.messages += 1,
@@ -290,8 +300,14 @@ mod tests {
     fn states_without_updates_have_readings_at_their_poses() {
         let mut file = std::io::Cursor::new(Vec::new());
         let states = (0..3).map(|number| (u64::from(number), [], state(number)));
-        crate::recording::save::save(&mut file, &info(&MAZE.parse().unwrap()), None, states)
-            .unwrap();
+        crate::recording::save::save(
+            &mut file,
+            &info(&MAZE.parse().unwrap()),
+            None,
+            states,
+            &TrailingAnnotations::default(),
+        )
+        .unwrap();
         let bytes = file.into_inner();
         assert!(!bytes.windows(7).any(|bytes| bytes == b"/update"));
         let recording = Recording::read(&bytes[..]).unwrap();

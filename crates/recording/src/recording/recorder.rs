@@ -101,6 +101,15 @@ impl Recorder {
         written
     }
 
+    /// Appends an accepted request `A` to the current file. If no file is open, does nothing, because
+    /// the annotations before the first state are in its update.
+    ///
+    /// # Errors
+    /// Returns an error if the annotations cannot be recorded.
+    pub fn write_annotations(&mut self, request: &[u8]) -> Result<(), RecordError> {
+        self.current.as_mut().map_or(Ok(()), |current| current.write_annotations(request))
+    }
+
     /// Closes the current file, if there is one, and queues it for compression.
     ///
     /// # Errors
@@ -166,6 +175,9 @@ fn file_name(maze: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::Cell;
+    use mmsim_protocol::Colour;
+
     use super::*;
     use crate::recording::Recording;
     use crate::recording::reader::Integrity;
@@ -213,6 +225,43 @@ mod tests {
         assert_eq!(*Recording::open(&files[1]).unwrap().integrity(), Integrity::Closed);
     }
 
+    #[test]
+    fn annotations_are_in_the_file_before_the_next_state() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut recorder = Recorder::new(folder.path()).unwrap();
+        recorder.write_annotations(b"AL\x05\0first").unwrap();
+        assert!(files(folder.path()).is_empty(), "the update of the first state contains them");
+        // As if the process had been killed.
+        let log = || {
+            let recording = Recording::open(&files(folder.path())[0]).unwrap();
+            recording.log().into_iter().map(|line| (line.state, line.text)).collect::<Vec<_>>()
+        };
+        for number in 0..9 {
+            write(&mut recorder, STATES[1]).unwrap();
+            assert_eq!(log(), []);
+            for line in [b"AL\x01\0a", b"AL\x01\0b"] {
+                recorder.write_annotations(line).unwrap();
+            }
+            let expected = ["a", "b"].map(|text| (number + 1, text.to_string()));
+            assert_eq!(log(), expected);
+        }
+        recorder.write_annotations(b"AT\x01\0\x03endC\x01\0gM\x01m").unwrap();
+        let unpacked = fs::metadata(&files(folder.path())[0]).unwrap().len();
+        recorder.close().unwrap();
+        recorder.finish();
+        assert!(fs::metadata(&files(folder.path())[0]).unwrap().len() < unpacked, "packed");
+        assert_eq!(log(), ["a", "b"].map(|text| (9, text.to_string())));
+        let recording = Recording::open(&files(folder.path())[0]).unwrap();
+        let (states, cell) =
+            (recording.history().block(0).unwrap().unpack().unwrap(), Cell::new(1, 0));
+        let texts = [7, 8].map(|index| {
+            let context = recording.context(&states, index).unwrap();
+            (context.notes().text(cell).to_string(), context.notes().mouse().map(String::from))
+        });
+        assert_eq!(texts, [(String::new(), None), ("end".into(), Some("m".into()))]);
+        assert_eq!(recording.last_context().notes().colour(cell), Some(Colour::Green));
+    }
+
     /// Windows does not remove a folder that contains an open file.
     #[cfg(unix)]
     #[test]
@@ -225,6 +274,8 @@ mod tests {
         for _ in 0..2 {
             let error = write(&mut recorder, STATES[1]).unwrap_err().to_string();
             let expected = ": the file was removed or replaced (reset starts a new recording)";
+            assert!(error.ends_with(expected), "{error}");
+            let error = recorder.write_annotations(b"At").unwrap_err().to_string();
             assert!(error.ends_with(expected), "{error}");
         }
         recorder.close().unwrap();

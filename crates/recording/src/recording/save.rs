@@ -7,11 +7,12 @@ use mmsim_protocol::Info;
 use serde_json::Value;
 
 use crate::context::notes::Notes;
-use crate::context::update::StoredUpdate;
+use crate::context::update::{StoredUpdate, TrailingAnnotations};
 use crate::history::block::{ScannedState, StateCursor};
 use crate::mcap::writer::{McapWriter, MessageHeader};
 use crate::recording::format::{
-    INFO, JSON, JSON_SCHEMA, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES, UPDATES,
+    ANNOTATIONS, INFO, JSON, JSON_SCHEMA, MAZES, METADATA, MOUSE, MOUSE_KEYS, PROTOCOL, STATES,
+    UPDATES,
 };
 
 /// The size of a message without its data, in bytes.
@@ -21,9 +22,11 @@ const MESSAGE_BYTES: usize = 31;
 pub(crate) struct RecordWriter<W> {
     mcap: McapWriter<W>,
     states_channel: u16,
-    /// The channel for updates, which is added when it is needed.
-    updates_channel: Option<u16>,
+    /// The channels that are added when they are needed.
+    channels: Vec<([&'static str; 2], u16)>,
     pub(crate) states: u32,
+    /// The time of the newest state.
+    newest: u64,
     size: Option<MazeSize>,
     /// The messages for other tools, if there are any.
     messages: Option<MessageWriter>,
@@ -58,8 +61,8 @@ impl<W: Write> RecordWriter<W> {
         }
         let add = |(messages, size)| MessageWriter::add(&mut mcap, messages, size, start);
         let messages = messages.map(add).transpose()?;
-        let (size, updates_channel) = (info.size(), None);
-        Ok(Self { mcap, states_channel, updates_channel, states: 0, size, messages })
+        let (size, channels) = (info.size(), Vec::new());
+        Ok(Self { mcap, states_channel, channels, states: 0, newest: start, size, messages })
     }
 
     /// Appends a state that was received at `time`, in nanoseconds since 1970 (UTC), and the update
@@ -69,7 +72,7 @@ impl<W: Write> RecordWriter<W> {
             if self.states == 0 {
                 self.write_names(update)?;
             }
-            let channel = self.updates_channel()?;
+            let channel = self.channel(UPDATES)?;
             self.mcap.write(MessageHeader { channel, sequence: self.states, time }, update)?;
         }
         let (channel, sequence) = (self.states_channel, self.states);
@@ -78,7 +81,19 @@ impl<W: Write> RecordWriter<W> {
             messages.write(&mut self.mcap, (self.states, time), update, state)?;
         }
         self.states = self.states.wrapping_add(1);
+        self.newest = time;
         Ok(())
+    }
+
+    /// Appends a request `A` that was received at `time`, like [`write`](Self::write).
+    pub(crate) fn write_annotations(&mut self, time: u64, request: &[u8]) -> io::Result<()> {
+        let (channel, sequence) = (self.channel(ANNOTATIONS)?, self.states);
+        self.mcap.write(MessageHeader { channel, sequence, time }, request)
+    }
+
+    /// Appends the annotations after the last state, with the time of the last state.
+    pub(crate) fn write_trailing(&mut self, trailing: &TrailingAnnotations) -> io::Result<()> {
+        trailing.requests().try_for_each(|request| self.write_annotations(self.newest, &request))
     }
 
     /// Writes the names of the mouse and its strategy, if the update contains them.
@@ -96,13 +111,20 @@ impl<W: Write> RecordWriter<W> {
         self.mcap.write_metadata(MOUSE, &metadata)
     }
 
-    /// Returns the channel for updates. Adds it if it does not exist.
-    pub(crate) fn updates_channel(&mut self) -> io::Result<u16> {
-        if let Some(channel) = self.updates_channel {
-            return Ok(channel);
+    /// Adds the channels for updates and annotations.
+    pub(crate) fn add_channels(&mut self) -> io::Result<()> {
+        self.channel(UPDATES)?;
+        self.channel(ANNOTATIONS).map(drop)
+    }
+
+    /// Returns a channel. Adds it if it does not exist.
+    fn channel(&mut self, names: [&'static str; 2]) -> io::Result<u16> {
+        if let Some((_, channel)) = self.channels.iter().find(|(known, _)| *known == names) {
+            return Ok(*channel);
         }
-        let channel = self.mcap.add_channel(0, UPDATES)?;
-        Ok(*self.updates_channel.insert(channel))
+        let channel = self.mcap.add_channel(0, names)?;
+        self.channels.push((names, channel));
+        Ok(channel)
     }
 
     /// Returns true if an update and a state fit into an uncompressed recording of `limit` bytes.
@@ -127,7 +149,7 @@ impl<W: Write> RecordWriter<W> {
 ///
 /// `info` describes the simulation, and `maze` is its true maze, if known. Each item consists of the
 /// time of a state in nanoseconds since 1970 (UTC), its update (see
-/// [`States::update`](crate::States::update)) and its bytes.
+/// [`States::update`](crate::States::update)) and its bytes. `trailing` follows the last state.
 ///
 /// # Errors
 /// The recording cannot be written to `to`.
@@ -136,6 +158,7 @@ pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
     info: &Info,
     maze: Option<&Maze>,
     states: impl IntoIterator<Item = (u64, U, S)>,
+    trailing: &TrailingAnnotations,
 ) -> io::Result<()> {
     let mut states = states.into_iter().peekable();
     let start = states.peek().map_or(0, |&(time, ..)| time);
@@ -143,6 +166,7 @@ pub fn save<U: AsRef<[u8]>, S: AsRef<[u8]>>(
     for (time, update, state) in states {
         writer.write(time, update.as_ref(), state.as_ref())?;
     }
+    writer.write_trailing(trailing)?;
     writer.finish()
 }
 
@@ -246,7 +270,7 @@ mod tests {
         for count in [0, 1, 200_000] {
             let mut file = io::Cursor::new(Vec::new());
             let states = (0..count).map(state).map(|(time, state)| (time, [], state));
-            save(&mut file, &info, Some(&maze), states).unwrap();
+            save(&mut file, &info, Some(&maze), states, &TrailingAnnotations::default()).unwrap();
             let bytes = file.into_inner();
             let recording = Recording::read(bytes.as_slice()).unwrap();
             assert_eq!(*recording.integrity(), Integrity::Closed);

@@ -66,7 +66,7 @@ impl RecordingWriter {
         let started = RecordWriter::new(Sink::new(file), false, info, maze, clock.now(), None);
         let flushed = started.and_then(|mut records| {
             // If a later write failed, a channel that it had added would be lost.
-            records.updates_channel()?;
+            records.add_channels()?;
             records.flush()?;
             Ok(records)
         });
@@ -126,6 +126,20 @@ impl RecordingWriter {
         let written = records.write(self.clock.now(), update, state).and_then(|()| records.flush());
         written.map_err(|error| {
             (self.has_failed, records.states) = (true, sequence);
+            RecordError::new(&self.path, error)
+        })
+    }
+
+    /// Appends an accepted request `A` with the current time, so that its annotations are in the file
+    /// even if no state follows.
+    ///
+    /// # Errors
+    /// See [`write_with_update`](Self::write_with_update).
+    pub fn write_annotations(&mut self, request: &[u8]) -> Result<(), RecordError> {
+        let Some(records) = &mut self.records else { return Ok(()) };
+        let written = records.write_annotations(self.clock.now(), request);
+        written.and_then(|()| records.flush()).map_err(|error| {
+            self.has_failed = true;
             RecordError::new(&self.path, error)
         })
     }

@@ -108,6 +108,8 @@ struct ServerEvent {
     server_id: String,
     run: Option<u32>,
     states: Option<usize>,
+    /// The number of requests with annotations that the server has answered.
+    annotations: Option<u64>,
     maze: Option<String>,
     mouse: Option<MouseStatus>,
     /// The pace of mice in steps per second, or `None` if there is no limit.
@@ -134,6 +136,7 @@ impl ServerEvent {
             server_id: state.server_id.clone(),
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
+            annotations: live.map(|live| live.monitor.annotations()),
             maze: live.map(LiveServer::maze),
             mouse: live.and_then(LiveServer::mouse_status),
             pace: live.and_then(|live| live.control.pace().rate()),
@@ -208,6 +211,7 @@ mod tests {
             server_id: "a".into(),
             run: Some(1),
             states: Some(states),
+            annotations: Some(0),
             maze: None,
             mouse: None,
             pace: None,

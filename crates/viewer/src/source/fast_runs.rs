@@ -138,7 +138,7 @@ pub(crate) fn over_known_walls(
     vehicle: &Vehicle,
 ) -> ApiResult<RouteRun> {
     let states = source.block(run, at)?;
-    let known = source.describe(run)?.decode(&states, at)?.known;
+    let known = source.describe(run)?.decode(&states, at, &source.trailing(run, at)?)?.known;
     let (walls, start) = (known.walls(Unknown::Closed), known.start().cell);
     let mut planner = Planner::new(vehicle.clone());
     let unknown = |_| "The mouse does not know a path to the goal in this state.".to_string();

@@ -120,7 +120,9 @@ pub(crate) fn draw_state<T>(
         return Ok(draw(options.apply(scene)));
     }
     let states = source.block(run, index)?;
-    let DecodedState { state, map, context, is_trial, .. } = description.decode(&states, index)?;
+    let trailing = source.trailing(run, index)?;
+    let DecodedState { state, map, context, is_trial, .. } =
+        description.decode(&states, index, &trailing)?;
     let (notes, (_, trail)) = (context.notes(), source.run_to(run, index, cancel)?);
     let passages = trail.passages();
     let plan = || planned_path(&map, state.pose(), |cell| state.weights().at(cell));

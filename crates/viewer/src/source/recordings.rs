@@ -12,7 +12,7 @@ use axum::extract::{Extension, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
-use mmsim_recording::{Block, Recording, save as save_recording};
+use mmsim_recording::{Block, Recording, TrailingAnnotations, save as save_recording};
 use serde::{Deserialize, Serialize};
 
 use crate::app::SharedState;
@@ -82,7 +82,11 @@ pub(crate) fn save(source: &StateSource, run: u32, cancel: &CancelToken) -> ApiR
     let states =
         times.iter().zip(blocks.flatten()).map(|(time, (update, state))| (time, update, state));
     let (writer, truth) = (io::BufWriter::new(&mut file), description.truth.as_ref());
-    save_recording(writer, &description.info, truth, states).map_err(failed)?;
+    let trailing = match times.len().checked_sub(1) {
+        Some(last) => source.trailing(run, last)?,
+        None => TrailingAnnotations::default(),
+    };
+    save_recording(writer, &description.info, truth, states, &trailing).map_err(failed)?;
     if let Some(error) = failure {
         return Err(error);
     }

@@ -30,7 +30,8 @@ pub(crate) struct LogQuery {
 /// The matching log lines around a state.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct LogView {
-    /// The lines, each with the index of the state that follows the line.
+    /// The lines, each with the index of the state that follows the line, which is the number of states
+    /// if there is none.
     lines: Vec<(usize, String)>,
     /// The range of states all of whose matching lines are in `lines`.
     first: usize,
@@ -59,7 +60,7 @@ impl LogQuery {
         let oldest = lines.first().filter(|_| lines.len() == max);
         let first = oldest.map_or(from, |line| (line.state + 1).min(at));
         // One more line shows whether there are more than `max`.
-        let rest = at + 1..=states.saturating_sub(1);
+        let rest = at + 1..=states;
         let mut later = source.log(run, &rest, LogEnd::First, max + 1, cancel, matches)?;
         let has_later = later.len() > max;
         later.truncate(max);

@@ -96,6 +96,9 @@ pub(crate) struct StateView {
     at: usize,
     /// The current number of states of the run.
     states: usize,
+    /// The number of requests with annotations that a live simulation has answered. After a further one,
+    /// the last state may show other texts, colours and walls.
+    annotations: Option<u64>,
     /// The state message `S`, exactly as the client sent it.
     state: Vec<u8>,
     #[serde(flatten)]
@@ -130,7 +133,8 @@ pub(crate) struct StateView {
 impl StateView {
     pub(crate) fn new(source: &StateSource, run: u32, index: usize) -> ApiResult<Self> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
-        let decoded = description.decode(&states, index)?;
+        let annotations = source.annotations();
+        let decoded = description.decode(&states, index, &source.trailing(run, index)?)?;
         let times = source.times_to(run, index)?;
         let (phases, trail) = source.run_to(run, index, &CancelToken::default())?;
         let notes = decoded.context.notes();
@@ -145,6 +149,7 @@ impl StateView {
         Ok(Self {
             at: index,
             states: source.states(run)?,
+            annotations,
             state: decoded.message.to_vec(),
             figures: StateFigures::new(&phases, &times, [&decoded.map, &decoded.known], trial),
             leg: (leg, steps),
