@@ -12,8 +12,10 @@ Cell (0, 0) is the south-west corner, x grows east, y grows north.
 """
 from __future__ import annotations
 
+import atexit
 import json
 import os
+import weakref
 from dataclasses import dataclass
 from enum import Enum, IntFlag
 from types import TracebackType
@@ -102,7 +104,8 @@ class Simulator:
     The next call of `state` sends the annotations before the state. If it raises `Refused`, the
     annotations that the simulator has not accepted are dropped, so the next state is not refused
     for the same reason. If it raises `NoReply`, they are sent again with the next state, so a line
-    may be logged twice.
+    may be logged twice. `close` and the end of the program send the annotations after the last
+    state.
     """
 
     def __init__(
@@ -121,6 +124,7 @@ class Simulator:
         self._entries: list[bytes] = []
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._connect()
+        atexit.register(_close, weakref.ref(self))
 
     def ping(self) -> None:
         """Checks that the simulator replies."""
@@ -208,8 +212,12 @@ class Simulator:
         self._annotate(b"R")
 
     def close(self) -> None:
-        """Closes the connection."""
-        self._context.destroy(linger=0)
+        """Sends the annotations after the last state, and closes the connection."""
+        try:
+            if not self._context.closed:
+                self._send_annotations()
+        finally:
+            self._context.destroy(linger=0)
 
     def __enter__(self) -> Simulator:
         return self
@@ -220,6 +228,8 @@ class Simulator:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
+        if isinstance(error, SimulatorError):
+            self._entries.clear()
         self.close()
 
     def _connect(self) -> None:
@@ -228,7 +238,7 @@ class Simulator:
         try:
             self._socket.connect(self._endpoint)
         except zmq.ZMQError as error:
-            self.close()
+            self._context.destroy(linger=0)
             raise SimulatorError(
                 f"cannot reach {self._endpoint}: {error} (expected tcp://HOST:PORT)"
             ) from error
@@ -277,6 +287,12 @@ class Simulator:
             reason = _printable(reply[7:].decode(errors="replace"))
             raise Refused(f"the simulator refused the request: {reason[:500]}")
         return reply
+
+
+def _close(reference: weakref.ref[Simulator]) -> None:
+    simulator = reference()
+    if simulator:
+        simulator.close()
 
 
 def _pose_bytes(pose: Pose) -> bytes:

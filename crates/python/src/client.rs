@@ -115,18 +115,27 @@ impl PyClient {
         ))
     }
 
-    /// Closes the connection. A further request uses a new one.
-    fn close(&self) {
-        self.socket.close();
+    /// Sends the annotations after the last state, and closes the connection. A further request uses a
+    /// new one.
+    fn close(client: PyRef<'_, Self>, py: Python<'_>) -> PyResult<()> {
+        let sent = client.as_super().send_annotations(py);
+        client.socket.close();
+        sent
     }
 
     fn __enter__(client: PyRef<'_, Self>) -> PyRef<'_, Self> {
         client
     }
 
-    #[pyo3(signature = (*_error))]
-    fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
-        self.close();
+    #[pyo3(signature = (*error))]
+    fn __exit__(
+        client: PyRef<'_, Self>,
+        py: Python<'_>,
+        error: &Bound<'_, PyTuple>,
+    ) -> PyResult<()> {
+        let closed = Self::close(client, py);
+        // The error that ends the block is the cause.
+        if error.iter().all(|part| part.is_none()) { closed } else { Ok(()) }
     }
 
     fn __repr__(&self) -> String {

@@ -1,4 +1,5 @@
 import threading
+from pathlib import Path
 
 import pytest
 from conftest import LIMIT, Serve
@@ -77,3 +78,13 @@ def test_a_client_works_after_it_was_closed_and_in_other_threads(serve: Serve) -
         for thread in threads:
             thread.join(LIMIT)
         assert readings == [mm.Walls(True, False, True)] * 80
+
+
+def test_closing_a_client_sends_the_annotations_after_the_last_state(serve: Serve, tmp_path: Path) -> None:
+    folder = tmp_path / "recordings"
+    with serve("01-harbour", "--record", str(folder)) as server:
+        with mm.Client(server["address"], annotations=True) as client:
+            client.state(0, 0, "N", [[0] * 16] * 16, client.unexplored())
+            client.log("RESULT")
+    (path,) = folder.glob("*.mcap")
+    assert mm.load_recording(path).states.log == [(1, "RESULT")]
