@@ -100,7 +100,8 @@ fn low_descriptor_limits_are_reported() {
     }
 }
 
-/// Writes a small recording with many identical states. Each chunk holds 10,000 states.
+/// Writes a small recording with many identical states. Each chunk holds 10,000 states. An unknown
+/// record makes the file long enough for a million states.
 fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     const CHUNK: u8 = 6;
     let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
@@ -122,8 +123,9 @@ fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
         at += length(at);
     }
     let chunk = &bytes[at..at + length(at)];
-    let path = home.write(name, [&bytes[..at], &chunk.repeat(chunks)].concat());
-    assert!(fs::metadata(&path).unwrap().len() < MIB);
+    let unknown = [&[0x80][..], &300_000_u64.to_le_bytes(), &vec![0; 300_000]].concat();
+    let path = home.write(name, [&bytes[..at], &unknown, &chunk.repeat(chunks)].concat());
+    assert!(fs::metadata(&path).unwrap().len() < 2 * MIB);
     path
 }
 
