@@ -70,7 +70,7 @@ fn run_once(
         Ok(mut process) => process.wait(control),
         Err(error) => {
             warn(format_args!("mmsim: {error}"));
-            ExitCause::NotStarted(error)
+            ExitCause::NotStarted(error.into())
         }
     };
     let Progress { requests, refused, phases } = run.finish();

@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_compare::{ComparedMouse, Exploration, NamedMaze, NamedMouse, Searches};
 use mmsim_fastrun::Vehicle;
-use mmsim_mouse::SearchLimits;
+use mmsim_mouse::{SearchLimits, Shortage};
 use mmsim_run::SearchFigures;
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
@@ -115,8 +115,13 @@ impl SearchArgs {
         };
         let figures = searches.run(mice, mazes, &|| bar.inc(1), || stop.is_set());
         stop.end();
-        Ok(figures)
+        figures.map_err(|shortage| explain_shortage(&shortage))
     }
+}
+
+/// Returns the error for something that the system lacks even for one program at a time.
+pub(crate) fn explain_shortage(shortage: &Shortage) -> Box<dyn Error> {
+    format!("{shortage} (end other programs, or raise the limits of this process)").into()
 }
 
 /// Parses the name of a strategy, `all` or `none`.

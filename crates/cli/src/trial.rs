@@ -12,6 +12,7 @@ use results::ResultPrinter;
 
 use crate::args::{CommandResult, UsageError};
 use crate::interrupt::StopFlag;
+use crate::searches::explain_shortage;
 use crate::selection::Inputs;
 
 /// The number of trials in a batch. The results are printed after each batch.
@@ -46,7 +47,9 @@ fn run_all(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     let shows_stderr = jobs.len() == 1 && !args.json;
     let context = RunContext { must_stop: stop.check(), shows_stderr };
     for batch in jobs.chunks(BATCH) {
-        let Some(outcomes) = run_trials(batch, &context) else { break };
+        let outcomes =
+            run_trials(batch, &context).map_err(|shortage| explain_shortage(&shortage))?;
+        let Some(outcomes) = outcomes else { break };
         results.add(outcomes)?;
     }
     stop.end();

@@ -57,6 +57,20 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
 }
 
 #[test]
+fn a_shortage_of_open_files_is_no_verdict_on_a_mouse() {
+    let home = Home::new();
+    let compare = ["compare", "--strategies", "none", "--jobs", "100", "--mouse", "m=sleep 0"];
+    let run = |limit: &str| limited(&home.command(&compare), limit).output().unwrap();
+    let (few, none) = (run("-n 64"), run("-n 17"));
+    let [results, errors] = [few.stdout, few.stderr].map(|text| String::from_utf8(text).unwrap());
+    assert_eq!(few.status.code(), Some(0), "{errors}");
+    assert!(!results.contains("Too many open files"), "{results}");
+    assert_eq!((none.status.code(), &*none.stdout), (Some(1), &b""[..]));
+    let error = String::from_utf8(none.stderr).unwrap();
+    assert!(error.contains(": Too many open files"), "{error}");
+}
+
+#[test]
 fn the_default_limit_is_below_that_of_the_process() {
     let home = Home::new();
     let server = home.server(&["-p", "0", "--maze", "hedgerow"]);

@@ -34,7 +34,7 @@ pub use parallel::{Slot, map_each, map_waiting};
 pub use searches::{Searches, measure_times, own_figures};
 pub use trial::{
     Means, OwnRobot, RobotKind, RunContext, TableRow, TrialJob, TrialResult, TrialRobot, TrialRow,
-    TrialTable, TrialTables, run_trials,
+    TrialStop, TrialTable, TrialTables, run_trials,
 };
 
 /// Compiles and runs the example in the README of this crate.

@@ -4,8 +4,10 @@ use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+
+use mmsim_mouse::Shortage;
 
 /// The number of threads per slot if work may wait. A search that waits for a mouse in the goal needs a
 /// thread, but no slot.
@@ -25,6 +27,104 @@ impl Slot {
 impl Drop for Slot {
     fn drop(&mut self) {
         self.release();
+    }
+}
+
+/// The number of open files that this process needs for itself.
+#[cfg(unix)]
+const OWN_FILES: u64 = 24;
+
+/// The number of open files that a program of the user and its connections need.
+#[cfg(unix)]
+const FILES_PER_PROGRAM: u64 = 12;
+
+/// Returns how many programs can run at a time under the limit of open files.
+fn max_programs() -> usize {
+    #[cfg(unix)]
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
+    #[cfg(unix)]
+    let programs = limit.map(|files| files.saturating_sub(OWN_FILES) / FILES_PER_PROGRAM);
+    // Other systems limit only the files of the C library.
+    #[cfg(not(unix))]
+    let programs = None::<u64>;
+    programs.map_or(usize::MAX, |programs| usize::try_from(programs).unwrap_or(usize::MAX).max(1))
+}
+
+/// Limits the number of programs at a time to what the system allows.
+pub(crate) struct Gate {
+    state: Mutex<GateState>,
+    changed: Condvar,
+}
+
+struct GateState {
+    running: usize,
+    max: usize,
+    /// The shortage that a program has met although it ran alone.
+    shortage: Option<Shortage>,
+}
+
+impl Gate {
+    /// Creates a gate for as many programs as the limit of open files allows.
+    pub(crate) fn new() -> Self {
+        Self::with_max(max_programs())
+    }
+
+    fn with_max(max: usize) -> Self {
+        let state = GateState { running: 0, max, shortage: None };
+        Self { state: Mutex::new(state), changed: Condvar::new() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, GateState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Runs a program. If the system lacks something, waits until fewer programs run, and tries again.
+    ///
+    /// # Errors
+    /// A program has met a shortage although it ran alone.
+    pub(crate) fn run<T>(&self, program: impl Fn() -> Result<T, Shortage>) -> Result<T, Shortage> {
+        loop {
+            let pass = Pass::take(self)?;
+            let max = pass.max;
+            let result = program();
+            drop(pass);
+            let Err(shortage) = result else { return result };
+            let mut state = self.lock();
+            if max == 1 {
+                state.shortage = Some(shortage);
+                self.changed.notify_all();
+            } else {
+                state.max = state.running.min(state.max - 1).max(1);
+            }
+        }
+    }
+}
+
+/// The right to run a program, which ends when it is dropped.
+struct Pass<'g> {
+    gate: &'g Gate,
+    /// The maximum number of programs when this one began.
+    max: usize,
+}
+
+impl<'g> Pass<'g> {
+    fn take(gate: &'g Gate) -> Result<Self, Shortage> {
+        let is_full =
+            |state: &mut GateState| state.running >= state.max && state.shortage.is_none();
+        let waited = gate.changed.wait_while(gate.lock(), is_full);
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        if let Some(shortage) = &state.shortage {
+            return Err(shortage.clone());
+        }
+        state.running += 1;
+        Ok(Self { gate, max: state.max })
+    }
+}
+
+impl Drop for Pass<'_> {
+    fn drop(&mut self) {
+        self.gate.lock().running -= 1;
+        self.gate.changed.notify_all();
     }
 }
 
@@ -75,7 +175,7 @@ pub fn map_waiting<'a, T: Sync, R: Send>(
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Condvar;
+    use std::sync::Barrier;
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
@@ -112,6 +212,40 @@ mod tests {
             );
         }
         assert_eq!(map_each(&[1, 2], |item| item + 1), [2, 3]);
+    }
+
+    #[test]
+    fn programs_wait_until_the_system_has_enough_for_them() {
+        // The system allows three programs at a time. All ten begin before the first one ends.
+        let (gate, barrier) = (Gate::with_max(10), Barrier::new(10));
+        let (running, refused) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let items: Vec<usize> = (0..10).collect();
+        let found = map_waiting(&items, Some(10), false, |&item, _| {
+            let is_first = AtomicBool::new(true);
+            gate.run(|| {
+                let before = running.fetch_add(1, Ordering::SeqCst);
+                if is_first.swap(false, Ordering::SeqCst) {
+                    barrier.wait();
+                }
+                running.fetch_sub(1, Ordering::SeqCst);
+                if before >= 3 {
+                    refused.fetch_add(1, Ordering::SeqCst);
+                    return Err(Shortage("too many".into()));
+                }
+                Ok(item)
+            })
+        });
+        assert_eq!(found, items.iter().map(|&item| Ok(item)).collect::<Vec<_>>());
+        assert!(refused.into_inner() >= 7);
+    }
+
+    #[test]
+    fn a_shortage_of_a_program_that_runs_alone_ends_all() {
+        let gate = Gate::with_max(5);
+        let found = map_waiting(&[1, 2, 3], Some(3), false, |_, _| {
+            gate.run(|| Err::<(), _>(Shortage("no memory".into())))
+        });
+        assert_eq!(found, vec![Err(Shortage("no memory".into())); 3]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The searches of several mice in several mazes.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
@@ -7,14 +8,14 @@ use mmsim_fastrun::Planner;
 use mmsim_maze::{Maze, counted};
 use mmsim_mouse::{
     ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
-    SearchReport, exit_text,
+    SearchReport, Shortage, exit_text,
 };
 use mmsim_run::{Ending, Judge, SearchFigures, Timing, Verdict, search};
 
 use crate::compared_mouse::ComparedMouse;
 use crate::exploration::Exploration;
 use crate::named_maze::NamedMaze;
-use crate::parallel::{Slot, map_each, map_waiting};
+use crate::parallel::{Gate, Slot, map_each, map_waiting};
 
 /// If a mouse reaches the time limit in each of its first mazes, its further searches are skipped.
 const FIRST_MAZES: usize = 3;
@@ -34,14 +35,17 @@ pub struct Searches<'a> {
 impl Searches<'_> {
     /// Runs each mouse in each maze. Returns the figures of each mouse in each maze. Calls `progress`
     /// after each search. Once `must_stop` returns true, the remaining searches end early, and the
-    /// figures mean nothing.
+    /// figures mean nothing. If the system lacks something for so many searches at a time, runs fewer.
+    ///
+    /// # Errors
+    /// The system lacks something even for one search at a time.
     pub fn run(
         &self,
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         progress: &(dyn Fn() + Sync),
         must_stop: impl Fn() -> bool + Sync,
-    ) -> Vec<Vec<SearchFigures>> {
+    ) -> Result<Vec<Vec<SearchFigures>>, Shortage> {
         let searches: Vec<(usize, usize)> = (0..mice.len())
             .flat_map(|mouse| (0..mazes.len()).map(move |maze| (mouse, maze)))
             .collect();
@@ -50,6 +54,7 @@ impl Searches<'_> {
         let is_skipped = |(mouse, maze): (usize, usize)| {
             maze >= FIRST_MAZES && stuck[mouse].load(Ordering::Relaxed) == FIRST_MAZES
         };
+        let gate = Gate::new();
         let search = |&(mouse, maze): &(usize, usize), slot: &mut Slot| {
             let selected = &mazes[maze].maze;
             let found = match &mice[mouse] {
@@ -62,7 +67,12 @@ impl Searches<'_> {
                     search(selected, new, max_states, thread_time, &must_stop).unwrap_or_default()
                 }
                 ComparedMouse::Own(mouse) => {
-                    search_own(&mouse.program, selected, self.limits, slot, &must_stop)
+                    let slot = RefCell::new(slot);
+                    let run = || {
+                        let release = &mut || slot.borrow_mut().release();
+                        search_own(&mouse.program, selected, self.limits, release, &must_stop)
+                    };
+                    gate.run(run)?
                 }
             };
             let is_stuck = found.ending == Ending::TimeLimit && !found.goal_reached;
@@ -70,10 +80,11 @@ impl Searches<'_> {
                 stuck[mouse].fetch_add(1, Ordering::Relaxed);
             }
             progress();
-            found
+            Ok(found)
         };
         let may_wait = mice.iter().any(ComparedMouse::is_own);
-        let mut figures = map_waiting(&searches, self.jobs, may_wait, search);
+        let figures = map_waiting(&searches, self.jobs, may_wait, search);
+        let mut figures = figures.into_iter().collect::<Result<Vec<_>, _>>()?;
         // Some searches may have begun before the mouse was known to be stuck.
         for (figures, &(mouse, maze)) in figures.iter_mut().zip(&searches) {
             if is_skipped((mouse, maze)) {
@@ -81,7 +92,7 @@ impl Searches<'_> {
             }
         }
         let mut figures = figures.into_iter();
-        mice.iter().map(|_| figures.by_ref().take(mazes.len()).collect()).collect()
+        Ok(mice.iter().map(|_| figures.by_ref().take(mazes.len()).collect()).collect())
     }
 }
 
@@ -92,24 +103,24 @@ fn skip(maze: &Maze) -> SearchFigures {
     SearchFigures { ending: Ending::Skipped, error: Some(reason), ..Judge::new(maze).figures() }
 }
 
-/// Runs the mouse in the maze until it exits or reaches a limit. If the mouse needs no processor,
-/// releases the slot, so that another search can use it.
+/// Runs the mouse in the maze until it exits or reaches a limit. Calls `release` if the mouse needs no
+/// processor, so that another search can use it.
 fn search_own(
     program: &Program,
     maze: &Maze,
     limits: SearchLimits,
-    slot: &mut Slot,
+    release: &mut dyn FnMut(),
     must_stop: &dyn Fn() -> bool,
-) -> SearchFigures {
-    let mut report = mmsim_mouse::search(program, maze, limits, &mut || slot.release(), must_stop);
-    let verdict = verdict(&report, limits);
+) -> Result<SearchFigures, Shortage> {
+    let mut report = mmsim_mouse::search(program, maze, limits, release, must_stop);
+    let verdict = verdict(&report, limits)?;
     let figures = own_figures(&mut report.judge, verdict);
-    SearchFigures {
+    Ok(SearchFigures {
         crashes: figures.crashes.filter(|_| report.kind != Some(MouseKind::Client)),
         // A program that does nothing does not know that the goal is unreachable.
         is_rightly_given_up: figures.is_rightly_given_up && report.kind.is_some(),
         ..figures
-    }
+    })
 }
 
 /// Returns the figures of a mouse of the user from what a judge has seen of its search.
@@ -123,8 +134,8 @@ pub fn own_figures(judge: &mut Judge, verdict: Verdict) -> SearchFigures {
     }
 }
 
-/// Returns the verdict on the mouse.
-fn verdict(report: &SearchReport, limits: SearchLimits) -> Verdict {
+/// Returns the verdict on the mouse. There is none if the system lacked something.
+fn verdict(report: &SearchReport, limits: SearchLimits) -> Result<Verdict, Shortage> {
     let SearchReport { judge, end, kind, fault } = report;
     let unheard =
         format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})");
@@ -149,10 +160,11 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Verdict {
             let limit = MAX_INVALID_BYTES >> 20;
             (Ending::Failed, format!("wrote {limit} MiB without a valid command{hint}"))
         }
-        SearchEnd::Failed(reason) => (Ending::Failed, reason.clone()),
+        SearchEnd::NotStarted(reason) => (Ending::Failed, reason.clone()),
+        SearchEnd::Shortage(shortage) => return Err(shortage.clone()),
         SearchEnd::Interrupted => (Ending::Stopped, "interrupted".into()),
     };
-    Verdict::new(judge.phases(), ending, Some(error))
+    Ok(Verdict::new(judge.phases(), ending, Some(error)))
 }
 
 /// Returns the processor time that this thread has used so far.
@@ -209,7 +221,7 @@ mod tests {
         let progress = || {
             count.fetch_add(1, Ordering::Relaxed);
         };
-        let mut figures = searches.run(&mice, &mazes, &progress, || is_stopped);
+        let mut figures = searches.run(&mice, &mazes, &progress, || is_stopped).unwrap();
         let search_speed = SearchSpeed::DEFAULT.parse().unwrap();
         let timing = Timing { vehicle: Vehicle::expert(), search_speed };
         measure_times(&mut figures, &mazes, &timing);

@@ -7,5 +7,7 @@ mod robot;
 mod tables;
 
 pub use self::result::{Means, TrialResult};
-pub use self::robot::{OwnRobot, RobotKind, RunContext, TrialJob, TrialRobot, run_trials};
+pub use self::robot::{
+    OwnRobot, RobotKind, RunContext, TrialJob, TrialRobot, TrialStop, run_trials,
+};
 pub use self::tables::{TableRow, TrialRow, TrialTable, TrialTables};

@@ -35,7 +35,7 @@ use std::time::Duration;
 
 pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
 pub use gateway::{Gateway, GatewayRun, Progress};
-pub use process::{ExitCause, MouseProcess, Program, RunEnd, exit_text};
+pub use process::{ExitCause, MouseProcess, Program, RunEnd, Shortage, StartError, exit_text};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;
 pub use search::{MAX_INVALID_BYTES, MouseKind, SearchEnd, SearchLimits, SearchReport, search};

@@ -103,6 +103,47 @@ pub(crate) fn cut(text: &mut String, max_bytes: usize) {
     text.truncate(end.unwrap_or(0));
 }
 
+/// A shortage of the system, such as too many open files. It says nothing about the mouse.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Shortage(pub String);
+
+/// The reason why a mouse could not start.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StartError {
+    /// The program cannot be run.
+    #[error("{0}")]
+    Mouse(String),
+    /// The system lacks something that the mouse needs.
+    #[error(transparent)]
+    Shortage(Shortage),
+}
+
+/// Converts a failure of this process, which is no fault of the mouse.
+impl From<String> for StartError {
+    fn from(text: String) -> Self {
+        Self::Shortage(Shortage(text))
+    }
+}
+
+impl From<StartError> for String {
+    fn from(error: StartError) -> Self {
+        error.to_string()
+    }
+}
+
+/// Returns true if the system lacks memory, processes or open files.
+fn is_shortage(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    let too_many_files = [rustix::io::Errno::MFILE, rustix::io::Errno::NFILE]
+        .map(|errno| Some(errno.raw_os_error()))
+        .contains(&error.raw_os_error());
+    // The codes of too many open files, and of too few resources or too little virtual memory.
+    #[cfg(windows)]
+    let too_many_files = matches!(error.raw_os_error(), Some(4 | 1450 | 1455));
+    too_many_files || matches!(error.kind(), ErrorKind::OutOfMemory | ErrorKind::WouldBlock)
+}
+
 /// A running mouse. Dropping it kills the process and its child processes.
 #[derive(Debug)]
 pub struct MouseProcess(pub(crate) Child, system::Group);
@@ -111,24 +152,26 @@ impl MouseProcess {
     /// Starts a mouse.
     ///
     /// # Errors
-    /// Returns a message with the reason if the mouse cannot start.
-    pub fn start(command: &mut Command) -> Result<Self, String> {
+    /// Returns the reason if the mouse cannot start.
+    pub fn start(command: &mut Command) -> Result<Self, StartError> {
         system::spawn(command).map(|(child, group)| Self(child, group)).map_err(|error| {
             let needs_path =
                 " (if the program is not on the PATH, give its path, such as ./my-mouse)";
             let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
-            format!("cannot start the mouse {}: {error}{hint}", command.get_program().display())
+            let program = command.get_program().display();
+            let text = format!("cannot start the mouse {program}: {error}{hint}");
+            if is_shortage(&error) { text.into() } else { StartError::Mouse(text) }
         })
     }
 
     /// Starts a mouse that reads from a pipe and writes to another one.
     pub(crate) fn start_piped(
         command: &mut Command,
-    ) -> Result<(Self, ChildStdin, ChildStdout), String> {
+    ) -> Result<(Self, ChildStdin, ChildStdout), StartError> {
         let mut process = Self::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()))?;
         match (process.0.stdin.take(), process.0.stdout.take()) {
             (Some(stdin), Some(stdout)) => Ok((process, stdin, stdout)),
-            _ => Err("cannot open the pipes of the mouse".into()),
+            _ => Err(StartError::from("cannot open the pipes of the mouse".to_string())),
         }
     }
 

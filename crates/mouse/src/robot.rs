@@ -12,7 +12,9 @@ use mmsim_mms::excerpt;
 use mmsim_trial::{Action, Robot};
 
 use crate::commands::{InvalidLine, Line, read_lines};
-use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, exit_text, spawn};
+use crate::process::{
+    CHECK_INTERVAL, LastLine, MouseProcess, Program, Shortage, StartError, exit_text, spawn,
+};
 
 /// The maximum time between the end of a robot's output and its exit.
 const EXIT_TIMEOUT: Duration = Duration::from_millis(500);
@@ -41,18 +43,25 @@ struct RunningRobot {
 }
 
 impl RobotProcess {
-    /// Starts a robot and describes the maze to it. A robot that cannot start fails in its first
+    /// Starts a robot and describes the maze to it. A program that cannot be run fails in its first
     /// step, as does a robot whose answer takes longer than `limit`, or that is still running when
     /// `must_stop` returns true. `shows_stderr` copies the stderr of the robot to that of this process.
+    ///
+    /// # Errors
+    /// The system lacks something that the robot needs.
     pub fn start(
         program: &Program,
         unexplored: &KnownMaze,
         limit: Duration,
         must_stop: StopCheck,
         shows_stderr: bool,
-    ) -> Self {
-        let state = RunningRobot::start(program, &first_line(unexplored), shows_stderr);
-        Self { state, limit, must_stop }
+    ) -> Result<Self, Shortage> {
+        let state = match RunningRobot::start(program, &first_line(unexplored), shows_stderr) {
+            Ok(running) => Ok(running),
+            Err(StartError::Mouse(reason)) => Err(reason),
+            Err(StartError::Shortage(shortage)) => return Err(shortage),
+        };
+        Ok(Self { state, limit, must_stop })
     }
 
     fn answer(&mut self, sensors: [u8; 3]) -> Result<Action, String> {
@@ -97,7 +106,7 @@ impl Robot for RobotProcess {
 }
 
 impl RunningRobot {
-    fn start(program: &Program, first_line: &str, shows_stderr: bool) -> Result<Self, String> {
+    fn start(program: &Program, first_line: &str, shows_stderr: bool) -> Result<Self, StartError> {
         let mut command = program.command();
         let (mut process, mut stdin, stdout) =
             MouseProcess::start_piped(command.stderr(Stdio::piped()))?;

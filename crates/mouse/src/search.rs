@@ -16,7 +16,9 @@ use mmsim_server::{Simulation, listen};
 pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
-use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, spawn};
+use crate::process::{
+    CHECK_INTERVAL, LastLine, MouseProcess, Program, Shortage, StartError, spawn,
+};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
 
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
@@ -85,7 +87,11 @@ pub fn search(
     let mut progress = lock(&progress);
     let judge = progress.judge.take().unwrap_or_else(|| Judge::new(maze));
     let (kind, fault) = (progress.kind, progress.fault.take());
-    SearchReport { judge, end: end.unwrap_or_else(SearchEnd::Failed), kind, fault }
+    let end = end.unwrap_or_else(|error| match error {
+        StartError::Mouse(reason) => SearchEnd::NotStarted(reason),
+        StartError::Shortage(shortage) => SearchEnd::Shortage(shortage),
+    });
+    SearchReport { judge, end, kind, fault }
 }
 
 /// Serves the maze to the mouse on a free port.
@@ -104,7 +110,11 @@ struct RunningMouse {
 }
 
 impl RunningMouse {
-    fn start(program: &Program, maze: &Maze, progress: &SharedProgress) -> Result<Self, String> {
+    fn start(
+        program: &Program,
+        maze: &Maze,
+        progress: &SharedProgress,
+    ) -> Result<Self, StartError> {
         let endpoint = serve(maze, progress)
             .map_err(|error| format!("cannot listen for the mouse: {error}"))?;
         let program = program.with_argument(ENDPOINT_PLACEHOLDER, endpoint.address());
@@ -157,7 +167,7 @@ impl RunningMouse {
                 }
                 Ok(Some(_)) => continue,
                 Ok(None) => {}
-                Err(error) => return SearchEnd::Failed(error),
+                Err(error) => return SearchEnd::Shortage(Shortage(error)),
             }
             if is_late {
                 return SearchEnd::TimeLimit;

@@ -123,7 +123,8 @@ impl Competition<'_> {
         let searches = Searches { exploration: &exploration, limits, max_states, jobs: None };
         let found = signals::interruptible(py, |must_stop| {
             searches.run(&mice, mazes, &|| {}, || must_stop.load(Ordering::Relaxed))
-        })?;
+        })?
+        .map_err(|shortage| io_error(io::ErrorKind::Other, shortage))?;
         let mut found = found.into_iter();
         let figures = self.mice.iter().map(|(_, mouse)| {
             if mouse.is_callable() {
@@ -222,6 +223,7 @@ pub(crate) fn trial(
         let flag = Arc::clone(flag);
         let must_stop = Arc::new(move || flag.load(Ordering::Relaxed));
         TrialTables::run(&tables, &mazes, &RunContext { must_stop, shows_stderr: false })
-    })?;
+    })?
+    .map_err(|shortage| io_error(io::ErrorKind::Other, shortage))?;
     to_python(py, &trials.map(|trials| trials.rows()))
 }

@@ -10,6 +10,7 @@ use crate::args::CommandResult;
 use crate::grid::aligned;
 use crate::interrupt::StopFlag;
 use crate::output::{create_folder, note, print, print_pretty_json, replace, write_charts};
+use crate::searches::explain_shortage;
 
 /// Runs all trials and prints the tables. Robots without a score still appear in the tables and
 /// do not count as errors.
@@ -23,7 +24,9 @@ pub(super) fn run(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     let context = RunContext { must_stop: stop.check(), shows_stderr: false };
     let trials = TrialTables::run(&tables, mazes, &context);
     stop.end();
-    let Some(trials) = trials else { return Ok(false) };
+    let Some(trials) = trials.map_err(|shortage| explain_shortage(&shortage))? else {
+        return Ok(false);
+    };
     if args.json {
         print_pretty_json(&trials.rows())?;
     } else if !mazes.is_empty() {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
-use mmsim_compare::{NamedMaze, RunContext, TrialResult, TrialRobot};
+use mmsim_compare::{NamedMaze, RunContext, TrialResult, TrialRobot, TrialStop};
 use mmsim_maze::{KnownMaze, Unknown};
 use mmsim_mouse::{
     MouseControl, Outcome, OwnMouse, Pace, RunEnd, Runs, StopReason, wall_declarations,
@@ -115,8 +115,9 @@ fn run_trial(
     match outcome {
         Ok(outcome) if outcome.ending == TrialOutcome::Failed && is_stopped => Ok(None),
         Ok(outcome) => Ok(Some(outcome)),
-        Err(None) => Ok(None),
-        Err(Some(error)) => Err(error.into()),
+        Err(TrialStop::Watch(None)) => Ok(None),
+        Err(TrialStop::Watch(Some(error))) => Err(error.into()),
+        Err(TrialStop::Shortage(shortage)) => Err(shortage.into()),
     }
 }
 

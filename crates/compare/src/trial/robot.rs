@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use mmsim_maze::{KnownMaze, Maze};
-use mmsim_mouse::{Program, RobotProcess, StopCheck};
+use mmsim_mouse::{Program, RobotProcess, Shortage, StopCheck};
 use mmsim_trial::{
     BundledRobot, Robot, SensorNoise, Settings, Survey, Trial, TrialOutcome, TrialPhase,
     race_optimum,
@@ -12,7 +12,7 @@ use mmsim_trial::{
 
 use super::result::{TrialResult, letters};
 use crate::named_maze::NamedMaze;
-use crate::parallel::map_each;
+use crate::parallel::{Gate, map_each};
 
 /// A maze and a robot to run in it.
 pub type TrialJob<'a> = (&'a NamedMaze, &'a TrialRobot);
@@ -27,8 +27,26 @@ pub struct RunContext {
 
 /// Runs trials on all processors. Returns the results in the order of the jobs, or `None` if the robots
 /// had to stop.
-pub fn run_trials(jobs: &[TrialJob<'_>], context: &RunContext) -> Option<Vec<TrialResult>> {
-    map_each(jobs, |(maze, robot)| robot.run(&maze.maze, context)).into_iter().collect()
+///
+/// # Errors
+/// The system lacks something even for one robot at a time.
+pub fn run_trials(
+    jobs: &[TrialJob<'_>],
+    context: &RunContext,
+) -> Result<Option<Vec<TrialResult>>, Shortage> {
+    let gate = Gate::new();
+    let run = |(maze, robot): &TrialJob<'_>| gate.run(|| robot.run(&maze.maze, context));
+    let results: Result<Vec<_>, _> = map_each(jobs, run).into_iter().collect();
+    Ok(results?.into_iter().collect())
+}
+
+/// The reason why a trial has no result.
+#[derive(Debug)]
+pub enum TrialStop<E> {
+    /// The watcher has stopped the trial.
+    Watch(E),
+    /// The system lacks something that the robot needs.
+    Shortage(Shortage),
 }
 
 /// A robot and its settings.
@@ -75,37 +93,46 @@ impl TrialRobot {
     }
 
     /// Prepares the robot for a trial.
-    fn robot(&self, unexplored: KnownMaze, context: &RunContext) -> Box<dyn Robot> {
-        match &self.kind {
+    fn robot(
+        &self,
+        unexplored: KnownMaze,
+        context: &RunContext,
+    ) -> Result<Box<dyn Robot>, Shortage> {
+        Ok(match &self.kind {
             RobotKind::Bundled(robot) => robot.robot(unexplored, &self.settings),
             RobotKind::Own(OwnRobot { program, answer_limit, .. }) => {
                 let (stop, shows) = (Arc::clone(&context.must_stop), context.shows_stderr);
-                Box::new(RobotProcess::start(program, &unexplored, *answer_limit, stop, shows))
+                Box::new(RobotProcess::start(program, &unexplored, *answer_limit, stop, shows)?)
             }
-        }
+        })
     }
 
     /// Runs the robot in a maze. Returns `None` if it must stop.
-    fn run(&self, maze: &Maze, context: &RunContext) -> Option<TrialResult> {
+    fn run(&self, maze: &Maze, context: &RunContext) -> Result<Option<TrialResult>, Shortage> {
         let watch = |_: &Trial<'_>, _: &KnownMaze| {
             if (context.must_stop)() { Err(()) } else { Ok(()) }
         };
-        self.run_watched(maze, context, watch).ok()
+        match self.run_watched(maze, context, watch) {
+            Ok(result) => Ok(Some(result)),
+            Err(TrialStop::Watch(())) => Ok(None),
+            Err(TrialStop::Shortage(shortage)) => Err(shortage),
+        }
     }
 
     /// Runs the robot. Calls `watch` before each step and at the end, with the trial and the part
     /// of the maze that the robot has seen. An error from `watch` stops the trial.
     ///
     /// # Errors
-    /// Returns the error from `watch`.
+    /// Returns the error from `watch`, or what the system lacks.
     pub fn run_watched<E>(
         &self,
         maze: &Maze,
         context: &RunContext,
         mut watch: impl FnMut(&Trial<'_>, &KnownMaze) -> Result<(), E>,
-    ) -> Result<TrialResult, E> {
+    ) -> Result<TrialResult, TrialStop<E>> {
         let before = KnownMaze::unexplored(maze);
-        let mut robot = self.robot(before.clone(), context);
+        let robot = self.robot(before.clone(), context);
+        let mut robot = robot.map_err(TrialStop::Shortage)?;
         // The noise must not repeat the robot's random numbers.
         let mut noise = SensorNoise::new(self.settings.noise, !self.settings.seed);
         let (mut trial, mut survey) = (Trial::new(maze), Survey::new(before));
@@ -115,7 +142,7 @@ impl TrialRobot {
             // The robot's own pose and map may be wrong.
             survey.set_pose(trial.pose());
             survey.observe(trial.readings());
-            watch(&trial, survey.map())?;
+            watch(&trial, survey.map()).map_err(TrialStop::Watch)?;
             let (phase, from) = (trial.phase(), trial.pose().cell);
             if phase == TrialPhase::Explore {
                 explored.clone_from(survey.map());

@@ -1,5 +1,6 @@
 //! Tables that compare robots and their settings.
 
+use mmsim_mouse::Shortage;
 use mmsim_report::{Comparison, Measure, MousePath};
 use mmsim_trial::{BundledRobot, KeyPoints, Score, Settings, TrialStatus, Variant};
 use serde::Serialize;
@@ -147,19 +148,23 @@ impl<'a> TrialTables<'a> {
     }
 
     /// Runs the robots in all mazes. Returns `None` if they had to stop.
+    ///
+    /// # Errors
+    /// The system lacks something even for one robot at a time.
     pub fn run(
         tables: &'a [TrialTable],
         mazes: &'a [NamedMaze],
         context: &RunContext,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, Shortage> {
         let robots = Self::robots(tables);
         let jobs: Vec<TrialJob<'_>> = (robots.iter())
             .flat_map(|&robot| mazes.iter().map(move |maze| (maze, robot)))
             .collect();
-        let mut all = run_trials(&jobs, context)?.into_iter();
+        let Some(all) = run_trials(&jobs, context)? else { return Ok(None) };
+        let mut all = all.into_iter();
         let results =
             robots.into_iter().map(|robot| (robot, all.by_ref().take(mazes.len()).collect()));
-        Some(Self { tables, mazes, results: results.collect() })
+        Ok(Some(Self { tables, mazes, results: results.collect() }))
     }
 
     pub(super) fn results_of(&self, robot: &TrialRobot) -> &[TrialResult] {

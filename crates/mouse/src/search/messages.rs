@@ -19,6 +19,7 @@ use mmsim_zmtp::{Answer, ClientId, Service};
 use crate::commands::{CommandSource, InvalidLine, Line, execute_all, read_line};
 use crate::endpoint::refuse;
 use crate::lock;
+use crate::process::Shortage;
 
 /// The number of bytes without a command after which a mouse is stopped.
 pub const MAX_INVALID_BYTES: usize = 4 << 20;
@@ -47,8 +48,10 @@ pub enum SearchEnd {
     Flood,
     /// The caller has interrupted the search.
     Interrupted,
-    /// The mouse could not start or could not go on.
-    Failed(String),
+    /// The program cannot be run.
+    NotStarted(String),
+    /// The system lacks something that the search needs.
+    Shortage(Shortage),
 }
 
 /// The progress of a search.
