@@ -45,15 +45,19 @@ pub(crate) struct ViewerArgs {
     pub(crate) vehicle: Vec<Vehicle>,
 }
 
+/// The group of `--record`. Unlike an argument, clap requires a group even beside arguments that
+/// conflict with it.
+pub(crate) const RECORDING: &str = "recording";
+
 /// Options for each recording that `--record` writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RecordingArgs {
     /// Record only the states, without the JSON channels for Foxglove and other tools
-    #[arg(long, requires = "record")]
+    #[arg(long, requires = RECORDING)]
     states_only: bool,
     /// Limit each recording to SIZE before compression, such as 500MB or 2GiB; further states are
     /// not recorded [default: a tenth of the free disk space, at most 4GiB]
-    #[arg(long, value_name = "SIZE", requires = "record", value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", requires = RECORDING, value_parser = parse_bytes)]
     record_limit: Option<ByteSize>,
 }
 
@@ -73,7 +77,7 @@ impl RecordingArgs {
 #[derive(Debug, Default, PartialEq, Eq, Args)]
 pub(crate) struct RetentionArgs {
     /// Record each run, from reset to reset, to a new file in DIR; view it with `mmsim replay`
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", group = RECORDING)]
     pub(crate) record: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,

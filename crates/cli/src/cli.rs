@@ -191,11 +191,100 @@ fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Arg;
+    use clap::error::{ContextKind, ContextValue};
+
     use super::*;
 
     #[test]
     fn command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    /// Returns each command with the words before its arguments.
+    fn commands(command: &clap::Command, words: &[String]) -> Vec<(clap::Command, Vec<String>)> {
+        let below = |below: &clap::Command| {
+            commands(below, &[words, &[below.get_name().to_string()]].concat())
+        };
+        let all = command.get_subcommands().filter(|below| below.get_name() != "help");
+        [(command.clone(), words.to_vec())].into_iter().chain(all.flat_map(below)).collect()
+    }
+
+    /// Parses the words in an order that clap accepts: options, values, and the command after `--`.
+    fn parse(command: &[String], arguments: &[&(Arg, String)]) -> Result<Cli, clap::Error> {
+        let (options, values): (Vec<_>, Vec<_>) =
+            arguments.iter().copied().partition(|(arg, _)| !arg.is_positional());
+        let (last, values): (Vec<_>, Vec<_>) =
+            values.into_iter().partition(|(arg, _)| arg.is_last_set());
+        let word = |(_, word): &(Arg, String)| word.clone();
+        let end = (!last.is_empty()).then(|| "--".to_string()).into_iter();
+        let words = options.into_iter().map(word).chain(values.into_iter().map(word));
+        Cli::try_parse_from(
+            command.iter().cloned().chain(words).chain(end).chain(last.into_iter().map(word)),
+        )
+    }
+
+    /// Returns an argument with a word that sets it to a value of its type.
+    fn with_value(command: &[String], required: &[&(Arg, String)], arg: &Arg) -> (Arg, String) {
+        const VALUES: [&str; 11] =
+            ["1", "100", "7,7", "16x16", "0.1", "a.svg", "a.html", "ares", "a=b", "1,1", "1MB"];
+        let possible: Vec<_> = arg.get_possible_values();
+        let names = possible.iter().map(|value| value.get_name().to_string());
+        let values = names.chain(VALUES.map(String::from));
+        let is_invalid =
+            |kind| matches!(kind, ErrorKind::ValueValidation | ErrorKind::InvalidValue);
+        let name = arg.get_long().map(|name| format!("--{name}"));
+        let word = |value: String| match &name {
+            None => value,
+            Some(name) if !arg.get_action().takes_values() => name.clone(),
+            Some(name) => format!("{name}={value}"),
+        };
+        let mut all = values.map(|value| (arg.clone(), word(value)));
+        let fits = |it: &(Arg, String)| {
+            let parsed = parse(command, &[required, &[it]].concat());
+            parsed.err().is_none_or(|error| !is_invalid(error.kind()))
+        };
+        all.find(fits).unwrap_or_else(|| panic!("{command:?}: no value for {}", arg.get_id()))
+    }
+
+    /// If an option requires another one, clap accepts the option alone beside an argument that
+    /// conflicts with the other one. The option would then have no effect. Clap never does so if the
+    /// other one is in a group and the option requires the group.
+    #[test]
+    fn no_argument_cancels_the_requirement_of_an_option() {
+        let mut faults = Vec::new();
+        let mut all = Cli::command();
+        all.build();
+        for (command, words) in commands(&all, &["mmsim".into()]) {
+            let has_value = |arg: &&Arg| {
+                !matches!(arg.get_id().as_str(), "help" | "version" | "quiet" | "verbose")
+            };
+            let (required, others): (Vec<_>, Vec<_>) =
+                command.get_arguments().filter(has_value).partition(|arg| arg.is_required_set());
+            let required: Vec<_> =
+                required.into_iter().map(|arg| with_value(&words, &[], arg)).collect();
+            let required: Vec<_> = required.iter().collect();
+            let others: Vec<_> =
+                others.into_iter().map(|arg| with_value(&words, &required, arg)).collect();
+            for option in &others {
+                let alone = parse(&words, &[&required[..], &[option]].concat());
+                let Err(error) = alone else { continue };
+                let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg)
+                else {
+                    continue;
+                };
+                for other in others.iter().filter(|other| other.0 != option.0) {
+                    let is_missing = other.0.get_long().is_some_and(|name| {
+                        missing.iter().any(|missing| missing.contains(&format!("--{name}")))
+                    });
+                    let both = parse(&words, &[&required[..], &[option, other]].concat());
+                    if both.is_ok() && !is_missing {
+                        faults.push(format!("{} {} {}", words.join(" "), option.1, other.1));
+                    }
+                }
+            }
+        }
+        assert!(faults.is_empty(), "accepted without effect:\n{}", faults.join("\n"));
     }
 
     #[test]

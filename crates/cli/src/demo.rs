@@ -24,7 +24,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, value_name = "MS")]
     pace: Option<u64>,
     /// Exit after the search, without serving a viewer page
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["viewer_port", "open", "vehicle"])]
     once: bool,
 }
 

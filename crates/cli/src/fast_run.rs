@@ -67,10 +67,10 @@ pub(crate) struct FastRunArgs {
     #[arg(long)]
     json: bool,
     /// Write the pose, speed, acceleration and angular velocity over time to a CSV file; - for stdout
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "csv_file")]
     csv: Option<PathBuf>,
     /// Time between two lines of the CSV file in milliseconds, 0.1 to 1000
-    #[arg(long, value_name = "MS", default_value = "1", requires = "csv", value_parser = parse_interval)]
+    #[arg(long, value_name = "MS", default_value = "1", requires = "csv_file", value_parser = parse_interval)]
     interval: f64,
     /// Write the straights and turns as an array to a C file; - for stdout
     #[arg(long, value_name = "FILE")]

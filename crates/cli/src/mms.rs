@@ -80,6 +80,7 @@ struct RemoteArgs {
             "viewer_port",
             "no_viewer",
             "open",
+            "vehicle",
         ],
     )]
     connect: Option<String>,

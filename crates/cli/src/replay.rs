@@ -30,7 +30,7 @@ pub(crate) struct ReplayArgs {
     /// Recording file; if the file is truncated, the intact part is shown
     file: PathBuf,
     /// Further recordings to show beside the first one
-    #[arg(value_name = "FILE", requires = "serve")]
+    #[arg(value_name = "FILE", requires = "serving")]
     others: Vec<PathBuf>,
     /// Show state N, counted from 0 [default: the last state]
     #[arg(long, value_name = "N")]
@@ -41,16 +41,16 @@ pub(crate) struct ReplayArgs {
     #[arg(long)]
     json: bool,
     /// Show the recording in a browser until Ctrl-C
-    #[arg(long, conflicts_with_all = ["at", "json"])]
+    #[arg(long, group = "serving", conflicts_with_all = ["at", "json"])]
     serve: bool,
     /// Port of the viewer page; 0 picks a free port [default: 6575]
-    #[arg(long, value_name = "PORT", requires = "serve")]
+    #[arg(long, value_name = "PORT", requires = "serving")]
     viewer_port: Option<u16>,
     /// Open the viewer page in a browser
-    #[arg(long, requires = "serve")]
+    #[arg(long, requires = "serving")]
     open: bool,
     /// Offer the vehicle in FILE (TOML) for fast runs on the viewer page; may be repeated
-    #[arg(long, value_name = "FILE", value_parser = parse_vehicle, requires = "serve")]
+    #[arg(long, value_name = "FILE", value_parser = parse_vehicle, requires = "serving")]
     vehicle: Vec<Vehicle>,
 }
 

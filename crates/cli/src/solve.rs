@@ -17,7 +17,9 @@ use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{BundledStrategy, Mouse, Strategy, TimeBounds, Tolerance};
 use serde::Serialize;
 
-use crate::args::{CommandResult, KnownMazeArgs, RecordingArgs, UsageError, one_of, parse_seconds};
+use crate::args::{
+    CommandResult, KnownMazeArgs, RECORDING, RecordingArgs, UsageError, one_of, parse_seconds,
+};
 use crate::connection::{
     ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
 };
@@ -64,7 +66,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pace: u64,
     /// Record the acknowledged states to FILE, which must not exist; view it with `mmsim replay`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = RECORDING)]
     record: Option<PathBuf>,
     #[command(flatten)]
     recording: RecordingArgs,

@@ -17,16 +17,16 @@ use crate::picture::{
 pub(crate) struct PictureArgs {
     /// Draw the runs through one maze: .svg or .png, or .gif to animate them in real time. An
     /// existing file is replaced
-    #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
+    #[arg(short, long, value_name = "FILE", group = "picture", value_parser = parse_picture)]
     pub(crate) output: Option<PictureFile>,
     /// Colour theme of the picture
-    #[arg(long, default_value = "light", requires = "output", value_parser = themes())]
+    #[arg(long, default_value = "light", requires = "picture", value_parser = themes())]
     theme: Theme,
     /// Width of a .png or .gif in pixels [default: chosen so that the longer side is 640 pixels]
     #[arg(
         long,
         value_name = "PX",
-        requires = "output",
+        requires = "picture",
         value_parser = clap::value_parser!(u32).range(width_range())
     )]
     width: Option<u32>,

@@ -32,10 +32,10 @@ pub(super) struct GenerateArgs {
     /// text. The path is treated as a folder for files such as contest-16x16-1.txt if it ends in a
     /// separator or is an existing folder, or if --count is above 1 [default: print the mazes,
     /// separated by blank lines]
-    #[arg(short, long, value_name = "FILE|DIR")]
+    #[arg(short, long, value_name = "FILE|DIR", group = "files")]
     output: Option<PathBuf>,
     /// Overwrite existing files whose content differs
-    #[arg(long, requires = "output")]
+    #[arg(long, requires = "files")]
     force: bool,
     /// Print a JSON array
     #[arg(long, conflicts_with = "output")]

@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{ArgGroup, Args};
 use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
 use mmsim_drawing::Theme;
 use mmsim_mouse::Program;
@@ -37,6 +37,7 @@ without --once, it is 0 after Ctrl-C.";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
+#[command(group(ArgGroup::new("pictures").multiple(true)))]
 pub(crate) struct TrialArgs {
     /// Maze files, folders to search recursively, or words from a maze's path (~/.mmsim is searched
     /// first, then the bundled mazes)
@@ -76,30 +77,30 @@ pub(crate) struct TrialArgs {
     pub(crate) path: bool,
     /// Draw the explored cells and the paths of both runs in one maze, or the races of several robots:
     /// .svg or .png. An existing file is replaced
-    #[arg(short, long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
+    #[arg(short, long, value_name = "FILE", group = "pictures", conflicts_with = "serve", value_parser = parse_still)]
     pub(crate) output: Option<PictureFile>,
     /// Draw the key points of swing and the legs between them on one maze: .svg or .png
-    #[arg(long, value_name = "FILE", conflicts_with = "serve", value_parser = parse_still)]
+    #[arg(long, value_name = "FILE", group = "pictures", conflicts_with = "serve", value_parser = parse_still)]
     pub(crate) tour: Option<PictureFile>,
     /// Colour theme of the pictures
-    #[arg(long, default_value = "light", value_parser = themes())]
+    #[arg(long, default_value = "light", requires = "pictures", value_parser = themes())]
     pub(crate) theme: Theme,
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
     /// Print four tables: benchmark robots, variants of swing, swing by number of key points, and
     /// all robots. With more than 6 mazes, the tables show only means
-    #[arg(long, conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "output", "tour", "serve"])]
+    #[arg(long, group = "comparison", conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "output", "tour", "serve"])]
     pub(crate) compare: bool,
     /// Draw each table as four bar charts in DIR (the score in two parts, the score, the explore steps
     /// and the race steps), and charts of all robots in all mazes
-    #[arg(long, value_name = "DIR", requires = "compare")]
+    #[arg(long, value_name = "DIR", requires = "comparison")]
     pub(crate) charts: Option<PathBuf>,
     /// Write a report on all robots to FILE: one HTML page with tables, charts and pictures
-    #[arg(long, value_name = "FILE", requires = "compare")]
+    #[arg(long, value_name = "FILE", requires = "comparison")]
     pub(crate) html: Option<PathBuf>,
     /// Show the trial of one robot in one maze in a browser until Ctrl-C
-    #[arg(long)]
+    #[arg(long, group = "serving")]
     pub(crate) serve: bool,
     #[command(flatten)]
     pub(crate) watch: WatchArgs,
@@ -110,13 +111,13 @@ pub(crate) struct TrialArgs {
 #[command(next_help_heading = "Options for --serve")]
 pub(crate) struct WatchArgs {
     /// Port to listen on; 0 picks a free port
-    #[arg(short, long, default_value_t = DEFAULT_PORT, requires = "serve")]
+    #[arg(short, long, default_value_t = DEFAULT_PORT, requires = "serving")]
     pub(crate) port: u16,
     /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]
-    #[arg(long, value_name = "MS", requires = "serve")]
+    #[arg(long, value_name = "MS", requires = "serving")]
     pub(crate) pace: Option<u64>,
     /// Exit after the trial, without serving a viewer page
-    #[arg(long, requires = "serve")]
+    #[arg(long, requires = "serving", conflicts_with_all = ["viewer_port", "open", "vehicle"])]
     pub(crate) once: bool,
     #[command(flatten)]
     pub(crate) retention: RetentionArgs,
