@@ -59,6 +59,10 @@ use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    if let Some(code) = mmsim_mouse::guard_mice() {
+        return code;
+    }
     survive_file_size_limit();
     let cli = Cli::parse_or_exit();
     configure_messages(cli.verbosity);

@@ -1,14 +1,12 @@
 //! `mmsim run`: run a mouse that connects over ZeroMQ.
 
 use std::error::Error;
-use std::process::Stdio;
 use std::sync::Arc;
 
 use clap::Args;
 use mmsim_maze::counted;
 use mmsim_mouse::{
-    ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, ExitCause, Gateway, MouseControl, MouseProcess,
-    Program, Progress, RunEnd,
+    ENDPOINT_VARIABLE, ExitCause, Gateway, MouseControl, MouseProcess, Program, Progress, RunEnd,
 };
 use mmsim_server::listen;
 
@@ -64,9 +62,7 @@ fn run_once(
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let run = gateway.begin_run()?;
-    let mut command = program.with_argument(ENDPOINT_PLACEHOLDER, run.address()).command();
-    command.env(ENDPOINT_VARIABLE, run.address()).stdin(Stdio::null());
-    let cause = match MouseProcess::start(&mut command) {
+    let cause = match MouseProcess::start(program, run.address()) {
         Ok(mut process) => process.wait(control),
         Err(error) => {
             warn(format_args!("mmsim: {error}"));

@@ -21,6 +21,8 @@ mod commands;
 mod control;
 mod endpoint;
 mod gateway;
+#[cfg(unix)]
+mod guard;
 mod log;
 mod process;
 mod robot;
@@ -35,6 +37,8 @@ use std::time::Duration;
 
 pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
 pub use gateway::{Gateway, GatewayRun, Progress};
+#[cfg(unix)]
+pub use guard::{guard_mice, use_guard};
 pub use process::{ExitCause, MouseProcess, Program, RunEnd, Shortage, StartError, exit_text};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;

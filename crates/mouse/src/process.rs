@@ -1,9 +1,9 @@
 //! A program as a mouse: its command line, its process with all child processes, and its exit.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{self, BufRead, BufReader, ErrorKind, PipeReader, PipeWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 use std::{env, iter, thread};
@@ -15,6 +15,7 @@ use mmsim_run::{Ending, Goal, Phases, Verdict};
 
 use crate::commands::MAX_LINE_BYTES;
 use crate::control::{MouseControl, Outcome, StopReason};
+use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE};
 
 /// The maximum interval between checks whether a mouse has exited or must stop.
 pub(crate) const CHECK_INTERVAL: Duration = Duration::from_millis(50);
@@ -144,46 +145,77 @@ fn is_shortage(error: &io::Error) -> bool {
     too_many_files || matches!(error.kind(), ErrorKind::OutOfMemory | ErrorKind::WouldBlock)
 }
 
-/// A running mouse. Dropping it kills the process and its child processes.
+/// A running mouse. Dropping it kills the process and its descendants.
 #[derive(Debug)]
-pub struct MouseProcess(pub(crate) Child, system::Group);
+pub struct MouseProcess {
+    /// The mouse or, if the mouse has a guard, the guard.
+    child: Child,
+    group: system::Group,
+}
 
 impl MouseProcess {
-    /// Starts a mouse.
+    /// Starts a mouse that reads nothing from its stdin. In its environment and in place of
+    /// `{endpoint}` in its arguments, it finds the address of the simulator.
     ///
     /// # Errors
     /// Returns the reason if the mouse cannot start.
-    pub fn start(command: &mut Command) -> Result<Self, StartError> {
-        system::spawn(command).map(|(child, group)| Self(child, group)).map_err(|error| {
-            let needs_path =
-                " (if the program is not on the PATH, give its path, such as ./my-mouse)";
-            let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
-            let program = command.get_program().display();
-            let text = format!("cannot start the mouse {program}: {error}{hint}");
-            if is_shortage(&error) { text.into() } else { StartError::Mouse(text) }
-        })
+    pub fn start(program: &Program, endpoint: &str) -> Result<Self, StartError> {
+        Self::spawn(program, Some(endpoint), None, [Stdio::inherit(), Stdio::inherit()])
     }
 
     /// Starts a mouse that reads from a pipe and writes to another one.
     pub(crate) fn start_piped(
-        command: &mut Command,
-    ) -> Result<(Self, ChildStdin, ChildStdout), StartError> {
-        let mut process = Self::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()))?;
-        match (process.0.stdin.take(), process.0.stdout.take()) {
-            (Some(stdin), Some(stdout)) => Ok((process, stdin, stdout)),
-            _ => Err(StartError::from("cannot open the pipes of the mouse".to_string())),
+        program: &Program,
+        endpoint: Option<&str>,
+        stderr: Stdio,
+    ) -> Result<(Self, PipeWriter, ChildStdout), StartError> {
+        let pipe_error = |error| format!("cannot open the pipes of the mouse: {error}");
+        let (reader, stdin) = io::pipe().map_err(pipe_error)?;
+        let streams = [Stdio::piped(), stderr];
+        let mut process = Self::spawn(program, endpoint, Some(reader), streams)?;
+        let stdout = process.child.stdout.take();
+        let stdout = stdout.ok_or_else(|| pipe_error(ErrorKind::BrokenPipe.into()))?;
+        Ok((process, stdin, stdout))
+    }
+
+    fn spawn(
+        program: &Program,
+        endpoint: Option<&str>,
+        stdin: Option<PipeReader>,
+        streams: [Stdio; 2],
+    ) -> Result<Self, StartError> {
+        let mut command = program.command();
+        if let Some(endpoint) = endpoint {
+            command = program.with_argument(ENDPOINT_PLACEHOLDER, endpoint).command();
+            command.env(ENDPOINT_VARIABLE, endpoint);
         }
+        system::spawn(command, stdin, streams).map(|(child, group)| Self { child, group }).map_err(
+            |error| {
+                let needs_path =
+                    " (if the program is not on the PATH, give its path, such as ./my-mouse)";
+                let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
+                let command = program.command();
+                let program = command.get_program().display();
+                let text = format!("cannot start the mouse {program}: {error}{hint}");
+                if is_shortage(&error) { text.into() } else { StartError::Mouse(text) }
+            },
+        )
+    }
+
+    /// Returns the stderr of the mouse if it is a pipe.
+    pub(crate) fn take_stderr(&mut self) -> Option<ChildStderr> {
+        self.child.stderr.take()
     }
 
     /// Returns the exit status of the mouse if it has exited, or a message if there is no status.
     pub(crate) fn status(&mut self) -> Result<Option<ExitStatus>, String> {
-        let status = self.0.try_wait();
+        let status = system::status(&mut self.child, &mut self.group);
         status.map_err(|error| format!("cannot get the exit status of the mouse: {error}"))
     }
 
-    /// Kills the process and its child processes, which may keep its pipes open after it has exited.
+    /// Kills the process and its descendants, which may keep its pipes open after it has exited.
     pub(crate) fn kill_group(&mut self) {
-        system::kill(&mut self.1);
+        system::kill(&mut self.group);
     }
 
     /// Waits until the mouse exits or must stop.
@@ -207,9 +239,7 @@ impl MouseProcess {
 
 impl Drop for MouseProcess {
     fn drop(&mut self) {
-        self.kill_group();
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        system::end(&mut self.child, &mut self.group);
     }
 }
 
@@ -325,7 +355,7 @@ impl LastLine {
         is_copied: bool,
     ) -> Result<Self, String> {
         let (sender, line) = mpsc::channel();
-        if let Some(stderr) = process.0.stderr.take() {
+        if let Some(stderr) = process.take_stderr() {
             let copy = is_copied.then(io::stderr);
             spawn("stderr", move || {
                 // Nobody may be interested in it.
@@ -370,33 +400,69 @@ fn read_last_line(input: impl Read, mut copy: Option<impl Write>) -> String {
     text
 }
 
-/// Process groups, whose processes are killed together.
+/// A mouse with a guard or, if this process has none for its mice, a process group.
 #[cfg(unix)]
 mod system {
-    use std::io;
+    use std::io::{self, PipeReader};
     use std::os::unix::process::CommandExt;
-    use std::process::{Child, Command};
+    use std::process::{Child, Command, ExitStatus, Stdio};
 
     use rustix::process::{Pid, Signal, kill_process_group};
 
-    pub(super) type Group = Pid;
+    use crate::guard::{self, Guarded};
 
-    pub(super) fn spawn(command: &mut Command) -> io::Result<(Child, Group)> {
-        let child = command.process_group(0).spawn()?;
-        let group = Pid::from_child(&child);
+    #[derive(Debug)]
+    pub(super) enum Group {
+        Guarded(Guarded),
+        Processes(Pid),
+    }
+
+    pub(super) fn spawn(
+        mut command: Command,
+        stdin: Option<PipeReader>,
+        [stdout, stderr]: [Stdio; 2],
+    ) -> io::Result<(Child, Group)> {
+        if let Some(mut guard) = guard::command(&command) {
+            let started = Guarded::start(guard.stdout(stdout).stderr(stderr), stdin);
+            return started.map(|(guard, guarded)| (guard, Group::Guarded(guarded)));
+        }
+        command.process_group(0).stdin(stdin.map_or_else(Stdio::null, Stdio::from));
+        let child = command.stdout(stdout).stderr(stderr).spawn()?;
+        let group = Group::Processes(Pid::from_child(&child));
         Ok((child, group))
     }
 
+    pub(super) fn status(child: &mut Child, group: &mut Group) -> io::Result<Option<ExitStatus>> {
+        match group {
+            Group::Guarded(guarded) => guarded.status(),
+            Group::Processes(_) => child.try_wait(),
+        }
+    }
+
     pub(super) fn kill(group: &mut Group) {
-        let _ = kill_process_group(*group, Signal::KILL);
+        match group {
+            Group::Guarded(guarded) => guarded.kill(),
+            Group::Processes(leader) => {
+                let _ = kill_process_group(*leader, Signal::KILL);
+            }
+        }
+    }
+
+    pub(super) fn end(child: &mut Child, group: &mut Group) {
+        kill(group);
+        if let Group::Guarded(guarded) = group {
+            guarded.wait(child);
+        } else {
+            let _ = child.kill().and_then(|()| child.wait());
+        }
     }
 }
 
 #[cfg(windows)]
 mod system {
-    use std::io;
+    use std::io::{self, PipeReader};
     use std::os::windows::io::AsRawHandle;
-    use std::process::{Child, Command};
+    use std::process::{Child, Command, ExitStatus, Stdio};
 
     use win32job::{ExtendedLimitInfo, Job};
 
@@ -404,18 +470,32 @@ mod system {
     /// is killed.
     pub(super) type Group = Option<Job>;
 
-    pub(super) fn spawn(command: &mut Command) -> io::Result<(Child, Group)> {
+    pub(super) fn spawn(
+        mut command: Command,
+        stdin: Option<PipeReader>,
+        [stdout, stderr]: [Stdio; 2],
+    ) -> io::Result<(Child, Group)> {
         let mut limits = ExtendedLimitInfo::new();
         let job = Job::create_with_limit_info(limits.limit_kill_on_job_close());
-        let child = command.spawn()?;
+        command.stdin(stdin.map_or_else(Stdio::null, Stdio::from));
+        let child = command.stdout(stdout).stderr(stderr).spawn()?;
         // Without a job object, only the process itself can be killed. A job object contains only
         // processes that are started after its first process has been added.
         let job = job.ok().filter(|job| job.assign_process(child.as_raw_handle() as isize).is_ok());
         Ok((child, job))
     }
 
+    pub(super) fn status(child: &mut Child, _: &mut Group) -> io::Result<Option<ExitStatus>> {
+        child.try_wait()
+    }
+
     pub(super) fn kill(group: &mut Group) {
         drop(group.take());
+    }
+
+    pub(super) fn end(child: &mut Child, group: &mut Group) {
+        kill(group);
+        let _ = child.kill().and_then(|()| child.wait());
     }
 }
 
@@ -504,16 +584,13 @@ mod tests {
     /// The child process keeps the pipe open, so the pipe ends only if it is killed too.
     #[test]
     fn child_processes_are_killed() {
-        let mut command = if cfg!(windows) {
-            let mut command = Command::new("cmd");
-            command.args(["/c", "echo started& cmd /c pause"]);
-            command
+        let program = if cfg!(windows) {
+            program(&["cmd", "/c", "echo started& cmd /c pause"])
         } else {
-            let mut command = Command::new("sh");
-            command.args(["-c", "echo started; sleep 1000; exit"]);
-            command
+            program(&["sh", "-c", "echo started; sleep 1000; exit"])
         };
-        let (mut process, _stdin, stdout) = MouseProcess::start_piped(&mut command).unwrap();
+        let (mut process, _stdin, stdout) =
+            MouseProcess::start_piped(&program, None, Stdio::inherit()).unwrap();
         let mut output = BufReader::new(stdout);
         let (sender, end) = mpsc::channel();
         thread::spawn(move || {

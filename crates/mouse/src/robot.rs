@@ -1,7 +1,7 @@
 //! Runs a robot of the user in another process.
 
-use std::io::{BufReader, Write};
-use std::process::{ChildStdin, Stdio};
+use std::io::{BufReader, PipeWriter, Write};
+use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -37,7 +37,7 @@ pub struct RobotProcess {
 
 struct RunningRobot {
     process: MouseProcess,
-    stdin: ChildStdin,
+    stdin: PipeWriter,
     lines: Receiver<Line>,
     last_line: LastLine,
 }
@@ -78,7 +78,7 @@ impl RobotProcess {
                 Err(RecvTimeoutError::Timeout) => {}
             }
             // A child process of a robot that has exited may keep the output open.
-            if asked.elapsed() >= EXIT_TIMEOUT && matches!(running.process.status(), Ok(Some(_))) {
+            if asked.elapsed() >= EXIT_TIMEOUT && !matches!(running.process.status(), Ok(None)) {
                 return Err(running.end());
             }
             if (self.must_stop)() {
@@ -107,9 +107,8 @@ impl Robot for RobotProcess {
 
 impl RunningRobot {
     fn start(program: &Program, first_line: &str, shows_stderr: bool) -> Result<Self, StartError> {
-        let mut command = program.command();
         let (mut process, mut stdin, stdout) =
-            MouseProcess::start_piped(command.stderr(Stdio::piped()))?;
+            MouseProcess::start_piped(program, None, Stdio::piped())?;
         let (sender, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
         spawn("stdout", move || read_lines(BufReader::new(stdout), &sender))?;
         let last_line = LastLine::from_process(&mut process, shows_stderr)?;

@@ -16,10 +16,10 @@ use mmsim_server::{Simulation, listen};
 pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
+use crate::lock;
 use crate::process::{
     CHECK_INTERVAL, LastLine, MouseProcess, Program, Shortage, StartError, spawn,
 };
-use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE, lock};
 
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.
@@ -117,11 +117,9 @@ impl RunningMouse {
     ) -> Result<Self, StartError> {
         let endpoint = serve(maze, progress)
             .map_err(|error| format!("cannot listen for the mouse: {error}"))?;
-        let program = program.with_argument(ENDPOINT_PLACEHOLDER, endpoint.address());
-        let mut command = program.command();
-        command.env(ENDPOINT_VARIABLE, endpoint.address()).stderr(Stdio::piped());
         let started = Instant::now();
-        let (mut process, stdin, stdout) = MouseProcess::start_piped(&mut command)?;
+        let (mut process, stdin, stdout) =
+            MouseProcess::start_piped(program, Some(endpoint.address()), Stdio::piped())?;
         let last_line = LastLine::from_process(&mut process, false)?;
         let (maze, progress) = (maze.clone(), Arc::clone(progress));
         spawn("stdout", move || messages::execute_commands(stdout, stdin, &maze, &progress))?;

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write as _};
-use std::io::{self, BufReader, Read, Write};
-use std::process::{ChildStdin, Stdio};
+use std::io::{self, BufReader, PipeWriter, Read, Write};
+use std::process::Stdio;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -167,7 +167,7 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
                 Err(Disconnected) => return Ok(None),
                 // A process that the mouse has started may keep the pipe open after the mouse
                 // exits.
-                Err(Timeout) if matches!(self.pipes.process.status(), Ok(Some(_))) => {
+                Err(Timeout) if !matches!(self.pipes.process.status(), Ok(None)) => {
                     return Ok(None);
                 }
                 Err(Timeout) => {
@@ -221,12 +221,9 @@ struct Pipes {
 impl Pipes {
     /// Starts a mouse. Without a log, the mouse inherits stderr.
     fn open(program: &Program, log: Option<&MouseLog>) -> Result<Self, String> {
-        let mut command = program.command();
-        if log.is_some() {
-            command.stderr(Stdio::piped());
-        }
-        let (mut process, stdin, stdout) = MouseProcess::start_piped(&mut command)?;
-        if let (Some(log), Some(stderr)) = (log, process.0.stderr.take()) {
+        let stderr = if log.is_some() { Stdio::piped() } else { Stdio::inherit() };
+        let (mut process, stdin, stdout) = MouseProcess::start_piped(program, None, stderr)?;
+        if let (Some(log), Some(stderr)) = (log, process.take_stderr()) {
             log.collect(stderr)?;
         }
         let (read, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
@@ -253,7 +250,7 @@ impl Pipes {
     }
 }
 
-fn write_replies(mut stdin: ChildStdin, replies: &Receiver<Response>, unread: &AtomicUsize) {
+fn write_replies(mut stdin: PipeWriter, replies: &Receiver<Response>, unread: &AtomicUsize) {
     while let Ok(reply) = replies.recv() {
         if stdin.write_all(format!("{reply}\n").as_bytes()).is_err() {
             return;
