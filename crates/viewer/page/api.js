@@ -1,16 +1,9 @@
 // @ts-check
-// Requests to the server, the stream of its events, and the types of both.
+// Requests to the server, and the types of its responses and events.
 
 import { showError } from "./dom.js";
 import { EmbeddedRun, isExported } from "./embedded.js";
 
-/** Milliseconds before a stream is reopened if the browser does not reconnect by itself. */
-const RETRY = 2000;
-/**
- * Milliseconds without an event before the connection counts as lost. The server sends an event at least every 10
- * seconds.
- */
-const TIMEOUT = 30_000;
 /** The page keeps whole runs of up to this many states, which take about 100 bytes each. */
 const MAX_KEPT_STATES = 20_000;
 
@@ -207,50 +200,3 @@ export const find = (source, steps, leg) => get(source, "find", undefined, { ste
  * @returns {Promise<LogLines>}
  */
 export const log = (source, range, signal) => get(source, "log", signal, range);
-
-/**
- * Receives server-sent events while the tab is visible.
- * @param {(event: ServerEvent) => void} onEvent
- * @param {(connected: boolean, reason?: string) => void} onConnection the reason is the server's, if it refuses
- */
-export function listen(onEvent, onConnection) {
-  /** @type {EventSource | undefined} */
-  let stream;
-  let timer = 0;
-  const expectEvent = () => {
-    clearTimeout(timer);
-    timer = setTimeout(() => {
-      onConnection(false);
-      open();
-    }, TIMEOUT);
-  };
-  const open = () => {
-    stream?.close();
-    clearTimeout(timer);
-    if (document.hidden) return;
-    const opened = new EventSource("/events");
-    stream = opened;
-    expectEvent();
-    opened.onmessage = ({ data }) => {
-      expectEvent();
-      onEvent(JSON.parse(data));
-    };
-    opened.onopen = () => onConnection(true);
-    opened.onerror = () => {
-      if (opened.readyState !== EventSource.CLOSED) return onConnection(false);
-      setTimeout(() => stream === opened && open(), RETRY);
-      refusal().then((reason) => stream === opened && onConnection(false, reason));
-    };
-  };
-  document.addEventListener("visibilitychange", open);
-  open();
-}
-
-/** Returns the text of the server's error response, which an `EventSource` does not provide. */
-async function refusal() {
-  const abort = new AbortController();
-  const response = await fetch("/events", { signal: abort.signal }).catch(() => null);
-  const text = response && !response.ok ? await response.text() : "";
-  abort.abort();
-  return text;
-}

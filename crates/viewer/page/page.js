@@ -5,6 +5,7 @@ import * as api from "./api.js";
 import { CompareBar } from "./compare_bar.js";
 import { clearError, copy, query, setAttributes, setText, showError } from "./dom.js";
 import { isExported } from "./embedded.js";
+import { listen } from "./events.js";
 import { Ghosts } from "./ghost.js";
 import { findRecording, installCopyButton, linkUrl, parseLink } from "./link.js";
 import { MazeList } from "./mazes.js";
@@ -55,7 +56,7 @@ let opening = openLink();
 addEventListener("hashchange", () => (opening = opening.then(openLink)));
 
 if (isExported) showExported();
-else api.listen(
+else listen(
   (event) => {
     // The simulator was restarted. Its new runs and recordings reuse the IDs on this page.
     if (event.server !== info.server) return location.reload();

@@ -1,7 +1,10 @@
 //! The page while its simulator cannot be reached.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
 
 use fantoccini::key::Key;
 use mmsim_solvers::BundledStrategy;
@@ -167,26 +170,63 @@ fn a_finished_search_outlives_its_simulator() {
     });
 }
 
+/// A connection to a simulator that can be interrupted.
+struct Line {
+    address: String,
+    is_cut: Arc<AtomicBool>,
+    streams: Arc<Mutex<Vec<TcpStream>>>,
+}
+
+impl Line {
+    fn to(simulator: &str) -> Self {
+        let (listener, to) = (TcpListener::bind("127.0.0.1:0").unwrap(), simulator.to_string());
+        let address = listener.local_addr().unwrap().to_string();
+        let (is_cut, streams) = (Arc::default(), Arc::default());
+        let line = Self { address, is_cut: Arc::clone(&is_cut), streams: Arc::clone(&streams) };
+        thread::spawn(move || {
+            for near in listener.incoming().map_while(Result::ok) {
+                if is_cut.load(Ordering::SeqCst) {
+                    continue;
+                }
+                let Ok(far) = TcpStream::connect(&to) else { break };
+                for [from, to] in [[&near, &far], [&far, &near]] {
+                    let [mut from, mut to] = [from, to].map(|stream| stream.try_clone().unwrap());
+                    thread::spawn(move || {
+                        let _ = io::copy(&mut from, &mut to);
+                        let _ = to.shutdown(Shutdown::Both);
+                    });
+                }
+                streams.lock().unwrap().extend([near, far]);
+            }
+        });
+        line
+    }
+
+    fn cut(&self) {
+        self.is_cut.store(true, Ordering::SeqCst);
+        for stream in self.streams.lock().unwrap().drain(..) {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+
+    fn restore(&self) {
+        self.is_cut.store(false, Ordering::SeqCst);
+    }
+}
+
 /// The connection is lost but the simulator runs on.
 #[test]
 fn controls_work_again_after_a_lost_connection() {
     with_browser(|browser| {
         let simulator = Simulator::start(&["--maze", "harbour"]);
-        browser.open(&simulator.page);
+        let line = Line::to(http::split_url(&simulator.page).0);
+        browser.open(&format!("http://{}/", line.address));
         let live = Panel::live(browser);
         live.wait_until_empty();
         let is_inert = || browser.exists("#mazes[inert]") && browser.exists(".run[inert]");
-        browser.devtools("Network.enable", &json!({}));
-        let offline = |is: bool| {
-            let conditions = json!({ "offline": is, "latency": 0, "downloadThroughput": -1,
-                "uploadThroughput": -1 });
-            browser.devtools("Network.emulateNetworkConditions", &conditions);
-        };
-        offline(true);
-        // A tab that becomes visible opens a new stream.
-        browser.run::<()>("document.dispatchEvent(new Event('visibilitychange'))", &[]);
+        line.cut();
         wait_for("the notice", || is_inert().then_some(()));
-        offline(false);
+        line.restore();
         wait_for("the connection", || (!is_inert()).then_some(()));
         assert_eq!(browser.text("#status"), "Connected");
         let errors = browser.take_errors();

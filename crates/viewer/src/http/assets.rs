@@ -37,6 +37,8 @@ const FILES: &[(&str, &str, &str)] = files! {
         "compare_bar.js",
         "dom.js",
         "embedded.js",
+        "events.js",
+        "events_worker.js",
         "fast_run.js",
         "fast_run_chart.js",
         "fast_run_map.js",

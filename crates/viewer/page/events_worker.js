@@ -1,0 +1,31 @@
+// @ts-check
+// The shared worker that receives the server's events for all windows of a browser.
+
+import { EventStream } from "./events.js";
+
+/** @typedef {import("./events.js").Message} Message */
+
+/** The visible windows. @type {Set<MessagePort>} */
+const visible = new Set();
+/** The newest message about the connection and the newest event. @type {Message[]} */
+let newest = [];
+
+const stream = new EventStream((message) => {
+  newest = "event" in message ? [{ connected: true }, message] : [message];
+  for (const port of visible) port.postMessage(message);
+});
+
+/** @param {MessageEvent} event */
+const connect = ({ ports: [port] }) => {
+  port.onmessage = ({ data: isVisible }) => {
+    if (isVisible) {
+      visible.add(port);
+      if (stream.isOpen) for (const message of newest) port.postMessage(message);
+      else stream.open();
+    } else if (visible.delete(port) && visible.size === 0) {
+      stream.close();
+      newest = [];
+    }
+  };
+};
+/** @type {any} */ (globalThis).onconnect = connect;
