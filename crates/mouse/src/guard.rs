@@ -85,10 +85,10 @@ impl Guarded {
     /// Without a pipe, the stdin of the mouse is empty.
     pub(crate) fn start(
         command: &mut Command,
-        stdin: Option<PipeReader>,
+        stdin: Option<&PipeReader>,
     ) -> io::Result<(Child, Self)> {
         let (mut socket, its_socket) = UnixStream::pair()?;
-        send_pipe(&socket, stdin.as_ref())?;
+        send_pipe(&socket, stdin)?;
         let its_stdin = Stdio::from(OwnedFd::from(its_socket));
         let mut guard = command.process_group(0).stdin(its_stdin).spawn()?;
         // Otherwise, the command keeps the other end of the socket open.

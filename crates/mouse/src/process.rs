@@ -423,7 +423,7 @@ mod system {
         [stdout, stderr]: [Stdio; 2],
     ) -> io::Result<(Child, Group)> {
         if let Some(mut guard) = guard::command(&command) {
-            let started = Guarded::start(guard.stdout(stdout).stderr(stderr), stdin);
+            let started = Guarded::start(guard.stdout(stdout).stderr(stderr), stdin.as_ref());
             return started.map(|(guard, guarded)| (guard, Group::Guarded(guarded)));
         }
         command.process_group(0).stdin(stdin.map_or_else(Stdio::null, Stdio::from));

@@ -117,7 +117,7 @@ impl Competition<'_> {
         let limits = SearchLimits { time, states: max_states.unwrap_or(MAX_STATES) };
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
-        let mice = texts.map(mouse).collect::<PyResult<Vec<_>>>()?;
+        let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
         let vehicle = timing.map_or_else(Vehicle::expert, |timing| timing.vehicle.clone());
         let exploration = Exploration::new(vehicle, Tolerance::ZERO);
         let searches = Searches { exploration: &exploration, limits, max_states, jobs: None };
@@ -138,15 +138,21 @@ impl Competition<'_> {
 }
 
 /// Returns a bundled strategy, or the program of a command.
-fn mouse((name, text): (&str, String)) -> PyResult<ComparedMouse> {
+fn mouse(py: Python<'_>, (name, text): (&str, String)) -> PyResult<ComparedMouse> {
     let strategy = text.parse().map(ComparedMouse::Bundled);
-    strategy.or_else(|error| Ok(ComparedMouse::Own(program(name, &text, error)?)))
+    strategy.or_else(|error| Ok(ComparedMouse::Own(program(py, name, &text, error)?)))
 }
 
 /// Returns the program of a command. A text of one word without a folder is a name, which is unknown.
-fn program(name: &str, text: &str, unknown: impl Display) -> PyResult<NamedMouse> {
+fn program(py: Python<'_>, name: &str, text: &str, unknown: impl Display) -> PyResult<NamedMouse> {
     if !text.contains([' ', '/', '\\']) {
         return Err(value_error(unknown));
+    }
+    #[cfg(unix)]
+    if let Some(command) =
+        py.import("micromouse_sim.__main__")?.call_method0("command")?.extract()?
+    {
+        mmsim_mouse::use_guard(command);
     }
     let mouse = NamedMouse::new(name, text).map_err(value_error)?;
     match mouse.program.missing_file() {
@@ -209,7 +215,7 @@ pub(crate) fn trial(
         Some(robots) => {
             let row = |(name, text): (String, String)| {
                 let kind = text.parse().map(RobotKind::Bundled).or_else(|error| {
-                    let NamedMouse { name, program, .. } = program(&name, &text, error)?;
+                    let NamedMouse { name, program, .. } = program(py, &name, &text, error)?;
                     PyResult::Ok(RobotKind::Own(OwnRobot { name, program, answer_limit }))
                 })?;
                 Ok((name, TrialRobot { kind, settings }))

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import os
+import select
 import subprocess
 import sys
 from pathlib import Path
@@ -85,6 +87,21 @@ def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:
     assert (row["robot"], row["ending"]) == ("mine", "failed") and "no idea" in row["error"]
     with pytest.raises(FileNotFoundError, match="missing does not exist"):
         mm.compare("01-harbour", {"mine": str(tmp_path / "missing")})
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Other systems let some processes escape.")
+def test_no_program_outlives_a_killed_process(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    mouse = f"sh -c 'exec 9>{pipe}; echo >&9; setsid sleep 1000 & sleep 1000'"
+    program = "import micromouse_sim as mm, sys; mm.compare('01', {'m': sys.argv[1]}, time_limit=1e3)"
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    with subprocess.Popen([sys.executable, "-c", program, mouse]) as process:
+        assert select.select([reader], [], [], LIMIT)[0] and os.read(reader, 1) == b"\n"
+        process.kill()
+    # The pipe ends when no process of the mouse is left.
+    assert select.select([reader], [], [], LIMIT)[0] and os.read(reader, 1) == b""
+    os.close(reader)
 
 
 def test_a_function_has_the_figures_of_the_states_it_reports() -> None:
