@@ -10,6 +10,7 @@ use fantoccini::actions::{InputSource, KeyAction, KeyActions};
 use fantoccini::elements::Element;
 use fantoccini::error::CmdError;
 use fantoccini::key::Key;
+use fantoccini::wd::WindowHandle;
 use fantoccini::{Client, Locator};
 use mmsim_tests::TIMEOUT;
 pub(crate) use mmsim_tests::wait_for;
@@ -114,6 +115,26 @@ impl Browser {
         self.take_log("browser");
         let script = json!({ "source": SHORT_PAUSES });
         self.devtools("Page.addScriptToEvaluateOnNewDocument", &script);
+    }
+
+    /// Opens a page in a new window, and returns the handle of the window.
+    pub(crate) fn open_window(&self, url: &str) -> WindowHandle {
+        let window = self.wait(self.client.new_window(false)).handle;
+        self.wait(self.client.switch_to_window(window.clone()));
+        self.open(url);
+        window
+    }
+
+    pub(crate) fn switch_to(&self, window: &WindowHandle) {
+        self.wait(self.client.switch_to_window(window.clone()));
+    }
+
+    pub(crate) fn close_window(&self) {
+        self.wait(self.client.close_window());
+    }
+
+    pub(crate) fn window(&self) -> WindowHandle {
+        self.wait(self.client.window())
     }
 
     #[track_caller]

@@ -221,8 +221,7 @@ fn controls_work_again_after_a_lost_connection() {
         let simulator = Simulator::start(&["--maze", "harbour"]);
         let line = Line::to(http::split_url(&simulator.page).0);
         browser.open(&format!("http://{}/", line.address));
-        let live = Panel::live(browser);
-        live.wait_until_empty();
+        Panel::live(browser).wait_until_empty();
         let is_inert = || browser.exists("#mazes[inert]") && browser.exists(".run[inert]");
         line.cut();
         wait_for("the notice", || is_inert().then_some(()));
@@ -232,6 +231,28 @@ fn controls_work_again_after_a_lost_connection() {
         let errors = browser.take_errors();
         assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
         browser.leave();
+    });
+}
+
+/// A browser opens only six connections to a server.
+#[test]
+fn seven_windows_of_one_browser_show_the_search() {
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let first = browser.window();
+        let windows = [0; 7].map(|_| browser.open_window(&simulator.page));
+        let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
+        for window in &windows {
+            browser.switch_to(window);
+            wait_for("the connection", || (browser.text("#status") == "Connected").then_some(()));
+            Panel::live(browser).wait_for_state(states.len() - 1);
+        }
+        for window in &windows {
+            browser.switch_to(window);
+            browser.close_window();
+        }
+        browser.switch_to(&first);
+        assert!(browser.take_errors().is_empty());
     });
 }
 
