@@ -348,7 +348,8 @@ mod tests {
         let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
         let mut file = io::Cursor::new(Vec::new());
         let states = (0..count).map(|number| (time(number), [], b"S\0\0NC\x01\0C\x0d\0"));
-        save(&mut file, &info(&maze), Some(&maze), states).unwrap();
+        save(&mut file, &info(&maze), Some(&maze), states, &TrailingAnnotations::default())
+            .unwrap();
         file.into_inner()
     }
 
