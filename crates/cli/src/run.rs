@@ -45,7 +45,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     let own = &args.own;
     let program = own.program();
     let control = own.control("run", &program, false)?;
-    // The simulator itself listens on another port, because the replies on this one are delayed.
+    // The simulator itself listens on another port: the gateway answers on this one.
     let listener = bind_or_free(own.server.port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
     own.serve(&program, &control, Some(0), Some(&address), |monitor| {

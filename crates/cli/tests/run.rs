@@ -213,7 +213,9 @@ fn another_client_cannot_disturb_a_run() {
     for request in [b"reset", STATE, b"AL\x05\0other"] {
         let reply = String::from_utf8(ask(&other, request)).unwrap();
         assert!(
-            reply.starts_with("error: the simulator is running a mouse, and only this "),
+            reply.starts_with(
+                "error: the simulator is running a mouse, and only the connection of "
+            ),
             "{reply}"
         );
     }

@@ -160,7 +160,7 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Result<Verdict, Short
             let limit = MAX_INVALID_BYTES >> 20;
             (Ending::Failed, format!("wrote {limit} MiB without a valid command{hint}"))
         }
-        SearchEnd::NotStarted(reason) => (Ending::Failed, reason.clone()),
+        SearchEnd::Failed(reason) => (Ending::Failed, reason.clone()),
         SearchEnd::Shortage(shortage) => return Err(shortage.clone()),
         SearchEnd::Interrupted => (Ending::Stopped, "interrupted".into()),
     };

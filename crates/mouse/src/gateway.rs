@@ -14,14 +14,14 @@ use mmsim_server::{Monitor, MonitorError};
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{Answer, ClientId, Service};
 
+use crate::claim::{Claims, Role};
 use crate::control::MouseControl;
 use crate::endpoint::{Endpoint, refuse};
 use crate::lock;
 use crate::throttle::Next;
 
-/// The time that a new connection of the mouse waits for the end of the previous one, which the
-/// operating system may report later.
-const RECONNECT_TIME: Duration = Duration::from_secs(1);
+/// The maximum number of clients of one address that wait for their replies.
+const MAX_WAITING: usize = 8;
 
 /// What the mouse has sent and done since the start of the run. A reset puts the mouse back at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,7 +84,7 @@ impl Gateway {
         let private = Endpoint::start(listener, Forwarder::new(state, true))?;
         state.control.wake_on_change([self.public.waker(), private.waker()]);
         let mut tracker = lock(&state.tracker);
-        *tracker = Tracker { first_client: Some(ClientId::unique()), ..Tracker::default() };
+        *tracker = Tracker { claims: Some(Claims::new()), ..Tracker::default() };
         state.restart(&mut tracker)?;
         drop(tracker);
         Ok(GatewayRun { private, gateway: self })
@@ -97,8 +97,8 @@ impl GatewayRun<'_> {
         self.private.address()
     }
 
-    /// Answers the requests that the mouse has sent before it exited, and ends the run. Returns what
-    /// the mouse has sent.
+    /// Answers the requests that the mouse has sent before it exited, except those behind a reply that
+    /// is not due yet, and ends the run. Returns what the mouse has sent.
     pub fn finish(self) -> Progress {
         self.private.finish();
         mem::take(&mut *lock(&self.gateway.state.tracker)).progress
@@ -116,6 +116,11 @@ impl GatewayState {
         Ok(())
     }
 
+    /// Returns true until the run with this number ends.
+    fn is_in_run(&self, run: u64) -> bool {
+        lock(&self.tracker).claims.is_some() && self.control.runs() == run
+    }
+
     /// Adds the name of the mouse to its next state. The mouse may send another name.
     fn name_mouse(&self) -> Result<(), MonitorError> {
         let mut buffer = [0; MAX_NAME_BYTES + 16];
@@ -130,96 +135,37 @@ impl GatewayState {
     }
 }
 
-/// The connection of the mouse, its progress, and the maze in which the progress is measured.
+/// The clients of a run, the progress of the mouse, and the maze in which it is measured.
 #[derive(Default)]
 struct Tracker {
     progress: Progress,
     maze: Option<(MazeSize, MovementRules)>,
     /// True after a reset, until the next state.
     is_reset: bool,
-    /// A client that connected before this one is not the mouse. `None` between two runs.
-    first_client: Option<ClientId>,
-    /// True if a client has used the address of the run.
-    is_private_used: bool,
-    mouse: Option<Mouse>,
-}
-
-/// The mouse, or a client that may become the mouse because it writes before a mouse has sent `S`.
-#[derive(Clone, Copy)]
-struct Mouse {
-    /// The connection, or `None` after its end.
-    client: Option<ClientId>,
-    /// True if the mouse uses the address of the run, false if it uses the public one.
-    is_private: bool,
-    has_state: bool,
-}
-
-/// What a client may do during a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
-    /// The client is the mouse, or reads for the mouse.
-    Mouse,
-    /// The client becomes the mouse, and everything that another client has written must be deleted.
-    Successor,
-    /// The client may read, and becomes the mouse if the connection of the mouse ends.
-    Reconnecting,
-    /// The client may read.
-    Other,
+    /// `None` between two runs.
+    claims: Option<Claims>,
 }
 
 impl Tracker {
-    /// Decides the role of a client that sends a request. A write may make the client the mouse.
-    fn role(&mut self, client: ClientId, is_private: bool, is_write: bool) -> Role {
-        if self.first_client.is_none_or(|first| client < first) {
-            return Role::Other;
-        }
-        self.is_private_used |= is_private;
-        if self.is_private_used
-            && !is_private
-            && self.mouse.is_none_or(|mouse| mouse.is_private || !mouse.has_state)
-        {
-            return Role::Other;
-        }
-        let new = Mouse { client: Some(client), is_private, has_state: false };
-        let (mouse, role) = match self.mouse {
-            None => (new, Role::Mouse),
-            Some(mouse) if mouse.client == Some(client) => (mouse, Role::Mouse),
-            // All clients of the address of the run belong to the mouse.
-            Some(mouse) if !is_write && (is_private || !mouse.has_state) => (mouse, Role::Mouse),
-            Some(_) if !is_write => return Role::Other,
-            Some(mouse) if is_private != mouse.is_private => (new, Role::Successor),
-            Some(mouse) if mouse.client.is_none() => {
-                (Mouse { client: Some(client), ..mouse }, Role::Mouse)
-            }
-            Some(mouse) if mouse.has_state => return Role::Reconnecting,
-            Some(_) if is_private => (new, Role::Mouse),
-            Some(_) => (new, Role::Successor),
-        };
-        if is_write {
-            self.mouse = Some(mouse);
-        }
-        role
-    }
-
     /// Decodes a request of this run.
     fn decode<'r>(&self, request: &'r [u8]) -> Option<Request<'r>> {
         self.maze.as_ref().and_then(|(size, _)| Request::decode(request, *size).ok())
     }
 
     /// Updates the progress after a request of the mouse and its reply.
-    fn observe(&mut self, request: &[u8], reply: &[u8]) {
+    fn observe(&mut self, request: Option<Request<'_>>, reply: &[u8]) {
         self.progress.requests += 1;
         if reply.starts_with(ERROR_PREFIX.as_bytes()) {
             self.progress.refused += 1;
             return;
         }
-        match (self.decode(request), &self.maze) {
+        match (request, &self.maze) {
             (Some(Request::Reset), _) => self.is_reset = true,
             (Some(Request::State(state)), Some((_, rules))) => {
                 let is_restart = mem::take(&mut self.is_reset);
                 self.progress.phases.add(rules, state.pose(), is_restart);
-                if let Some(mouse) = &mut self.mouse {
-                    mouse.has_state = true;
+                if let Some(claims) = &mut self.claims {
+                    claims.add_state();
                 }
             }
             (Some(Request::Annotations(list)), _) => {
@@ -254,9 +200,9 @@ enum WaitReason {
     Step,
     /// The mouse must stop. It neither reports an error nor takes another step until its run has ended.
     Stop,
-    /// Another connection has sent this request of one frame, which is refused unless the connection
-    /// of the mouse ends by this time.
-    Reconnect { request: Vec<u8>, until: Instant },
+    /// Another client has written this request of one frame. At this time, it is refused unless the
+    /// client has become the mouse.
+    Role { request: Vec<u8>, until: Instant },
 }
 
 impl Forwarder {
@@ -270,13 +216,14 @@ impl Forwarder {
         Answer::Later
     }
 
-    /// Answers a request. A client that is reconnecting is refused at the time `until`.
+    /// Answers a request. `held_until` is the time at which the request must not wait for the role of
+    /// its client any longer, if it has waited before.
     fn forward(
         &mut self,
         client: ClientId,
         request: &[u8],
         frames: usize,
-        until: Instant,
+        held_until: Option<Instant>,
         reply: &mut Vec<u8>,
     ) -> Result<Answer, MonitorError> {
         let state = Arc::clone(&self.state);
@@ -285,33 +232,41 @@ impl Forwarder {
         // Locked until the request is counted, so that the progress at the end includes every recorded
         // state.
         let mut tracker = lock(tracker);
-        let is_write = frames == 1 && tracker.decode(request).is_some_and(Request::is_write);
-        let role = tracker.role(client, self.is_private, is_write);
-        let client_of_monitor = match role {
+        let decoded = tracker.decode(request).filter(|_| frames == 1);
+        let is_write = decoded.is_some_and(Request::is_write);
+        let role = tracker
+            .claims
+            .as_mut()
+            .map_or(Role::Other, |claims| claims.role(client, self.is_private, is_write, now));
+        match role {
             Role::Mouse | Role::Successor if control.wait_for_stop(Duration::ZERO).is_some() => {
                 return Ok(self.wait(client, WaitReason::Stop));
             }
-            Role::Mouse => None,
-            Role::Successor => {
-                state.restart(&mut tracker)?;
-                None
-            }
-            Role::Reconnecting if now < until => {
-                let request = request.to_vec();
+            Role::Mouse => {}
+            Role::Successor => state.restart(&mut tracker)?,
+            Role::Waiting(time)
+                if held_until.is_none_or(|time| now < time) && self.waiting.len() < MAX_WAITING =>
+            {
+                let until = held_until.unwrap_or(time);
                 self.call_at(Some(until));
-                return Ok(self.wait(client, WaitReason::Reconnect { request, until }));
+                return Ok(self.wait(client, WaitReason::Role { request: request.into(), until }));
             }
-            Role::Reconnecting | Role::Other => Some(client),
-        };
-        let (answer, is_activity) = monitor.answer(client_of_monitor, request, frames)?;
+            Role::Waiting(_) | Role::Other => {
+                drop(tracker);
+                let (answer, is_activity) = monitor.answer(Some(client), request, frames)?;
+                *reply = answer;
+                return Ok(Answer::Reply { is_activity });
+            }
+        }
+        let (answer, is_activity) = monitor.answer(None, request, frames)?;
         *reply = answer;
-        if client_of_monitor.is_none() {
-            tracker.observe(request, reply);
-            if reply == b"ok" && request == b"reset" {
-                state.name_mouse()?;
-            } else if reply == b"ok" && request.first() == Some(&b'S') && !self.may_step(run, now) {
+        tracker.observe(decoded, reply);
+        match decoded.filter(|_| reply == b"ok") {
+            Some(Request::Reset) => state.name_mouse()?,
+            Some(Request::State(_)) if !self.may_step(run, now) => {
                 return Ok(self.wait(client, WaitReason::Step));
             }
+            _ => {}
         }
         Ok(Answer::Reply { is_activity })
     }
@@ -339,15 +294,18 @@ impl Forwarder {
                     refuse(&mut reply, "the mouse was stopped");
                     self.state.control.has_ended(*run)
                 }
-                WaitReason::Reconnect { request, until } => {
-                    match self.forward(*client, request, 1, *until, &mut reply) {
-                        // Waits for the same or another reason.
-                        Ok(Answer::Later) => continue,
-                        Ok(Answer::Reply { .. }) => {}
-                        Err(error) => {
-                            refuse(&mut reply, error);
-                        }
+                // A request of a run is not answered after the run.
+                WaitReason::Role { .. } if !self.state.is_in_run(*run) => {
+                    refuse(&mut reply, "the run has ended");
+                    true
+                }
+                WaitReason::Role { request, until } => {
+                    let answer = self.forward(*client, request, 1, Some(*until), &mut reply);
+                    if answer == Ok(Answer::Later) {
+                        // For the same or for another reason.
+                        continue;
                     }
+                    answer.unwrap_or_else(|error| refuse(&mut reply, error));
                     true
                 }
             };
@@ -373,8 +331,7 @@ impl Service for Forwarder {
         frames: usize,
         reply: &mut Vec<u8>,
     ) -> Answer {
-        let until = Instant::now() + RECONNECT_TIME;
-        let forwarded = self.forward(client, request, frames, until, reply);
+        let forwarded = self.forward(client, request, frames, None, reply);
         forwarded.unwrap_or_else(|error| refuse(reply, error))
     }
 
@@ -393,11 +350,12 @@ impl Service for Forwarder {
 
     fn disconnected(&mut self, client: ClientId) {
         self.waiting.retain(|waiting| waiting.client != client);
-        if let Some(mouse) = &mut lock(&self.state.tracker).mouse {
-            mouse.client.take_if(|mouse| *mouse == client);
+        let now = Instant::now();
+        if let Some(claims) = &mut lock(&self.state.tracker).claims {
+            claims.disconnect(client, now);
         }
         // A new connection of the mouse may be waiting.
-        self.next_due = Some(Instant::now());
+        self.call_at(Some(now));
         // A server that has stopped has no clients.
         let _ = self.state.monitor.disconnect(client);
     }
@@ -449,9 +407,10 @@ mod tests {
         }
 
         fn end(&self, run: GatewayRun<'_>) -> Progress {
-            self.control.end(Outcome::default());
+            let progress = run.finish();
             self.monitor.reserve(false);
-            run.finish()
+            self.control.end(Outcome::default());
+            progress
         }
 
         fn connect_to_public(&self) -> ReqClient {
@@ -479,7 +438,8 @@ mod tests {
     fn check_reader(client: &mut ReqClient) {
         for request in [&b"reset"[..], STATE, b"AL\x05\0other"] {
             let reply = ask(client, request);
-            let expected = b"error: the simulator is running a mouse, and only this mouse may ";
+            let expected =
+                b"error: the simulator is running a mouse, and only the connection of this ";
             assert!(reply.starts_with(expected), "{}", reply.escape_ascii());
         }
         assert_eq!(ask(client, b"ping"), b"pong");
@@ -520,7 +480,6 @@ mod tests {
         let harness = Harness::new(Pace::UNLIMITED);
         let run = harness.begin();
         let (mut mouse, mut other) = (connect(run.address()), harness.connect_to_public());
-        assert_eq!(ask(&mut mouse, b"ping"), b"pong");
         assert_eq!(ask(&mut other, b"W\x00\x00E"), [1, 0, 1]);
         assert_eq!(ask(&mut mouse, STATE), b"ok");
         let block = harness.monitor.block(harness.monitor.status().run, 0).unwrap().unwrap();
@@ -563,7 +522,22 @@ mod tests {
         check_reader(&mut other);
         assert_eq!(harness.states(), 1);
         let Progress { requests, phases, .. } = harness.end(run);
-        assert_eq!((requests, phases.states), (1, 1));
+        assert_eq!((requests, phases.states), (2, 1));
+    }
+
+    #[test]
+    fn a_request_of_another_client_that_waits_at_the_end_of_a_run_has_no_effect() {
+        let harness = Harness::new(Pace::UNLIMITED);
+        let run = harness.begin();
+        let mut forwarder = Forwarder::new(&harness.gateway.state, false);
+        let (other, until) = (ClientId::unique(), Instant::now());
+        forwarder.wait(other, WaitReason::Role { request: b"reset".into(), until });
+        assert_eq!(ask(&mut connect(run.address()), STATE), b"ok");
+        harness.end(run);
+        let mut reply = Vec::new();
+        assert_eq!(forwarder.due_reply(Instant::now(), &mut reply), Some(other));
+        assert_eq!((reply, harness.states()), (b"error: the run has ended".to_vec(), 1));
+        assert_eq!(forwarder.due_reply(Instant::now(), &mut Vec::new()), None);
     }
 
     #[test]
@@ -636,7 +610,8 @@ mod tests {
     fn a_stopped_mouse_receives_no_reply_while_it_runs() {
         let harness = Harness::new(Pace::from_interval(Duration::from_secs(3600)));
         let run = harness.begin();
-        let (mut mouse, mut reply, start) = (connect(run.address()), Vec::new(), Instant::now());
+        let (mut mouse, mut reply, start) =
+            (harness.connect_to_public(), Vec::new(), Instant::now());
         mouse.send(&[STATE]);
         while harness.states() == 0 {
             assert!(start.elapsed() < TIMEOUT, "waited {TIMEOUT:?} for the state");
@@ -645,9 +620,8 @@ mod tests {
         harness.control.close();
         assert_eq!(mouse.receive(&mut reply, Duration::from_millis(200)).unwrap(), None);
         assert_eq!(ask(&mut harness.connect_to_public(), b"ping"), b"pong");
-        harness.control.end(Outcome::default());
+        assert_eq!(harness.end(run).phases.states, 1);
         assert_eq!(mouse.receive(&mut reply, TIMEOUT).unwrap(), Some(1));
         assert_eq!(reply, b"ok");
-        assert_eq!(run.finish().phases.states, 1);
     }
 }

@@ -1,5 +1,5 @@
 //! The guard of a mouse: a process between this process and the mouse. It ends the mouse and all
-//! descendants of the mouse as soon as this process ends, however, or has no more use for the mouse.
+//! descendants of the mouse as soon as this process ends, even by `kill -9`, or drops the mouse.
 //!
 //! ```text
 //!   this process ◄── socket ──► guard ──► mouse ──► its descendants
@@ -91,7 +91,7 @@ impl Guarded {
         send_pipe(&socket, stdin)?;
         let its_stdin = Stdio::from(OwnedFd::from(its_socket));
         let mut guard = command.process_group(0).stdin(its_stdin).spawn()?;
-        // Otherwise, the command keeps the other end of the socket open.
+        // Closes our copy of the guard's end, so that the end of the guard ends the stream.
         command.stdin(Stdio::null());
         let mut started = [0; 4];
         let answer = socket.read_exact(&mut started).map_err(|_| ended());
@@ -160,7 +160,7 @@ fn receive_pipe(socket: &UnixStream) -> io::Result<Option<OwnedFd>> {
         RecvAncillaryMessage::ScmRights(mut pipes) => pipes.next(),
         _ => None,
     });
-    // The mouse gets it as its stdin only.
+    // The copy is closed on exec, the received descriptor is not.
     pipe.map(|pipe| pipe.try_clone()).transpose()
 }
 
@@ -173,6 +173,7 @@ fn run(mut command: impl Iterator<Item = OsString>) -> io::Result<()> {
     let (mut exits, exit) = UnixStream::pair()?;
     exits.set_nonblocking(true)?;
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGCHLD, exit)?;
+    let null = File::options().write(true).open("/dev/null")?;
     let program = command.next().unwrap_or_default();
     let mouse = Command::new(program).args(command).process_group(0).stdin(stdin).spawn();
     let mouse = match mouse {
@@ -182,16 +183,16 @@ fn run(mut command: impl Iterator<Item = OsString>) -> io::Result<()> {
             return socket.write_all(&(-code).to_ne_bytes());
         }
     };
-    // Only the mouse may keep its streams open.
-    let null = File::options().write(true).open("/dev/null")?;
-    rustix::stdio::dup2_stdout(&null)?;
-    rustix::stdio::dup2_stderr(&null)?;
+    // Only the mouse may keep its streams open. From here on, an error must not end the guard before
+    // the mouse.
+    let closed = rustix::stdio::dup2_stdout(&null).and_then(|()| rustix::stdio::dup2_stderr(&null));
     // If nobody reads, the socket is closed.
     let _ = socket.write_all(&mouse.as_raw_pid().to_ne_bytes());
-    let mut is_ending = false;
+    let (mut is_ending, mut is_reaped) = (closed.is_err(), false);
     loop {
         let has_children = reap(|process, status| {
             if process == mouse {
+                is_reaped = true;
                 let _ = socket.write_all(&status.as_raw().to_ne_bytes());
             }
         });
@@ -199,7 +200,7 @@ fn run(mut command: impl Iterator<Item = OsString>) -> io::Result<()> {
             if !has_children {
                 return Ok(());
             }
-            kill_children()?;
+            kill_children(mouse)?;
         }
         let mut ready = [&socket, &exits].map(|socket| PollFd::new(socket, PollFlags::IN));
         let watched = if is_ending { &mut ready[1..] } else { &mut ready };
@@ -207,7 +208,9 @@ fn run(mut command: impl Iterator<Item = OsString>) -> io::Result<()> {
         if !is_ending && !ready[0].revents().is_empty() {
             is_ending = true;
             // All at once, so that a mouse that forks without end cannot outrun the guard.
-            let _ = kill_process_group(mouse, Signal::KILL);
+            if !is_reaped || cfg!(not(target_os = "linux")) {
+                let _ = kill_process_group(mouse, Signal::KILL);
+            }
         }
         while exits.read(&mut [0; 64]).is_ok_and(|length| length > 0) {}
     }
@@ -237,9 +240,9 @@ const fn adopt_orphans() -> rustix::io::Result<()> {
 }
 
 /// Kills the children. Their children are then children of this process. Returns an error if the
-/// system permits to kill none, or cannot list them.
+/// system does not permit killing any of them, or cannot list them.
 #[cfg(target_os = "linux")]
-fn kill_children() -> io::Result<()> {
+fn kill_children(_mouse: Pid) -> io::Result<()> {
     let children = std::fs::read_to_string("/proc/thread-self/children")?;
     let children = children.split_whitespace().filter_map(|id| Pid::from_raw(id.parse().ok()?));
     let killed: Vec<_> = children.map(|child| kill_process(child, Signal::KILL)).collect();
@@ -247,7 +250,8 @@ fn kill_children() -> io::Result<()> {
     if is_refused { Err(Errno::PERM.into()) } else { Ok(()) }
 }
 
+/// Kills the mouse, the only child.
 #[cfg(not(target_os = "linux"))]
-const fn kill_children() -> io::Result<()> {
-    Ok(())
+fn kill_children(mouse: Pid) -> io::Result<()> {
+    Ok(kill_process(mouse, Signal::KILL)?)
 }

@@ -17,6 +17,7 @@
 //! the user through functions of the caller.
 #![forbid(unsafe_code)]
 
+mod claim;
 mod commands;
 mod control;
 mod endpoint;

@@ -133,7 +133,8 @@ impl From<StartError> for String {
     }
 }
 
-/// Returns true if the system lacks memory, processes or open files.
+/// Returns true if the system lacks memory, processes or open files, or if the guard of the mouse has
+/// failed.
 fn is_shortage(error: &io::Error) -> bool {
     #[cfg(unix)]
     let too_many_files = [rustix::io::Errno::MFILE, rustix::io::Errno::NFILE]
@@ -142,7 +143,8 @@ fn is_shortage(error: &io::Error) -> bool {
     // The codes of too many open files, and of too few resources or too little virtual memory.
     #[cfg(windows)]
     let too_many_files = matches!(error.raw_os_error(), Some(4 | 1450 | 1455));
-    too_many_files || matches!(error.kind(), ErrorKind::OutOfMemory | ErrorKind::WouldBlock)
+    too_many_files
+        || matches!(error.kind(), ErrorKind::OutOfMemory | ErrorKind::WouldBlock | ErrorKind::Other)
 }
 
 /// A running mouse. Dropping it kills the process and its descendants.

@@ -17,9 +17,7 @@ pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
 use crate::lock;
-use crate::process::{
-    CHECK_INTERVAL, LastLine, MouseProcess, Program, Shortage, StartError, spawn,
-};
+use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, StartError, spawn};
 
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.
@@ -88,7 +86,7 @@ pub fn search(
     let judge = progress.judge.take().unwrap_or_else(|| Judge::new(maze));
     let (kind, fault) = (progress.kind, progress.fault.take());
     let end = end.unwrap_or_else(|error| match error {
-        StartError::Mouse(reason) => SearchEnd::NotStarted(reason),
+        StartError::Mouse(reason) => SearchEnd::Failed(reason),
         StartError::Shortage(shortage) => SearchEnd::Shortage(shortage),
     });
     SearchReport { judge, end, kind, fault }
@@ -165,7 +163,7 @@ impl RunningMouse {
                 }
                 Ok(Some(_)) => continue,
                 Ok(None) => {}
-                Err(error) => return SearchEnd::Shortage(Shortage(error)),
+                Err(error) => return SearchEnd::Failed(error),
             }
             if is_late {
                 return SearchEnd::TimeLimit;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// The slowest pace, in steps per second.
 const MIN_RATE: f64 = 0.01;
 
-/// The maximum delay of a step that does not delay further steps. Timers may be this late.
+/// A step that is at most this late does not delay the following steps. Timers may be this late.
 pub(crate) const MAX_DELAY: Duration = Duration::from_millis(10);
 
 /// The maximum number of single steps that a mouse may be granted in advance.
@@ -117,7 +117,7 @@ impl Throttle {
         let due = self.last.checked_add(interval);
         let left = due.map_or(interval, |due| due.saturating_duration_since(now));
         if left.is_zero() {
-            // The next step is due one interval after this step was due, even if this thread woke
+            // The next step is due one interval after this step was due, even if the timer was
             // late, so that the pace is exact. A slow mouse does not catch up.
             let max_delay = interval.max(MAX_DELAY);
             self.last = due.filter(|&due| now - due < max_delay).unwrap_or(now);

@@ -156,7 +156,7 @@ impl Monitor {
     }
 
     /// Lets only this program search the maze, or lets clients search it again. While the simulation
-    /// is reserved, clients can only send `ping` and `info`.
+    /// is reserved, clients can only read.
     pub fn reserve(&self, is_reserved: bool) {
         self.control.is_reserved.store(is_reserved, Ordering::Release);
     }

@@ -19,7 +19,7 @@ use crate::simulation::{Change, ReplyBuffer, Simulation, refuse};
 const TICK_NS: u64 = 1000;
 
 /// The reason for refusing a client that may only read.
-const RESERVED: &str = "the simulator is running a mouse, and only this mouse may send reset, S and A (try again after its run)";
+const RESERVED: &str = "the simulator is running a mouse, and only the connection of this mouse may send reset, S and A (try again after its run)";
 
 /// The maximum number of queries from monitors that run before the server answers clients again.
 const MAX_QUERIES_AT_ONCE: usize = 4;

@@ -93,8 +93,8 @@ fn only_this_program_searches_a_reserved_maze() {
     assert_eq!(ask(STATE), b"ok");
     monitor.reserve(true);
     for request in [b"reset", STATE, b"AM\x07Theseus"] {
-        let error = "error: the simulator is running a mouse, and only this mouse may send reset, S \
-                     and A (try again after its run)";
+        let error = "error: the simulator is running a mouse, and only the connection of \
+                     this mouse may send reset, S and A (try again after its run)";
         assert_eq!(ask(request), error.as_bytes());
     }
     assert_eq!(ask(b"W\x00\x00E"), [1, 0, 1]);

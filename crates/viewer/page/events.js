@@ -92,9 +92,13 @@ export function listen(onEvent, onConnection) {
 function subscribe(onMessage) {
   if (!("SharedWorker" in globalThis)) {
     const stream = new EventStream(onMessage);
-    return (isVisible) => (isVisible ? stream.open() : stream.close());
+    return (isVisible) => {
+      if (!isVisible) stream.close();
+      else if (!stream.isOpen) stream.open();
+    };
   }
-  const { port } = new SharedWorker("/events_worker.js", { type: "module" });
-  port.onmessage = ({ data }) => onMessage(data);
-  return (isVisible) => port.postMessage(isVisible);
+  const worker = new SharedWorker("/events_worker.js", { type: "module" });
+  worker.onerror = () => onMessage({ connected: false });
+  worker.port.onmessage = ({ data }) => onMessage(data);
+  return (isVisible) => worker.port.postMessage(isVisible);
 }

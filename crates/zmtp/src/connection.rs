@@ -102,6 +102,12 @@ impl<S: Read + Write> Connection<S> {
         self.buffered.set_ready(is_readable, is_writable);
     }
 
+    /// Records that the peer has closed the connection. The next turns read what it has sent before.
+    pub const fn set_closed(&mut self) {
+        self.buffered.is_closed = true;
+        self.set_ready(true, true);
+    }
+
     /// Returns the phase of the connection.
     pub const fn phase(&self) -> Phase {
         self.decoder.phase()
@@ -130,7 +136,7 @@ impl<S: Read + Write> Connection<S> {
     ///
     /// # Errors
     /// Returns an error if the connection has ended. Before `turn` returns the error, it answers
-    /// valid requests that have already arrived.
+    /// valid requests that have already arrived, except those behind a reply that is due later.
     pub fn turn(
         &mut self,
         max_requests: usize,
@@ -165,7 +171,8 @@ impl<S: Read + Write> Connection<S> {
                 turn.has_activity |= self.settle(answer, Some(&envelope), &reply);
                 requests_left = requests_left.saturating_sub(1);
             } else if self.holds_enough() {
-                return Ok(turn);
+                let is_closed = self.buffered.is_closed;
+                return if is_closed { Err(DisconnectReason::Closed) } else { Ok(turn) };
             } else {
                 let unread = &self.buffered.input[self.buffered.consumed..];
                 let (consumed, event) = self.decoder.decode(unread)?;
@@ -269,6 +276,8 @@ pub(crate) struct BufferedStream<S> {
     pub(crate) is_readable: bool,
     /// True if the stream may accept more bytes.
     pub(crate) is_writable: bool,
+    /// True if the peer has closed the connection, although it may still have bytes to read.
+    pub(crate) is_closed: bool,
 }
 
 impl<S: Read + Write> BufferedStream<S> {
@@ -281,6 +290,7 @@ impl<S: Read + Write> BufferedStream<S> {
             output: output.to_vec(),
             is_readable: true,
             is_writable: true,
+            is_closed: false,
         }
     }
 
@@ -690,6 +700,9 @@ mod tests {
         run_until_idle(&mut connection).unwrap();
         assert!(wire.has_incoming(), "the connection must not read on");
         assert!((100..1000).contains(&connection.held.len()), "{}", connection.held.len());
+        let (mut closed, _) = connect(&[LATER, &many].concat());
+        closed.set_closed();
+        assert!(matches!(run_until_idle(&mut closed), Err(DisconnectReason::Closed)));
         connection.reply(b"later");
         run_until_idle(&mut connection).unwrap();
         assert!(replies(&wire) == [LATER, &many].concat());

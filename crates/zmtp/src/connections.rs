@@ -120,6 +120,14 @@ impl<S: Read + Write> Connections<S> {
         }
     }
 
+    /// Records that a peer has closed its connection, and queues the connection.
+    pub(crate) fn set_closed(&mut self, id: usize, now: Instant) {
+        if let Some(entry) = self.entries.get_mut(&id) {
+            entry.connection.set_closed();
+        }
+        self.set_ready(id, true, true, now);
+    }
+
     /// Gives one turn to each queued connection, and then closes the connections whose deadlines
     /// have passed. A connection is also queued when a reply to it is due.
     pub(crate) fn serve(&mut self, service: &mut impl Service, now: Instant) {

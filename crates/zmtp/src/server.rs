@@ -66,8 +66,8 @@ pub struct RepServer {
 pub struct Waker(Arc<mio::Waker>);
 
 impl Waker {
-    /// Makes [`RepServer::run`] call [`Service::after_round`] and then check whether to stop. Does
-    /// nothing if the server has stopped.
+    /// Makes [`RepServer::run`] call [`Service::due_reply`] and [`Service::after_round`], and then
+    /// check whether to stop. Does nothing if the server has stopped.
     pub fn wake(&self) {
         let _ = self.0.wake();
     }
@@ -184,10 +184,12 @@ impl RepServer {
                 LISTENER => self.accept.is_pending = true,
                 Token(id) => {
                     // The next read or write returns the error, if there is one.
-                    let is_closed = event.is_error() || event.is_read_closed();
-                    let is_readable = event.is_readable() || is_closed;
-                    let is_writable = event.is_writable() || is_closed;
-                    self.connections.set_ready(id, is_readable, is_writable, now);
+                    if event.is_error() || event.is_read_closed() {
+                        self.connections.set_closed(id, now);
+                    } else {
+                        let (is_readable, is_writable) = (event.is_readable(), event.is_writable());
+                        self.connections.set_ready(id, is_readable, is_writable, now);
+                    }
                 }
             }
         }

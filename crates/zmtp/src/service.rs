@@ -30,7 +30,7 @@ pub enum Answer {
     /// The reply is due later, and [`Service::due_reply`] will return it. The request counts as
     /// activity, and the server does not close the connection to make room for another client. Until
     /// then, the server answers PING commands of the client and all requests of other clients, but
-    /// holds further requests of this client.
+    /// holds further requests of this client. It reads up to 32 KiB of them.
     Later,
 }
 

@@ -264,10 +264,10 @@ fn the_page_shows_why_the_simulator_refuses_it() {
         let (host, _) = http::split_url(&simulator.page);
         let port = host.rsplit(':').next().unwrap();
         let others: Vec<TcpStream> = (0..32)
-            .map(|page| {
+            .map(|browser| {
                 let mut stream = TcpStream::connect(host).unwrap();
                 stream.set_read_timeout(Some(TIMEOUT)).unwrap();
-                let cookie = format!("mmsim-{port}-page={page}");
+                let cookie = format!("mmsim-{port}-browser={browser}");
                 write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\ncookie: {cookie}\r\n\r\n")
                     .unwrap();
                 let mut status = [0; 12];
@@ -279,7 +279,7 @@ fn the_page_shows_why_the_simulator_refuses_it() {
         browser.open(&simulator.page);
         wait_for("the reason", || {
             let text = browser.text("#offline");
-            text.contains("32 pages are already open").then_some(())
+            text.contains("32 browsers already show this page").then_some(())
         });
         drop(others);
         wait_for("the connection", || (browser.text("#status") == "Connected").then_some(()));

@@ -48,8 +48,8 @@ pub enum SearchEnd {
     Flood,
     /// The caller has interrupted the search.
     Interrupted,
-    /// The program cannot be run.
-    NotStarted(String),
+    /// The program cannot be run, or its guard process has been killed.
+    Failed(String),
     /// The system lacks something that the search needs.
     Shortage(Shortage),
 }

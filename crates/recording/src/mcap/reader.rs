@@ -487,7 +487,7 @@ mod tests {
         insta::assert_snapshot!(error(&chunk(99, 0, b"", RECORDS)), @"a chunk of the wrong length (expected 99 bytes, found 21)");
         insta::assert_snapshot!(error(&chunk(7, 0, b"", RECORDS)), @"a chunk of the wrong length (expected 7 bytes, found 8 or more)");
         insta::assert_snapshot!(error(&chunk(21, 7, b"", RECORDS)), @"a chunk with the wrong checksum (expected 00000007, found 910bc603)");
-        insta::assert_snapshot!(error(&chunk(18_000_000_000, 0, b"", RECORDS)), @"chunks that decompress to more than 2147561648 bytes");
+        insta::assert_snapshot!(error(&chunk(18_000_000_000, 0, b"", RECORDS)), @"chunks that decompress to more than 67186864 bytes");
         insta::assert_snapshot!(error(&chunk(21, 0, b"lz4\x1b", RECORDS)), @r#"a chunk with the unknown compression method "lz4\x1b""#);
         insta::assert_snapshot!(error(&chunk(21, 0, &[b'x'; 65], RECORDS)), @"a compression method with a name of 65 bytes");
         insta::assert_snapshot!(error(&chunk(21, 0, b"zstd", RECORDS)), @"a chunk that cannot be decompressed: Unknown frame descriptor");

@@ -108,15 +108,15 @@ impl Access {
         tokens.chain(query_token(uri)).any(|sent| constant_time_eq(sent, token))
     }
 
-    /// Returns the name of the cookie that tells the pages of different browsers apart.
-    fn page_cookie_name(&self) -> String {
-        format!("{}-page", self.cookie_name)
+    /// Returns the name of the cookie that tells browsers at the same address apart.
+    fn browser_cookie_name(&self) -> String {
+        format!("{}-browser", self.cookie_name)
     }
 
-    /// Returns a new cookie for the page, or `None` if there are no random numbers.
-    fn page_cookie(&self) -> Option<HeaderValue> {
-        let (name, page) = (self.page_cookie_name(), random_digits().ok()?);
-        let cookie = format!("{name}={page}; Path=/; HttpOnly; SameSite=Strict");
+    /// Returns a new cookie for a browser, or `None` if there are no random numbers.
+    fn browser_cookie(&self) -> Option<HeaderValue> {
+        let (name, browser) = (self.browser_cookie_name(), random_digits().ok()?);
+        let cookie = format!("{name}={browser}; Path=/; HttpOnly; SameSite=Strict");
         HeaderValue::from_str(&cookie).ok()
     }
 
@@ -135,12 +135,14 @@ pub(crate) async fn guard(
     next: Next,
 ) -> Response {
     let checked = access.check(request.method(), request.uri(), request.headers());
-    let page = cookies(request.headers(), &access.page_cookie_name()).next();
-    if let (Some(page), Some(connection)) = (page, request.extensions().get::<Arc<Connection>>()) {
-        connection.set_page(page);
+    let browser = cookies(request.headers(), &access.browser_cookie_name()).next();
+    if let (Ok(()), Some(browser), Some(connection)) =
+        (&checked, browser, request.extensions().get::<Arc<Connection>>())
+    {
+        connection.set_browser(browser);
     }
-    let page_cookie =
-        if page.is_none() && request.uri().path() == "/" { access.page_cookie() } else { None };
+    let new_browser = browser.is_none() && request.uri().path() == "/";
+    let browser_cookie = if new_browser { access.browser_cookie() } else { None };
     let mut response = match (checked, access.cookie_for(request.uri())) {
         // Removes the token from the address bar, where others could read it.
         (Ok(()), Some(cookie)) if request.uri().path() == "/" => {
@@ -152,7 +154,7 @@ pub(crate) async fn guard(
         (Err(error), _) => error.into_response(),
     };
     let headers = response.headers_mut();
-    if let Some(cookie) = page_cookie {
+    if let Some(cookie) = browser_cookie {
         headers.append(header::SET_COOKIE, cookie);
     }
     for (name, value) in [

@@ -10,6 +10,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use mmsim_drawing::{page_json, stylesheet};
 use ring::digest::{SHA256, digest};
+use tower_http::compression::CompressionLayer;
 
 use crate::http::jobs::{ApiError, ApiResult};
 
@@ -66,7 +67,7 @@ fn file(name: &str) -> &'static str {
     FILES.iter().find(|file| file.0 == name).map_or("", |file| file.2)
 }
 
-/// Serves the files of the page.
+/// Serves the files of the page, compressed if the client accepts it.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
     let router = FILES.iter().fold(Router::new(), |router, &(name, media_type, content)| {
         let path = if name == "index.html" { "/".into() } else { format!("/{name}") };
@@ -78,6 +79,7 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
     router
         .route("/drawing.css", get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) }))
         .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
+        .layer(CompressionLayer::new())
 }
 
 /// Returns the parts of the document before and after the data.

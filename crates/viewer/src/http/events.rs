@@ -183,7 +183,8 @@ pub(crate) fn stream(
     shares: &Shares,
 ) -> ApiResult<Sse<impl Stream<Item = Result<Event, Infallible>> + use<>>> {
     if !shares.begin_stream(connection) {
-        let text = format!("{} pages are already open (close one first)", state.limits.streams);
+        let text =
+            format!("{} browsers already show this page (close one first)", state.limits.streams);
         return Err(ApiError::new(StatusCode::SERVICE_UNAVAILABLE, text));
     }
     let last: Option<LastEvent> = None;

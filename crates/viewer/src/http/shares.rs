@@ -1,5 +1,5 @@
-//! The connections of the web server, shared among the addresses of its clients and among the pages at
-//! each address. When all connections are in use, the client that holds the most loses one.
+//! The connections of the web server, shared among the addresses of its clients and among the browsers
+//! at each address. When all connections are in use, the client that holds the most loses one.
 
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -26,8 +26,8 @@ pub(crate) struct Shares {
 #[derive(Debug)]
 pub(crate) struct Connection {
     address: IpAddr,
-    /// The page that has sent the requests, known from its cookie.
-    page: OnceLock<String>,
+    /// The browser that has sent the requests, known from its cookie.
+    browser: OnceLock<String>,
     is_stream: AtomicBool,
     opened_at: Instant,
     /// The time from the beginning to the latest transfer, in ms.
@@ -42,9 +42,9 @@ impl Connection {
         self.active_ms.store(elapsed, Ordering::Relaxed);
     }
 
-    /// Records which page has sent a request.
-    pub(crate) fn set_page(&self, page: &str) {
-        self.page.get_or_init(|| page.into());
+    /// Records which browser has sent a request.
+    pub(crate) fn set_browser(&self, browser: &str) {
+        self.browser.get_or_init(|| browser.into());
     }
 
     /// Waits until the connection must close, because another one needs its place.
@@ -61,14 +61,14 @@ impl Connection {
     }
 }
 
-/// The numbers of connections from one address and of one page at this address.
+/// The numbers of connections from one address and of one browser at this address.
 type Share = (usize, usize);
 
 /// Returns the share of the client of a connection.
 fn share<'c>(of: &Connection, all: impl Iterator<Item = &'c Arc<Connection>>) -> Share {
     let from_address = all.filter(|one| one.address == of.address);
-    from_address.fold((0, 0), |(address, page), one| {
-        (address + 1, page + usize::from(one.page.get() == of.page.get()))
+    from_address.fold((0, 0), |(address, browser), one| {
+        (address + 1, browser + usize::from(one.browser.get() == of.browser.get()))
     })
 }
 
@@ -82,7 +82,7 @@ impl Shares {
     }
 
     /// Adds a connection. If all are in use, it replaces one of the client that holds the most.
-    /// Returns `None` if these have just been used.
+    /// Returns `None` if all connections of this client are in use.
     pub(crate) fn add(&self, address: IpAddr, now: Instant) -> Option<Arc<Connection>> {
         let mut connections = self.lock();
         if connections.len() >= self.max_connections {
@@ -99,7 +99,7 @@ impl Shares {
         }
         let connection = Arc::new(Connection {
             address,
-            page: OnceLock::new(),
+            browser: OnceLock::new(),
             is_stream: AtomicBool::new(false),
             opened_at: now,
             active_ms: AtomicU64::new(0),
@@ -183,23 +183,23 @@ mod tests {
     }
 
     #[test]
-    fn a_page_gets_its_stream_from_a_client_with_more_streams() {
+    fn a_browser_gets_its_stream_from_a_client_with_more_streams() {
         let (shares, start) = (Shares::new(100, 3), Instant::now());
-        let open = |address, page: Option<&str>| {
+        let open = |address, browser: Option<&str>| {
             let connection = shares.add(address, start).unwrap();
-            if let Some(page) = page {
-                connection.set_page(page);
+            if let Some(browser) = browser {
+                connection.set_browser(browser);
             }
             (shares.begin_stream(&connection), connection)
         };
         let [here, elsewhere] = ADDRESSES;
         let anonymous = [0, 1, 2].map(|_| open(here, None).1);
         assert!(!open(here, None).0, "each client keeps what it has");
-        let (accepted, page) = open(here, Some("a"));
+        let (accepted, browser) = open(here, Some("a"));
         assert!(accepted && !is_open(&shares, &anonymous[2]));
         let (accepted, other) = open(elsewhere, None);
         assert!(accepted && !is_open(&shares, &anonymous[1]));
         assert!(!open(here, Some("b")).0, "all clients have one stream");
-        assert!([&page, &other, &anonymous[0]].iter().all(|one| is_open(&shares, one)));
+        assert!([&browser, &other, &anonymous[0]].iter().all(|one| is_open(&shares, one)));
     }
 }
