@@ -92,9 +92,7 @@ fn the_first_load_is_small_and_comes_from_the_server_only() {
 
         // All requests, including those missing from the page's resource timing.
         let all = take_requested_urls(browser);
-        assert!(
-            all.len() >= fetched.len() && all.iter().any(|address| address.ends_with("/events"))
-        );
+        assert!(all.len() >= fetched.len(), "{all:#?}");
         for address in &all {
             let own = address.starts_with(&format!("{}/", simulator.page));
             assert!(
