@@ -236,6 +236,13 @@ impl TwinNotes {
     }
 }
 
+/// Checks that a decoded request is encoded as it was received.
+fn check_encoding(decoded: Request<'_>, request: &[u8]) {
+    let mut buffer = vec![0xa5; request.len()];
+    assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
+    assert_eq!(buffer, request, "the request changes when it is decoded and re-encoded");
+}
+
 impl<'a> Observed<'a> {
     fn new(maze: &'a Maze, limit: Option<usize>) -> Self {
         let unlimited = Simulation::new("fuzz", maze.clone());
@@ -282,10 +289,9 @@ impl<'a> Observed<'a> {
                 expected = Change::Reset;
             }
             Ok(Request::Walls(pose)) => {
-                let wall = |heading| maze.walls().has(pose.cell, heading);
-                let (left, front, right) =
-                    (pose.heading.left(), pose.heading, pose.heading.right());
-                let (left, front, right) = (wall(left), wall(front), wall(right));
+                let (cell, heading) = (pose.cell, pose.heading);
+                let wall = |heading| maze.walls().has(cell, heading);
+                let [left, front, right] = [heading.left(), heading, heading.right()].map(wall);
                 assert_eq!(reply, Reply::Walls(WallsAround { left, front, right }));
                 *reads += 1;
             }
@@ -352,9 +358,7 @@ impl<'a> Observed<'a> {
             }
         }
         if let Ok(decoded) = decoded {
-            let mut buffer = vec![0xa5; request.len()];
-            assert_eq!(decoded.encode(&mut buffer), Ok(request.len()));
-            assert_eq!(buffer, request, "the request changes when it is decoded and re-encoded");
+            check_encoding(decoded, request);
         }
         assert_eq!(change, expected);
         assert_eq!(simulation.history().len(), states.len());

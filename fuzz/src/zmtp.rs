@@ -113,7 +113,13 @@ struct Counter {
 }
 
 impl Service for Counter {
-    fn answer(&mut self, _: ClientId, request: &[u8], frames: usize, reply: &mut Vec<u8>) -> Answer {
+    fn answer(
+        &mut self,
+        _: ClientId,
+        request: &[u8],
+        frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> Answer {
         assert!(frames > 0);
         if request.first() == Some(&b'S') {
             return Answer::Later;

@@ -77,7 +77,13 @@ async fn serve_omq(endpoint: &str) -> io::Result<()> {
 struct Echo;
 
 impl Service for Echo {
-    fn answer(&mut self, _: ClientId, request: &[u8], _frames: usize, reply: &mut Vec<u8>) -> Answer {
+    fn answer(
+        &mut self,
+        _: ClientId,
+        request: &[u8],
+        _frames: usize,
+        reply: &mut Vec<u8>,
+    ) -> Answer {
         *reply = request.to_vec();
         Answer::Reply { is_activity: true }
     }
