@@ -168,8 +168,10 @@ fn receive_pipe(socket: &UnixStream) -> io::Result<Option<OwnedFd>> {
 fn run(mut command: impl Iterator<Item = OsString>) -> io::Result<()> {
     let mut socket = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     let stdin = receive_pipe(&socket)?.map_or_else(Stdio::null, Stdio::from);
-    // Without it, descendants in the process group of the mouse are still killed.
-    let _ = adopt_orphans();
+    // Makes the guard the parent of descendants whose parents exit. Without this, those in the process
+    // group of the mouse are still killed.
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
     let (mut exits, exit) = UnixStream::pair()?;
     exits.set_nonblocking(true)?;
     signal_hook::low_level::pipe::register(signal_hook::consts::SIGCHLD, exit)?;
@@ -226,17 +228,6 @@ fn reap(mut exited: impl FnMut(Pid, WaitStatus)) -> bool {
             Err(_) => return false,
         }
     }
-}
-
-/// Makes this process the parent of descendants whose parents exit.
-#[cfg(target_os = "linux")]
-fn adopt_orphans() -> rustix::io::Result<()> {
-    rustix::process::set_child_subreaper(Some(rustix::process::getpid()))
-}
-
-#[cfg(not(target_os = "linux"))]
-const fn adopt_orphans() -> rustix::io::Result<()> {
-    Ok(())
 }
 
 /// Kills the children. Their children are then children of this process. Returns an error if the
