@@ -12,6 +12,7 @@ use mmsim_tests::{TIMEOUT, ask, connect_to, wait_for};
 use std::time::{Duration, Instant};
 
 const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
+#[cfg(unix)]
 const STATE: &[u8] = b"S\x00\x00NC\x01\x01\x01\x01\x01\x01C\x0d\x0d\x0d\x0d\x0d\x0d";
 const MMSIM: &str = env!("CARGO_BIN_EXE_mmsim");
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
