@@ -115,8 +115,7 @@ impl PyClient {
         ))
     }
 
-    /// Sends the annotations after the last state, and closes the connection. A further request uses a
-    /// new one.
+    /// Sends the last annotations and closes the connection. A further request uses a new one.
     fn close(client: PyRef<'_, Self>, py: Python<'_>) -> PyResult<()> {
         let sent = client.as_super().send_annotations(py);
         client.socket.close();

@@ -148,6 +148,8 @@ impl PyHistory {
     }
 
     /// The log lines of the mouse, each with the index of the state that follows it.
+    ///
+    /// The index of a line that no state follows is the number of states.
     #[getter]
     fn log(&self, py: Python<'_>) -> PyResult<Vec<(usize, String)>> {
         let lines = self.read_whole(py, |history, trailing| {

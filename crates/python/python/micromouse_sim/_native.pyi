@@ -385,7 +385,7 @@ class Client(Connection):
         """Raises an error, because the states are in the other process."""
 
     def close(self) -> None:
-        """Closes the connection. A further request uses a new one."""
+        """Sends the last annotations and closes the connection. A further request uses a new one."""
 
     def __enter__(self) -> Client: ...
     def __exit__(self, *_error: object) -> None: ...
