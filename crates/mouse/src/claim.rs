@@ -41,7 +41,7 @@ pub(crate) enum Role {
     Mouse,
     /// Like `Mouse`, but what other clients have sent during the run must be deleted first.
     Successor,
-    /// The client may read. Its request may be one of the mouse at this time.
+    /// The client may read. At this time, it may have become the mouse.
     Waiting(Instant),
     /// The client may read.
     Other,

@@ -69,7 +69,7 @@ pub trait Service {
         None
     }
 
-    /// Runs when the connection of a client has ended. A reply to the client is no longer due.
+    /// Runs when the connection of a client has ended. A reply that was due later is dropped.
     fn disconnected(&mut self, _client: ClientId) {}
 
     /// Runs on the server's thread each time [`RepServer::run`](crate::RepServer::run) has handled
