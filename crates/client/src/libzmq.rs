@@ -68,15 +68,22 @@ impl LibzmqClient {
         };
         Ok(self.link.insert(link))
     }
+
+    fn send_once(&mut self, frames: &[&[u8]], is_waiting: bool) -> zmq::Result<()> {
+        let frames = if frames.is_empty() { &[&[][..]] } else { frames };
+        self.usable_link(is_waiting)?.socket.send_multipart(frames, zmq::DONTWAIT)
+    }
 }
 
 impl Client for LibzmqClient {
     fn send(&mut self, frames: &[&[u8]]) -> Result<(), String> {
         let is_waiting = mem::replace(&mut self.is_waiting, true);
-        let sent = self.usable_link(is_waiting).and_then(|link| {
-            let frames = if frames.is_empty() { &[&[][..]] } else { frames };
-            link.socket.send_multipart(frames, zmq::DONTWAIT)
-        });
+        let mut sent = self.send_once(frames, is_waiting);
+        if sent == Err(zmq::Error::EAGAIN) {
+            // The connection ended after its events were read, so the request has not left.
+            self.link = None;
+            sent = self.send_once(frames, false);
+        }
         sent.map_err(|error| error.to_string())
     }
 
