@@ -11,7 +11,7 @@ use mmsim_maze::WyRand;
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
-use crate::browser::{Browser, with_page};
+use crate::browser::{Browser, with_browser, with_page};
 use crate::harness::recorded;
 use crate::page::Panel;
 use crate::simulator::{Simulator, bundled, connect};
@@ -162,13 +162,16 @@ fn the_processor_time_of_a_shown_state() {
     });
 }
 
+/// Measures how much open windows slow down the requests of a mouse.
 #[test]
 #[ignore = "measurement"]
-fn the_rate_of_states_with_a_page_open() {
-    const ROUNDS: usize = 15;
+fn the_rate_of_states_beside_open_windows() {
+    const ROUNDS: usize = 9;
+    const WINDOWS: [usize; 3] = [0, 1, 6];
     print_load();
-    with_page(&["--maze", "harbour"], |browser, simulator| {
-        let messages = search(simulator);
+    with_browser(|browser| {
+        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let messages = search(&simulator);
         let socket = connect(&simulator.serving.address);
         let rate = |span: Duration| {
             let (begun, mut count) = (Instant::now(), 0_u32);
@@ -182,36 +185,43 @@ fn the_rate_of_states_with_a_page_open() {
             }
             f64::from(count) / begun.elapsed().as_secs_f64()
         };
-        let measure = |open: bool| {
-            if open {
-                browser.open(&simulator.page);
-                browser.wait_until_exists(".map svg");
+        simulator.send(&messages[0]);
+        let first = browser.window();
+        let measure = |count: usize| {
+            let windows: Vec<_> =
+                (0..count).map(|_| browser.open_window(&simulator.page)).collect();
+            for window in &windows {
+                browser.switch_to(window);
                 Panel::live(browser).wait_for_state(simulator.info().states - 1);
-            } else {
-                browser.open("about:blank");
             }
             rate(Duration::from_millis(300));
-            rate(Duration::from_secs(2))
+            let rate = rate(Duration::from_secs(2));
+            for window in &windows {
+                browser.switch_to(window);
+                browser.close_window();
+            }
+            browser.switch_to(&first);
+            rate
         };
-        simulator.send(&messages[0]);
-        let (mut ratios, mut with, mut without) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rates = WINDOWS.map(|_| Vec::new());
         for round in 0..ROUNDS {
-            let first = measure(round % 2 == 0);
-            let second = measure(round % 2 == 1);
-            let (open, none) = if round % 2 == 0 { (first, second) } else { (second, first) };
-            ratios.push(open / none);
-            with.push(open);
-            without.push(none);
+            for turn in 0..WINDOWS.len() {
+                let at = (round + turn) % WINDOWS.len();
+                rates[at].push(measure(WINDOWS[at]));
+            }
         }
-        println!(
-            "round trips per second: {:.0} with a page open, {:.0} with none; \
-             median of ratios {:.3}, from {:.3} to {:.3}",
-            quantile(&mut with, 0.5),
-            quantile(&mut without, 0.5),
-            quantile(&mut ratios, 0.5),
-            quantile(&mut ratios, 0.0),
-            quantile(&mut ratios, 1.0),
-        );
+        for (windows, counted) in WINDOWS.iter().zip(&rates) {
+            let mut ratios: Vec<_> =
+                counted.iter().zip(&rates[1]).map(|(rate, beside_one)| rate / beside_one).collect();
+            println!(
+                "{windows} windows: {:.0} round trips per second; of the rate beside one window: \
+                 median {:.2}, from {:.2} to {:.2}",
+                quantile(&mut counted.clone(), 0.5),
+                quantile(&mut ratios, 0.5),
+                quantile(&mut ratios, 0.0),
+                quantile(&mut ratios, 1.0),
+            );
+        }
     });
 }
 
