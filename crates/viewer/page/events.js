@@ -3,12 +3,15 @@
 // connections to a server.
 
 /** @typedef {import("./api.js").ServerEvent} ServerEvent */
-/** @typedef {{ event: ServerEvent } | { connected: boolean, reason?: string }} Message the reason is the server's, if it refuses */
+/** @typedef {({ event: ServerEvent } | { connected: boolean, reason?: string }) & { windows?: number }} Message the reason is the server's, if it refuses */
 
 /** The server sends an event at least every 10 s. Without one for this time in ms, the connection is lost. */
 const TIMEOUT = 30_000;
 /** The delay in ms before connecting again to a server that has refused the connection. */
 const RETRY = 2000;
+
+/** The number of visible windows of this browser that show the server. They share the processor with the search. */
+export let windows = 1;
 
 /** A stream of events, which connects again when the connection is lost. */
 export class EventStream {
@@ -74,8 +77,11 @@ async function refusal() {
  */
 export function listen(onEvent, onConnection) {
   /** @param {Message} message */
-  const onMessage = (message) =>
-    "event" in message ? onEvent(message.event) : onConnection(message.connected, message.reason);
+  const onMessage = (message) => {
+    windows = message.windows ?? 1;
+    if ("event" in message) onEvent(message.event);
+    else onConnection(message.connected, message.reason);
+  };
   const show = subscribe(onMessage);
   const report = () => show(!document.hidden);
   document.addEventListener("visibilitychange", report);

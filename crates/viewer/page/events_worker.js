@@ -12,15 +12,18 @@ let newest = [];
 
 const stream = new EventStream((message) => {
   newest = "event" in message ? [{ connected: true }, message] : [message];
-  for (const port of visible) port.postMessage(message);
+  for (const port of visible) send(port, message);
 });
+
+/** @param {MessagePort} port @param {Message} message */
+const send = (port, message) => port.postMessage({ ...message, windows: visible.size });
 
 /** @param {MessageEvent} event */
 const connect = ({ ports: [port] }) => {
   port.onmessage = ({ data: isVisible }) => {
     if (isVisible) {
       visible.add(port);
-      if (stream.isOpen) for (const message of newest) port.postMessage(message);
+      if (stream.isOpen) for (const message of newest) send(port, message);
       else stream.open();
     } else if (visible.delete(port) && visible.size === 0) {
       stream.close();

@@ -4,6 +4,7 @@
 
 import * as api from "./api.js";
 import { cloneTemplate, nextFrame, oneAtATime, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
+import { windows } from "./events.js";
 import { FastRun } from "./fast_run.js";
 import { announce, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
@@ -13,7 +14,7 @@ import { DX, DY, decodeState } from "./state.js";
 import { Timeline } from "./timeline.js";
 import { Viewport } from "./viewport.js";
 
-/** Minimum time between two draws of a running search, in milliseconds, to leave the processors to the search. */
+/** Minimum time between two draws of a running search in a single window, in ms, to leave the processors to the search. */
 const DRAW_INTERVAL = 100;
 /** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
@@ -216,7 +217,7 @@ export class Panel {
         const view = await api.stateView(source, index, signal);
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
-        this.#nextDraw = performance.now() + DRAW_INTERVAL;
+        this.#nextDraw = performance.now() + DRAW_INTERVAL * windows;
         this.shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
         await nextFrame();
