@@ -27,7 +27,7 @@ mod service;
 mod simulation;
 
 pub use control::{Status, StopHandle};
-pub use mmsim_zmtp::{BindError, listen};
+pub use mmsim_zmtp::{BindError, listen, network};
 pub use monitor::{Monitor, MonitorError, Served};
 pub use server::{Background, LIMITS, ServeError, Server};
 pub use simulation::{Change, ReplyBuffer, Simulation};

@@ -19,7 +19,7 @@ use axum::{Router, middleware};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use mmsim_server::{BindError, listen};
+use mmsim_server::{BindError, listen, network};
 use tokio::net::TcpListener;
 use tokio::runtime;
 use tokio::sync::oneshot;
@@ -31,7 +31,6 @@ use tracing::{debug, warn};
 
 use crate::app::{AppState, ViewerConfig};
 use crate::http::access::{Access, guard, random_digits};
-use crate::http::jobs::Client;
 use crate::http::limits::{Limits, TimedConnection};
 use crate::http::shares::Shares;
 
@@ -162,8 +161,8 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
     let shares = Arc::new(Shares::new(limits.connections, limits.streams));
     let mut warned = false;
     loop {
-        let (stream, address) = match listener.accept().await {
-            Ok((stream, address)) => (stream, address.ip().to_canonical()),
+        let (stream, network) = match listener.accept().await {
+            Ok((stream, address)) => (stream, network(address.ip())),
             Err(error) => {
                 // Warn only once, since every attempt fails while there are no file descriptors.
                 if !std::mem::replace(&mut warned, true) {
@@ -174,15 +173,14 @@ async fn accept(listener: TcpListener, app: Router, limits: Limits) {
             }
         };
         let connection = loop {
-            match shares.add(address, Instant::now()) {
+            match shares.add(network, Instant::now()) {
                 Some(connection) => break connection,
                 None => sleep(RETRY_DELAY).await,
             }
         };
         // Send small responses without delay.
         let _ = stream.set_nodelay(true);
-        let client = AddExtension::new(app.clone(), Client(address));
-        let client = AddExtension::new(client, Arc::clone(&connection));
+        let client = AddExtension::new(app.clone(), Arc::clone(&connection));
         let service = TowerToHyperService::new(AddExtension::new(client, Arc::clone(&shares)));
         let (stream, shares) =
             (TimedConnection::new(stream, Arc::clone(&connection), limits), Arc::clone(&shares));

@@ -37,7 +37,13 @@ impl Activity {
 
 /// Returns the network of an address. The network is the IPv4 address itself, or the /64 prefix of
 /// the IPv6 address. IPv6 addresses with the same /64 prefix belong to one subnet.
-fn network(address: IpAddr) -> IpAddr {
+///
+/// ```
+/// use mmsim_zmtp::network;
+/// let [one, other] = ["2001:db8::1", "2001:db8::2"].map(|text| text.parse().unwrap());
+/// assert_eq!(network(one), network(other));
+/// ```
+pub fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
         address @ IpAddr::V4(_) => address,

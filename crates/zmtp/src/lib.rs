@@ -91,6 +91,7 @@ mod service;
 pub use client::ReqClient;
 pub use config::{ClientConfig, ConfigError, ServerConfig};
 pub use endpoint::{BindError, Endpoint, EndpointError, listen};
+pub use eviction::network;
 pub use server::{RepServer, Waker};
 pub use service::{Answer, ClientId, Service};
 

@@ -77,11 +77,7 @@ pub(crate) async fn run_blocking<T: Send + 'static>(
     tokio::task::spawn_blocking(job).await.map_err(ApiError::internal)?
 }
 
-/// The address of the client of a connection.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Client(pub(crate) IpAddr);
-
-/// The right to run a job, with the share of its client.
+/// The right to run a job, with the share of its network.
 pub(crate) struct Permit(
     #[expect(dead_code, reason = "held until dropped")] OwnedSemaphorePermit,
     #[expect(dead_code, reason = "held until dropped")] Option<OwnedSemaphorePermit>,
@@ -93,7 +89,7 @@ pub(crate) struct JobQueue {
     /// The plural name of the jobs, such as `pictures`.
     kind: &'static str,
     permits: Arc<Semaphore>,
-    /// The shares of clients that hold a permit or wait for one.
+    /// The shares of networks whose clients hold a permit or wait for one.
     shares: Mutex<HashMap<IpAddr, Weak<Semaphore>>>,
     max_wait: Duration,
     in_background: bool,
@@ -111,10 +107,10 @@ impl JobQueue {
         Self { in_background: true, ..self }
     }
 
-    /// Waits for a permit to run a job. If a client is given, waits until this client holds no other
-    /// permit, so that clients take turns.
-    pub(crate) async fn acquire(&self, client: Option<Client>) -> ApiResult<Permit> {
-        let share = client.map(|client| self.share(client));
+    /// Waits for a permit to run a job. If the network of a client is given, waits until this network
+    /// holds no other permit, so that networks take turns.
+    pub(crate) async fn acquire(&self, network: Option<IpAddr>) -> ApiResult<Permit> {
+        let share = network.map(|network| self.share(network));
         let acquire = async {
             let share = match share {
                 Some(share) => Some(share.acquire_owned().await?),
@@ -130,14 +126,14 @@ impl JobQueue {
         permit.map_err(busy)?.map_err(|error: AcquireError| ApiError::internal(error))
     }
 
-    /// Returns the permit of one client.
-    fn share(&self, Client(address): Client) -> Arc<Semaphore> {
+    /// Returns the permit of one network.
+    fn share(&self, network: IpAddr) -> Arc<Semaphore> {
         let mut shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
         shares.retain(|_, share| share.strong_count() > 0);
-        let share = shares.get(&address).and_then(Weak::upgrade);
+        let share = shares.get(&network).and_then(Weak::upgrade);
         share.unwrap_or_else(|| {
             let new = Arc::new(Semaphore::new(1));
-            shares.insert(address, Arc::downgrade(&new));
+            shares.insert(network, Arc::downgrade(&new));
             new
         })
     }
@@ -152,13 +148,13 @@ impl JobQueue {
         self.run_for(None, job).await
     }
 
-    /// Like [`run`](Self::run), but runs one job of a client at a time.
+    /// Like [`run`](Self::run), but runs one job of a network at a time.
     pub(crate) async fn run_for<T: Send + 'static>(
         &self,
-        client: Option<Client>,
+        network: Option<IpAddr>,
         job: impl FnOnce(&CancelToken) -> ApiResult<T> + Send + 'static,
     ) -> ApiResult<T> {
-        let permit = self.acquire(client).await?;
+        let permit = self.acquire(network).await?;
         let guard = CancelOnDrop(Arc::default());
         let cancel = CancelToken(Arc::clone(&guard.0));
         let (sender, receiver) = oneshot::channel();
@@ -346,7 +342,7 @@ mod tests {
     fn clients_take_turns() {
         run(async {
             let queue = JobQueue::new("tests", 2, TIMEOUT);
-            let [greedy, other] = [[1, 1, 1, 1], [2, 2, 2, 2]].map(IpAddr::from).map(Client);
+            let [greedy, other] = [[1, 1, 1, 1], [2, 2, 2, 2]].map(IpAddr::from);
             let held = queue.acquire(Some(greedy)).await.unwrap();
             let mut more: Vec<_> = (0..6).map(|_| Box::pin(queue.acquire(Some(greedy)))).collect();
             for waiting in &mut more {

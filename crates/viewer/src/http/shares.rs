@@ -1,5 +1,5 @@
-//! The connections of the web server, shared among the addresses of its clients and among the browsers
-//! at each address. When all connections are in use, the client that holds the most loses one.
+//! The connections of the web server, shared among the networks of its clients and among the browsers
+//! in each network. When all connections are in use, the client that holds the most loses one.
 
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -25,7 +25,8 @@ pub(crate) struct Shares {
 /// A connection of a client.
 #[derive(Debug)]
 pub(crate) struct Connection {
-    address: IpAddr,
+    /// The network of the client.
+    pub(crate) network: IpAddr,
     /// The browser that has sent the requests, known from its cookie.
     browser: OnceLock<String>,
     is_stream: AtomicBool,
@@ -61,14 +62,14 @@ impl Connection {
     }
 }
 
-/// The numbers of connections from one address and of one browser at this address.
+/// The numbers of connections from one network and of one browser in this network.
 type Share = (usize, usize);
 
 /// Returns the share of the client of a connection.
 fn share<'c>(of: &Connection, all: impl Iterator<Item = &'c Arc<Connection>>) -> Share {
-    let from_address = all.filter(|one| one.address == of.address);
-    from_address.fold((0, 0), |(address, browser), one| {
-        (address + 1, browser + usize::from(one.browser.get() == of.browser.get()))
+    let from_network = all.filter(|one| one.network == of.network);
+    from_network.fold((0, 0), |(network, browser), one| {
+        (network + 1, browser + usize::from(one.browser.get() == of.browser.get()))
     })
 }
 
@@ -83,7 +84,7 @@ impl Shares {
 
     /// Adds a connection. If all are in use, it replaces one of the client that holds the most.
     /// Returns `None` if all connections of this client are in use.
-    pub(crate) fn add(&self, address: IpAddr, now: Instant) -> Option<Arc<Connection>> {
+    pub(crate) fn add(&self, network: IpAddr, now: Instant) -> Option<Arc<Connection>> {
         let mut connections = self.lock();
         if connections.len() >= self.max_connections {
             let max = connections.iter().map(|one| share(one, connections.iter())).max();
@@ -98,7 +99,7 @@ impl Shares {
             close(&mut connections, &victim);
         }
         let connection = Arc::new(Connection {
-            address,
+            network,
             browser: OnceLock::new(),
             is_stream: AtomicBool::new(false),
             opened_at: now,
@@ -165,7 +166,7 @@ mod tests {
         let later = start + Duration::from_secs(5);
         shares.add(few, later).unwrap();
         assert!(is_open(&shares, &held[1]), "it is active");
-        assert_eq!(shares.lock().iter().filter(|one| one.address == few).count(), 2);
+        assert_eq!(shares.lock().iter().filter(|one| one.network == few).count(), 2);
         assert!(is_open(&shares, &held[2]) ^ is_open(&shares, &newcomer));
         shares.remove(&lonely);
         assert!(shares.add(few, later).is_some(), "there is room");

@@ -16,8 +16,9 @@ use mmsim_recording::{Block, Recording, TrailingAnnotations, save as save_record
 use serde::{Deserialize, Serialize};
 
 use crate::app::SharedState;
-use crate::http::jobs::{ApiError, ApiResult, CancelToken, Client, run_blocking};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
+use crate::http::shares::Connection;
 use crate::source::StateSource;
 
 /// The maximum number of listed recordings.
@@ -121,12 +122,12 @@ pub(crate) struct RecordingId {
 
 pub(crate) async fn open_recording(
     State(state): SharedState,
-    Extension(client): Extension<Client>,
+    Extension(connection): Extension<Arc<Connection>>,
     Json(RecordingName { name }): Json<RecordingName>,
 ) -> ApiResult<Json<RecordingId>> {
     Arc::clone(&state)
         .recording_jobs
-        .run_for(Some(client), move |cancel| {
+        .run_for(Some(connection.network), move |cancel| {
             state.recordings().check_capacity()?;
             let path = find(state.config.recordings_dir.as_deref(), &name)?;
             let failed =
@@ -150,18 +151,18 @@ pub(crate) async fn close_recording(
 /// Receives an uploaded recording and opens it.
 pub(crate) async fn upload(
     State(state): SharedState,
-    Extension(client): Extension<Client>,
+    Extension(connection): Extension<Arc<Connection>>,
     Query(RecordingName { name }): Query<RecordingName>,
     body: Body,
 ) -> ApiResult<Json<RecordingId>> {
     state.recordings().check_capacity()?;
-    let permit = state.uploads.acquire(Some(client)).await?;
+    let permit = state.uploads.acquire(Some(connection.network)).await?;
     // The file has no name, so the system deletes it even if the process is killed.
     let mut file = tempfile::tempfile().map_err(ApiError::internal)?;
     receive_body(body, MAX_RECORDING_BYTES, state.limits, |chunk| file.write_all(&chunk)).await?;
     Arc::clone(&state)
         .recording_jobs
-        .run_for(Some(client), move |cancel| {
+        .run_for(Some(connection.network), move |cancel| {
             let _permit = permit;
             file.rewind().map_err(ApiError::internal)?;
             let file = cancel.reader(io::BufReader::new(file));
