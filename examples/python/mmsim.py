@@ -104,8 +104,8 @@ class Simulator:
     The next call of `state` sends the annotations before the state. If it raises `Refused`, the
     annotations that the simulator has not accepted are dropped, so the next state is not refused
     for the same reason. If it raises `NoReply`, they are sent again with the next state, so a line
-    may be logged twice. `close` and the end of the program send the annotations after the last
-    state.
+    may be logged twice. `close`, the end of the object and the end of the program send the
+    annotations after the last state.
     """
 
     def __init__(
@@ -218,6 +218,10 @@ class Simulator:
                 self._send_annotations()
         finally:
             self._context.destroy(linger=0)
+
+    def __del__(self) -> None:
+        if not self._context.closed:
+            self.close()
 
     def __enter__(self) -> Simulator:
         return self

@@ -7,9 +7,9 @@ use std::time::Duration;
 use mmsim_mouse::ENDPOINT_VARIABLE;
 use mmsim_protocol::DEFAULT_PORT;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyCFunction, PyDict, PyTuple};
 
-use crate::connection::{Backend, PyConnection};
+use crate::connection::{Backend, PyConnection, Requests};
 use crate::error::{Error, SimulatorError, type_error, value_error};
 use crate::known::PyKnownMaze;
 use crate::socket::Socket;
@@ -23,6 +23,21 @@ const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 #[pyclass(extends = PyConnection, frozen, name = "Client", module = "micromouse_sim")]
 pub(crate) struct PyClient {
     socket: Arc<Socket>,
+    requests: Arc<Requests>,
+}
+
+/// Sends the last annotations. Python keeps a client in a global variable until it is about to exit,
+/// so `atexit` has sent the annotations of such a client before.
+impl Drop for PyClient {
+    fn drop(&mut self) {
+        Python::try_attach(|py| {
+            let raised = PyErr::take(py);
+            self.requests.end(py);
+            if let Some(error) = raised {
+                error.restore(py);
+            }
+        });
+    }
 }
 
 /// The argument `timeout`, which may be missing.
@@ -53,6 +68,7 @@ impl PyClient {
     #[new]
     #[pyo3(signature = (endpoint = None, timeout = TimeoutArgument::Default, annotations = None))]
     fn new(
+        py: Python<'_>,
         endpoint: Option<String>,
         timeout: TimeoutArgument,
         annotations: Option<bool>,
@@ -76,7 +92,14 @@ impl PyClient {
         };
         let socket = Arc::new(Socket::connect(endpoint, timeout)?);
         let connection = PyConnection::new(Backend::Socket(Arc::clone(&socket)), annotations);
-        Ok(PyClassInitializer::from(connection).add_subclass(Self { socket }))
+        let requests = connection.requests();
+        let weak = Arc::downgrade(&requests);
+        let end = move |arguments: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| {
+            weak.upgrade().into_iter().for_each(|requests| requests.end(arguments.py()));
+        };
+        let end = PyCFunction::new_closure(py, None, None, end)?;
+        py.import("atexit")?.call_method1("register", (end,))?;
+        Ok(PyClassInitializer::from(connection).add_subclass(Self { socket, requests }))
     }
 
     /// The endpoint of the simulator.

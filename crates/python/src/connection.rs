@@ -1,5 +1,6 @@
 //! The class `Connection`: the requests of a mouse to a simulator.
 
+use std::ops::Deref;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
 use mmsim_client::{RunError, decode_reply};
@@ -23,10 +24,13 @@ use crate::socket::Socket;
 /// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
 /// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
 /// `Refused`, the annotations that the simulator has not accepted are dropped. Those after the last
-/// state are sent by `Client.close` and at the end of its `with` block, and by `Simulator.history`
-/// and `Simulator.save`.
+/// state are sent by `Client.close`, at the end of a `Client` and of the program, and by
+/// `Simulator.history` and `Simulator.save`.
 #[pyclass(subclass, frozen, name = "Connection", module = "micromouse_sim")]
-pub(crate) struct PyConnection {
+pub(crate) struct PyConnection(Arc<Requests>);
+
+/// The simulator, and the annotations that wait for the next state.
+pub(crate) struct Requests {
     backend: Backend,
     pending: Pending,
     /// Whether annotations are sent. Not set if the simulator must be asked whether it knows them.
@@ -124,8 +128,23 @@ impl PyConnection {
     /// Creates a connection. Without `annotations`, the simulator is asked whether it knows them.
     pub(crate) fn new(backend: Backend, annotations: Option<bool>) -> Self {
         let annotations = annotations.map_or_else(OnceLock::new, OnceLock::from);
-        Self { backend, pending: Pending::default(), annotations }
+        Self(Arc::new(Requests { backend, pending: Pending::default(), annotations }))
     }
+
+    pub(crate) fn requests(&self) -> Arc<Requests> {
+        Arc::clone(&self.0)
+    }
+}
+
+impl Deref for PyConnection {
+    type Target = Requests;
+
+    fn deref(&self) -> &Requests {
+        &self.0
+    }
+}
+
+impl Requests {
 
     /// Asks for the description of the maze.
     pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
@@ -166,6 +185,14 @@ impl PyConnection {
             self.pending.remove(count);
         }
         Ok(())
+    }
+
+    /// Sends the last annotations of a client that was not closed. Python reports errors on stderr.
+    pub(crate) fn end(&self, py: Python<'_>) {
+        if let Err(error) = self.send_annotations(py) {
+            self.pending.clear();
+            error.write_unraisable(py, None);
+        }
     }
 }
 

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -80,11 +82,23 @@ def test_a_client_works_after_it_was_closed_and_in_other_threads(serve: Serve) -
         assert readings == [mm.Walls(True, False, True)] * 80
 
 
-def test_closing_a_client_sends_the_annotations_after_the_last_state(serve: Serve, tmp_path: Path) -> None:
+CLIENT = "mm.Client(sys.argv[1], annotations=True)"
+CALLS = "client.state(0, 0, 'N', [[0] * 16] * 16, client.unexplored()); client.log('RESULT')"
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        f"client = {CLIENT}; {CALLS}; client.close()",
+        f"with {CLIENT} as client: {CALLS}",
+        f"client = {CLIENT}; {CALLS}",
+        f"def search(client): {CALLS}\nsearch({CLIENT})",
+    ],
+)
+def test_the_annotations_after_the_last_state_are_sent(program: str, serve: Serve, tmp_path: Path) -> None:
     folder = tmp_path / "recordings"
     with serve("01-harbour", "--record", str(folder)) as server:
-        with mm.Client(server["address"], annotations=True) as client:
-            client.state(0, 0, "N", [[0] * 16] * 16, client.unexplored())
-            client.log("RESULT")
+        command = [sys.executable, "-c", f"import sys, micromouse_sim as mm\n{program}", server["address"]]
+        subprocess.run(command, check=True, timeout=LIMIT)
     (path,) = folder.glob("*.mcap")
     assert mm.load_recording(path).states.log == [(1, "RESULT")]

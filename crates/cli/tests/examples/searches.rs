@@ -286,25 +286,30 @@ fn the_python_class_sends_annotations() {
     assert!(first.iter().take(3).eq(cleared), "{first:?}");
 }
 
-/// A Python script that logs its result after its last state.
-const RESULT: &str = r#"
+/// A Python function that logs its result after its last state.
+const SEARCH: &str = r#"
 import sys
 from mmsim import Heading, Pose, Simulator
 
-simulator, grid = Simulator(sys.argv[-1], annotations=True), [[0] * 16] * 16
-simulator.state(Pose(0, 0, Heading.NORTH), grid, grid)
-simulator.log("RESULT")
+def search(simulator):
+    grid = [[0] * 16] * 16
+    simulator.state(Pose(0, 0, Heading.NORTH), grid, grid)
+    simulator.log("RESULT")
 "#;
 
 #[test]
-fn the_python_class_sends_the_last_annotations_when_the_program_ends() {
-    let Some(mut python) = client::python() else { return };
-    let simulator = Simulator::serve(mmsim_mazes::HARBOUR);
-    let run = ClientRun::new(python.args(["-c", RESULT]), simulator);
-    let (code, _, stderr) = run.exit();
-    assert_eq!((code, stderr.as_str()), (Some(0), ""));
-    let letters: String = run.requests.iter().map(|request| char::from(request[0])).collect();
-    assert_eq!((&*letters, &*run.requests[2]), ("SiA", &b"AL\x06\0RESULT"[..]));
+fn the_python_class_sends_the_last_annotations() {
+    let new = "Simulator(sys.argv[-1], annotations=True)";
+    for call in [format!("simulator = {new}; search(simulator)"), format!("search({new})")] {
+        let Some(mut python) = client::python() else { return };
+        let simulator = Simulator::serve(mmsim_mazes::HARBOUR);
+        let script = format!("{SEARCH}{call}");
+        let run = ClientRun::new(python.args(["-c", &script]), simulator);
+        let (code, _, stderr) = run.exit();
+        assert_eq!((code, stderr.as_str()), (Some(0), ""));
+        let letters: String = run.requests.iter().map(|request| char::from(request[0])).collect();
+        assert_eq!((&*letters, &*run.requests[2]), ("SiA", &b"AL\x06\0RESULT"[..]), "{call}");
+    }
 }
 
 /// A Python script whose first annotations are refused, and whose next ones have no reply in time.

@@ -253,8 +253,8 @@ class Connection:
     `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
     `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
     `Refused`, the annotations that the simulator has not accepted are dropped. Those after the last
-    state are sent by `Client.close` and at the end of its `with` block, and by `Simulator.history`
-    and `Simulator.save`.
+    state are sent by `Client.close`, at the end of a `Client` and of the program, and by
+    `Simulator.history` and `Simulator.save`.
     """
 
     @property
