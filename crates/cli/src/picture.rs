@@ -18,6 +18,16 @@ pub(crate) struct PictureFile {
     pub(crate) format: PictureFormat,
 }
 
+impl PictureFile {
+    /// Returns an error if an SVG has a width.
+    pub(crate) fn check_width(&self, width_px: Option<u32>) -> Result<(), String> {
+        match width_px.filter(|_| self.format == PictureFormat::Svg) {
+            Some(_) => Err("--width needs a .png or .gif file: an .svg fits any width".into()),
+            None => Ok(()),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PictureFormat {
     Svg,

@@ -13,7 +13,7 @@ use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
 use mmsim_run::{MovementRules, RunIndex, Trail};
 use mmsim_solvers::Distances;
 
-use crate::args::{CommandResult, ReadingArgs};
+use crate::args::{CommandResult, ReadingArgs, UsageError};
 use crate::output::{note, replace};
 use crate::picture::{
     PictureFile, PictureFormat, SIDE_PX, draw_still, parse_picture, themes, width_range,
@@ -69,6 +69,7 @@ pub(crate) struct RenderArgs {
 type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
 
 pub(crate) fn run(args: &RenderArgs) -> CommandResult {
+    args.output.check_width(args.width).map_err(|error| UsageError::new("render", error))?;
     let source = args.source.join(" ");
     let (picture, is_intact) = match recording(args, Path::new(&source))? {
         Some(recording) => {
@@ -104,14 +105,27 @@ fn maze(args: &RenderArgs, name: &str) -> PictureResult {
     if args.output.format == PictureFormat::Gif {
         return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());
     }
-    if args.at.is_some() {
-        return Err(format!("{path}: --at needs a recording, not a maze").into());
+    let options = [
+        ("--at", args.at.is_some()),
+        ("--no-numbers", args.no_numbers),
+        ("--no-trail", args.no_trail),
+        ("--no-texts", args.no_texts),
+        ("--no-colours", args.no_colours),
+        ("--history-limit", args.reading.history_limit.is_some()),
+    ];
+    if let Some(option) = given(&options) {
+        return Err(format!("{path}: {option} needs a recording, not a maze").into());
     }
     let distances = Distances::flood(maze.walls(), maze.goals());
     let layers =
         Layers { numbers: args.distances, heat: args.heat, trail: false, ..Layers::default() };
     let scene = Scene::from_maze(&maze).with_numbers(|cell| distances.at(cell)).with_layers(layers);
     still(args, scene)
+}
+
+/// Returns the name of the first option that was given.
+fn given<'o>(options: &[(&'o str, bool)]) -> Option<&'o str> {
+    options.iter().find(|(_, is_given)| *is_given).map(|(name, _)| *name)
 }
 
 /// Draws the selected state, or only the maze if the recording has no states.
@@ -168,9 +182,10 @@ struct RecordedSearch<'a> {
 impl<'a> RecordedSearch<'a> {
     fn new(args: &RenderArgs, file: &'a Path, recording: &'a Recording) -> Result<Self, String> {
         let (info, states) = (recording.info(), recording.history().len());
-        if args.distances {
+        let options = [("--distances", args.distances), ("--mazes", args.mazes.is_some())];
+        if let Some(option) = given(&options) {
             let file = file.display();
-            return Err(format!("{file}: --distances needs a maze, not a recording"));
+            return Err(format!("{file}: {option} needs a maze, not a recording"));
         }
         if let Some(index) = args.at.filter(|&index| index >= states) {
             return Err(no_state(file, recording, index));

@@ -45,11 +45,11 @@ pub(crate) struct SearchArgs {
     #[arg(long, value_name = "SHARE")]
     tolerance: Option<Tolerance>,
     /// Stop the program of a mouse of your own after S seconds in a maze
-    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", default_value = "10", requires = "mouse", value_parser = parse_seconds)]
     time_limit: Duration,
     /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
     /// each turn
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 10_000, requires = "mouse", value_parser = clap::value_parser!(u32).range(1..))]
     max_states: u32,
     /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

@@ -205,8 +205,20 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
             "small.txt: --at needs a recording, not a maze",
         ),
         (
+            &["small.txt", "--no-trail", "-o", "a.svg"],
+            "small.txt: --no-trail needs a recording, not a maze",
+        ),
+        (
+            &["small.txt", "--history-limit", "9", "-o", "a.svg"],
+            "small.txt: --history-limit needs a recording, not a maze",
+        ),
+        (
             &["run.mcap", "--distances", "-o", "a.svg"],
             "run.mcap: --distances needs a maze, not a recording",
+        ),
+        (
+            &["run.mcap", "--mazes", ".", "-o", "a.svg"],
+            "run.mcap: --mazes needs a maze, not a recording",
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
@@ -225,6 +237,7 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
             "expected a file ending in .svg, .png or .gif, found .jpeg",
         ),
         (&["small.txt", "-o", "a.png", "--width", "15"], "15 is not in 16..=4096"),
+        (&["small.txt", "-o", "a.svg", "--width", "300"], "--width needs a .png or .gif file"),
         (&["small.txt", "-o", "a.png", "--theme", "pink"], "[possible values: light, dark]"),
     ] {
         let ended = home.run(&[&["render"], arguments].concat());

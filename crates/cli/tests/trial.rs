@@ -394,6 +394,10 @@ fn usage_errors_set_exit_code_2() {
             &["a.txt", "--tour", "a.svg"],
             "--tour requires one robot: swing, swing-as-published or swing-timed",
         ),
+        (&["a.txt", "--key-points", "2"], "--key-points and --variant require a robot: swing"),
+        (&["a.txt", "--variant", "just-arrive", "--robot", "proven"], "require a robot: swing"),
+        (&["a.txt", "--answer-limit", "3"], "--published <FILE>"),
+        (&["a.txt", "--compare", "--answer-limit", "3"], "--published <FILE>"),
         (&["a.txt", "--answer-limit", "0"], "expected a number of seconds greater than 0"),
     ] {
         let ended = home.run(&[&["trial"], arguments].concat());

@@ -145,7 +145,6 @@ impl Deref for PyConnection {
 }
 
 impl Requests {
-
     /// Asks for the description of the maze.
     pub(crate) fn info(&self, py: Python<'_>) -> PyResult<Info> {
         let json = self.backend.ask(py, "info", b"info", |reply| match reply {

@@ -103,6 +103,11 @@ impl BundledRobot {
         }
     }
 
+    /// Returns true if the settings `key_points` and `variant` apply to the robot.
+    pub const fn has_key_points(self) -> bool {
+        matches!(self, Self::Swing | Self::SwingAsPublished | Self::SwingTimed)
+    }
+
     /// Creates the robot at the start of its first run.
     pub fn robot(self, unexplored: KnownMaze, settings: &Settings) -> Box<dyn Robot + Send> {
         let &Settings { seed, key_points, variant, noise } = settings;

@@ -40,10 +40,11 @@ impl PictureArgs {
             Some(_) if runs > MAX_PATHS => {
                 format!("--output takes at most {MAX_PATHS} runs, found {runs}")
             }
-            Some(PictureFile { format: PictureFormat::Svg, .. }) if self.width.is_some() => {
-                "--width needs a .png or .gif file: an .svg fits any width".into()
-            }
-            _ => return Ok(()),
+            Some(output) => match output.check_width(self.width) {
+                Err(message) => message,
+                Ok(()) => return Ok(()),
+            },
+            None => return Ok(()),
         };
         Err(UsageError::new("fast-run", message))
     }

@@ -38,6 +38,7 @@ without --once, it is 0 after Ctrl-C.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(group(ArgGroup::new("pictures").multiple(true)))]
+#[command(group(ArgGroup::new("own").multiple(true)))]
 pub(crate) struct TrialArgs {
     /// Maze files, folders to search recursively, or words from a maze's path (~/.mmsim is searched
     /// first, then the bundled mazes)
@@ -51,13 +52,13 @@ pub(crate) struct TrialArgs {
     as_published: bool,
     /// Your own robot: a program and its arguments. It reads the sensors from stdin and writes its
     /// answers to stdout, see docs/robots.md
-    #[arg(last = true, value_name = "COMMAND")]
+    #[arg(last = true, value_name = "COMMAND", group = "own")]
     command: Vec<OsString>,
     /// Run a robot.py with the published interface, which has a class Robot; may be repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "own")]
     published: Vec<PathBuf>,
     /// Stop your own robot if an answer takes longer than S seconds
-    #[arg(long, value_name = "S", default_value = "10", value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", default_value = "10", requires = "own", value_parser = parse_seconds)]
     answer_limit: Duration,
     /// Random seed for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -151,6 +152,13 @@ impl TrialArgs {
             robots = each_once(&[&robots]);
         }
         let settings = self.settings();
+        let (key_points, variant) = (KeyPoints::default(), Variant::default());
+        if settings != (Settings { key_points, variant, ..settings })
+            && !robots.iter().any(|robot| robot.has_key_points())
+        {
+            let message = "--key-points and --variant require a robot: swing, swing-as-published or swing-timed";
+            return Err(UsageError::new("trial", message));
+        }
         let bundled = |robot| TrialRobot { kind: RobotKind::Bundled(robot), settings };
         let mut robots: Vec<TrialRobot> = robots.into_iter().map(bundled).collect();
         robots.append(&mut own);

@@ -294,6 +294,8 @@ fn wrong_mice_are_usage_errors() {
         (&["--mouse", "a=b", "--mouse", "a=c"], "two mice are called \"a\""),
         (&["--mouse", "swing=b"], "two mice are called \"swing\""),
         (&["--strategies", "none"], "no mice: --strategies none"),
+        (&["--time-limit", "3"], "--mouse <NAME=COMMAND>"),
+        (&["--max-states", "3"], "--mouse <NAME=COMMAND>"),
         (&["--time-limit", "0"], "--time-limit"),
         (&["--max-states", "0"], "--max-states"),
     ] {
