@@ -3,13 +3,13 @@
 mod harness;
 
 use std::hash::{BuildHasher, RandomState};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use std::{fs, thread};
 
 use harness::noise::state;
-use harness::{Home, check_mouse_message, mouse_messages, recorded};
+use harness::{Home, check_mouse_message, mouse_messages, recorded, recordings};
 #[cfg(unix)]
 use harness::{Serving, limited, noise::send_until_refused};
 use mmsim_recording::{Integrity, Recording};
@@ -17,22 +17,6 @@ use mmsim_tests::{ask, connect_to, wait_for};
 use serde_json::json;
 
 const MAZE: &str = "hedgerow";
-
-/// Returns the non-empty recordings in a folder, in the order in which they began.
-fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
-    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
-    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    // Skip the temporary file of a killed server.
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
-    // Sort by the number at the end of the name, because the clock may go backwards.
-    files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
-    let read = |path: PathBuf| match Recording::open(&path) {
-        Ok(recording) => Some((path, recording)),
-        Err(_) if fs::metadata(&path).unwrap().len() < 200 => None,
-        Err(error) => panic!("{error}"),
-    };
-    files.into_iter().filter_map(read).collect()
-}
 
 /// Receives a reply. Returns `None` if there is no reply and the server has been killed.
 fn receive(socket: &zmq::Socket, killed: &AtomicBool) -> Option<Vec<Vec<u8>>> {

@@ -15,6 +15,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
 use mmsim_protocol::DEFAULT_PORT;
+use mmsim_recording::Recording;
 use mmsim_tests::{TIMEOUT, output, wait_for, wait_for_exit, within};
 use serde_json::Value;
 
@@ -142,6 +143,23 @@ pub fn recorded(folder: &Path) -> PathBuf {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let is_recording = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "mcap");
     files.filter(is_recording).max().expect("a recording")
+}
+
+/// Returns the non-empty recordings in a folder, in the order in which they began.
+#[track_caller]
+pub fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    // Skip the temporary file of a killed server.
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+    // Sort by the number at the end of the name, because the clock may go backwards.
+    files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
+    let read = |path: PathBuf| match Recording::open(&path) {
+        Ok(recording) => Some((path, recording)),
+        Err(_) if fs::metadata(&path).unwrap().len() < 200 => None,
+        Err(error) => panic!("{error}"),
+    };
+    files.into_iter().filter_map(read).collect()
 }
 
 /// Returns the JSON messages about the mouse in a recording, as the official MCAP library reads
