@@ -3,16 +3,21 @@
 //! its memory may grow only slightly.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
-//! times as long and prints measurements.
+//! times as long and prints measurements. `MMSIM_ATTACK_SEED`, which a failed attack prints, repeats
+//! its random numbers.
 #![cfg(unix)]
 
 #[path = "../harness/mod.rs"]
 mod harness;
 
 mod connections;
+mod kills;
 mod measure;
+mod model;
 mod raw;
+mod requests;
 mod searcher;
+mod streams;
 
 use std::env;
 use std::io::{Read, Write};
