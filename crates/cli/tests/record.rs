@@ -11,7 +11,7 @@ use std::{fs, thread};
 use harness::noise::state;
 use harness::{Home, check_mouse_message, mouse_messages, recorded, recordings};
 #[cfg(unix)]
-use harness::{Serving, limited, noise::send_until_refused};
+use harness::{Serving, limited};
 use mmsim_recording::{Integrity, Recording};
 use mmsim_tests::{ask, connect_to, wait_for};
 use serde_json::json;
@@ -470,36 +470,6 @@ fn a_recording_changed_by_another_program_refuses_states_until_reset() {
     assert_eq!(ask(&socket, &state(7)), b"ok");
     let (_, recording) = recordings(&home.path().join("r")).pop().unwrap();
     assert!(recording.history().iter().eq([state(7)]));
-}
-
-/// Kills the server while it compresses a recording. After each kill, the recording must exist and
-/// be complete.
-#[cfg(unix)]
-#[test]
-fn no_state_is_lost_when_the_server_is_killed_during_compression() {
-    const STATES: u64 = 500;
-    let home = Home::new();
-    let folder = home.path().join("r");
-    let (mut packed, mut left) = (0, 0);
-    for round in 0..30_u64 {
-        let _ = fs::remove_dir_all(&folder);
-        let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
-        assert_eq!(send_until_refused(&server.address, 0, STATES), (STATES, None));
-        let socket = connect_to(&server.address, zmq::REQ);
-        assert_eq!(ask(&socket, b"reset"), b"ok");
-        thread::sleep(Duration::from_micros(RandomState::new().hash_one(round) % 100_000));
-        server.kill();
-        server.wait();
-        let [(path, recording)] = &recordings(&folder)[..] else { panic!("round {round}") };
-        assert!(recording.history().iter().eq((0..STATES).map(state)), "round {round}");
-        assert_eq!(*recording.integrity(), Integrity::Closed);
-        packed += u32::from(fs::metadata(path).unwrap().len() < STATES * 545);
-        left += fs::read_dir(&folder).unwrap().count() - 1;
-        // The next server cleans up.
-        drop(home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]));
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-    }
-    println!("30 kills: {packed} after packing, {left} in the middle of it");
 }
 
 /// A limit on the file size simulates a full disk.
