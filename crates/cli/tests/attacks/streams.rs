@@ -87,6 +87,8 @@ pub(crate) fn read_frame(stream: &mut impl Read) -> io::Result<(u8, Vec<u8>)> {
 struct Message {
     wire: Vec<u8>,
     frames: Vec<Vec<u8>>,
+    /// The number of heartbeats before frames of the message.
+    pings: usize,
 }
 
 impl Message {
@@ -104,17 +106,21 @@ impl Message {
             2 => frames.push(vec![]),
             _ => frames.extend([vec![], request]),
         }
-        let last = frames.len() - 1;
-        let wire = frames.iter().enumerate().flat_map(|(index, body)| {
+        let (last, mut pings, mut wire) = (frames.len() - 1, 0, Vec::new());
+        for (index, body) in frames.iter().enumerate() {
+            if rng.below(30) == 0 {
+                pings += 1;
+                wire.extend(raw::command("PING", b"\0\x01context"));
+            }
             let more = u8::from(index < last);
             if rng.below(10) == 0 {
                 let length = (body.len() as u64).to_be_bytes();
-                [&[more | 2][..], &length, body].concat()
+                wire.extend([&[more | 2][..], &length, body].concat());
             } else {
-                raw::frame(more, body)
+                wire.extend(raw::frame(more, body));
             }
-        });
-        Self { wire: wire.collect(), frames }
+        }
+        Self { wire, frames, pings }
     }
 }
 
@@ -153,6 +159,10 @@ impl Peer {
             let message = self.queue.pop_front().unwrap();
             self.sent -= message.wire.len();
             complete += 1;
+            for _ in 0..message.pings {
+                let pong = read_frame(&mut self.stream).unwrap();
+                assert_eq!(pong, (4, b"\x04PONGcontext".into()));
+            }
             check_reply(&mut self.stream, &message.frames, model, self.is_mouse);
         }
         complete
@@ -201,7 +211,7 @@ fn exchange(addresses: [&str; 2], requests: &mut Requests, model: &mut Model) ->
     }
     for peer in &mut peers {
         let (wire, frames) = (raw::request(b"info"), vec![vec![], b"info".into()]);
-        peer.queue.push_back(Message { wire, frames });
+        peer.queue.push_back(Message { wire, frames, pings: 0 });
         while !peer.queue.is_empty() {
             messages += peer.send(model, &mut requests.rng);
         }
