@@ -171,7 +171,7 @@ fn random_requests(folder: &mut Folder) -> Vec<Vec<u8>> {
 
 #[test]
 fn kills_while_states_arrive() {
-    let (mut kills, mut acknowledged, mut unacknowledged) = (0, 0, 0);
+    let (mut ends, mut kills, mut acknowledged, mut unacknowledged) = (0, 0, 0, 0);
     for (number, size) in (0..).zip(SIZES.iter().cycle().take(2 * SIZES.len() * force())) {
         let mut folder = Folder::new(*size, number);
         for _ in 0..=folder.rng.below(3) {
@@ -183,23 +183,27 @@ fn kills_while_states_arrive() {
             client.send_until(answered, &mut model);
             client.send();
             pause(rng);
-            let signal = ["KILL", "KILL", "TERM", "INT"][rng.index(4)];
-            if signal == "KILL" {
+            let signal = ["KILL", "KILL", "KILL", "TERM", "INT"][rng.index(5)];
+            let is_kill = signal == "KILL";
+            if is_kill {
                 server.kill();
             } else {
                 server.signal(signal);
             }
             let unanswered = client.receive_rest(&mut model);
             let status = server.wait().0.code();
-            assert_eq!(status, (signal != "KILL").then_some(0));
+            assert_eq!(status, (!is_kill).then_some(0));
+            assert!(is_kill || packing_files(&folder.path()).is_empty(), "temporary files");
             acknowledged += model.states();
-            let more = folder.end(model, unanswered, signal != "KILL");
+            let more = folder.end(model, unanswered, !is_kill);
             assert!(more <= ahead, "{more} states without a reply");
-            (kills, unacknowledged) = (kills + 1, unacknowledged + more);
+            (ends, kills) = (ends + 1, kills + usize::from(is_kill));
+            unacknowledged += more;
         }
         folder.check();
     }
-    println!("{kills} kills: {acknowledged} acknowledged states, {unacknowledged} others recorded");
+    println!("{kills} kills and {} other signals", ends - kills);
+    println!("{acknowledged} acknowledged states, {unacknowledged} others recorded");
 }
 
 #[test]
