@@ -31,9 +31,14 @@ impl Requests {
     /// Returns some requests, of which this part is malformed.
     pub(crate) fn batch(&mut self, malformed: f64) -> Vec<Vec<u8>> {
         if self.rng.chance(0.01) {
-            // More annotations than the server keeps before a state.
-            let line = [&b"L\xe8\x03"[..], &[b'x'; 1000]].concat().repeat(4);
-            return vec![[&b"A"[..], &line].concat(); 18];
+            // As many annotations as the server keeps before a state, and one more.
+            let line = |length: u16| {
+                [&b"L"[..], &length.to_le_bytes(), &vec![b'x'; length.into()]].concat()
+            };
+            let mut full = vec![line(1000).repeat(4); 16];
+            full.extend([line(1000), line(338), b"t".into()]);
+            let full = full.into_iter().map(|entries| [&b"A"[..], &entries].concat());
+            return [self.state()].into_iter().chain(full).collect();
         }
         let count = 1 + self.rng.index(12);
         (0..count).map(|_| self.request(malformed)).collect()

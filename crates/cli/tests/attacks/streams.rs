@@ -16,7 +16,7 @@ use crate::*;
 pub(crate) const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
 /// The number of messages in a stream.
-const MESSAGES: usize = 1500;
+const MESSAGES: usize = 3000;
 
 /// Returns a home folder with the file `maze.txt`, the model of its simulator, and random numbers for
 /// a stream. They depend on `MMSIM_ATTACK_SEED`, by default a random number, which is printed.
@@ -92,15 +92,16 @@ struct Message {
 }
 
 impl Message {
-    /// Puts a request into random frames, most often the usual ones.
-    fn new(request: Vec<u8>, rng: &mut WyRand) -> Self {
+    /// Puts a request into the usual frames or, sometimes, into others.
+    fn new(request: Vec<u8>, is_usual: bool, rng: &mut WyRand) -> Self {
+        let [before, kind] = [(); 2].map(|()| if is_usual { u32::MAX } else { rng.below(10) });
         let envelope = [&b""[..], b"a", b"envelope", &[7; 300]];
-        let mut frames: Vec<Vec<u8>> = match rng.below(20) {
+        let mut frames: Vec<Vec<u8>> = match before {
             0 => (0..rng.below(3)).map(|_| envelope[rng.index(4)].into()).collect(),
             1 => (0..rng.below(3)).map(|_| envelope[1 + rng.index(3)].into()).collect(),
             _ => vec![],
         };
-        match rng.below(20) {
+        match kind {
             0 => frames.extend([vec![], request.clone(), request]),
             1 => frames.push(request),
             2 => frames.push(vec![]),
@@ -197,8 +198,9 @@ fn exchange(addresses: [&str; 2], requests: &mut Requests, model: &mut Model) ->
         let peer = &mut peers[index];
         if peer.queue.is_empty() {
             let batch = requests.batch(0.4);
-            let rng = &mut requests.rng;
-            peer.queue.extend(batch.into_iter().map(|request| Message::new(request, rng)));
+            let (is_usual, rng) = (requests.rng.flip(), &mut requests.rng);
+            let batch = batch.into_iter().map(|request| Message::new(request, is_usual, rng));
+            peer.queue.extend(batch);
         }
         let rng = &mut requests.rng;
         messages += peer.send(model, rng);
