@@ -1,9 +1,9 @@
 //! Attacks on a running server while a correct client searches the served maze. Every search must
 //! succeed. After each attack, the server must have as many threads and descriptors as before, and
-//! its memory may grow only slightly.
+//! its memory may grow only slightly. Random streams and kills have servers of their own.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
-//! times as long and prints measurements. `MMSIM_ATTACK_SEED`, which a failed attack prints, repeats
+//! times as long and prints measurements. A failed attack prints `MMSIM_ATTACK_SEED`, which repeats
 //! its random numbers.
 #![cfg(unix)]
 

@@ -1,7 +1,6 @@
 //! A naive simulator, written from docs/protocol.md without the decoder of the product.
 
 use std::collections::{HashMap, HashSet};
-use std::fmt::{Debug, Write};
 use std::mem;
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WyRand};
@@ -267,21 +266,17 @@ impl Model {
     }
 
     fn info(&self) -> String {
-        let (size, start) = (self.maze.size(), self.maze.start().cell);
-        let mut goals = String::new();
-        for goal in size.cells().filter(|cell| self.maze.goals().contains(*cell)) {
-            let comma = if goals.is_empty() { "" } else { "," };
-            write!(goals, "{comma}[{},{}]", goal.x, goal.y).unwrap();
-        }
-        format!(
-            r#"{{"name":"{}","width":{},"height":{},"start":[{},{}],"heading":"N","goals":[{goals}],"states":{},"protocol":1,"extensions":["annotations"]}}"#,
-            self.name,
-            size.width(),
-            size.height(),
-            start.x,
-            start.y,
-            self.searches.last().unwrap().states.len(),
-        )
+        let (size, Cell { x, y }) = (self.maze.size(), self.maze.start().cell);
+        let goals = size.cells().filter(|cell| self.maze.goals().contains(*cell));
+        let goals: Vec<_> = goals.map(|goal| format!("[{},{}]", goal.x, goal.y)).collect();
+        [
+            format!(r#"{{"name":"{}","#, self.name),
+            format!(r#""width":{},"height":{},"#, size.width(), size.height()),
+            format!(r#""start":[{x},{y}],"heading":"N","goals":[{}],"#, goals.join(",")),
+            format!(r#""states":{},"#, self.searches.last().unwrap().states.len()),
+            r#""protocol":1,"extensions":["annotations"]}"#.into(),
+        ]
+        .concat()
     }
 
     /// Returns the number of states and log lines in the recordings of this simulator.

@@ -108,7 +108,7 @@ impl Requests {
         entry
     }
 
-    /// Returns a text of fewer than `max` characters after its length, which has `length_bytes` bytes.
+    /// Returns a text of fewer than `max` characters, after its length in `length_bytes` bytes.
     fn text(&mut self, max: usize, length_bytes: usize) -> Vec<u8> {
         let count = self.rng.index(max);
         let choices = if self.rng.chance(0.02) { CHARACTERS.len() } else { PRINTABLE };

@@ -1,4 +1,4 @@
-//! Random streams of requests over real sockets. A [`Model`] predicts each reply, and the recordings.
+//! Random streams of requests over real sockets. A [`Model`] predicts the replies and recordings.
 
 use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
@@ -18,8 +18,8 @@ pub(crate) const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32
 /// The number of messages in a stream.
 const MESSAGES: usize = 3000;
 
-/// Returns a home folder with the file `maze.txt`, the model of its simulator, and random numbers for
-/// a stream. They depend on `MMSIM_ATTACK_SEED`, by default a random number, which is printed.
+/// Returns a home folder with the file `maze.txt`, the model of its simulator, and random numbers
+/// for a stream. They depend on `MMSIM_ATTACK_SEED`, by default a random number, which is printed.
 pub(crate) fn random_maze(size: (u8, u8), stream: u64) -> (Home, Model, WyRand) {
     static SEED: OnceLock<u64> = OnceLock::new();
     let seed = SEED.get_or_init(|| match env::var("MMSIM_ATTACK_SEED") {
