@@ -63,6 +63,8 @@ fn main() -> ExitCode {
     if let Some(code) = mmsim_mouse::guard_mice() {
         return code;
     }
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    memory::share_arena();
     survive_file_size_limit();
     let cli = Cli::parse_or_exit();
     configure_messages(cli.verbosity);

@@ -2,6 +2,30 @@
 
 pub(crate) use system::free;
 
+/// Restarts this program with one arena of glibc for all threads if its address space is limited. By
+/// default, glibc reserves at least 64 MiB of address space for each thread that allocates, and a
+/// thread cannot use the reserve of another.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub(crate) fn share_arena() {
+    use std::env;
+    use std::os::unix::process::CommandExt as _;
+    use std::process::Command;
+
+    use mmsim_mouse::ONE_ARENA;
+    use rustix::process::{Resource, getrlimit};
+
+    let is_limited = getrlimit(Resource::As).current.is_some();
+    if is_limited
+        && env::var_os(ONE_ARENA.0).is_none()
+        && let Ok(program) = env::current_exe()
+    {
+        let mut arguments = env::args_os();
+        let name = arguments.next().unwrap_or_default();
+        // If this fails, fewer states fit.
+        let _ = Command::new(program).arg0(name).args(arguments).envs([ONE_ARENA]).exec();
+    }
+}
+
 #[cfg(target_os = "linux")]
 mod system {
     use std::fs;

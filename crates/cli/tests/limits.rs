@@ -29,12 +29,9 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    // The limit is 48 MiB above the memory at the start.
-    let taken = figure(home.serve(&options).id(), "VmSize").unwrap() + 48 * MIB;
-    let limit = format!("-v {}", taken / 1024);
-    let server = Serving::start(limited(&home.server(&options), &limit), "states");
+    let (server, max) = serve_with(&home, &options, 64 * MIB);
     for _ in 0..2 {
-        let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, taken / 518);
+        let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, max);
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
         let expected = "error: cannot store another state: out of memory after ";
         assert!(refusal.starts_with(expected), "{refusal}");
@@ -54,6 +51,42 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
         assert_eq!(ask(&socket, b"reset"), b"ok");
     }
     assert_eq!(send_until_refused(&server.address, 0, 1000), (1000, None));
+}
+
+/// Starts a server with this much more address space than it needs at the start. Returns also a
+/// number of states that do not fit.
+fn serve_with(home: &Home, options: &[&str], free: u64) -> (Serving, u64) {
+    let serve =
+        |kib: u64| Serving::start(limited(&home.server(options), &format!("-v {kib}")), "states");
+    let taken = figure(serve(1 << 20).id(), "VmSize").unwrap() + free;
+    (serve(taken / 1024), taken / 518)
+}
+
+#[test]
+fn a_larger_limit_stores_more_states() {
+    let home = Home::new();
+    let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000"];
+    let mut fewer = 0;
+    // By default, glibc reserves at least 64 MiB for each thread.
+    for free in [48, 80, 112, 144] {
+        let (server, max) = serve_with(&home, &options, free * MIB);
+        let (acknowledged, refusal) = send_until_refused(&server.address, 0, max);
+        let expected = fewer + 16 * MIB / 518;
+        assert!(acknowledged > expected, "{acknowledged} states in {free} MiB: {refusal:?}");
+        fewer = acknowledged;
+    }
+}
+
+#[test]
+fn a_mouse_sees_the_environment_of_the_user() {
+    let home = Home::new();
+    let mouse = ["run", "-p", "0", "--no-viewer", "--", "sh", "-c", "echo \"<$MALLOC_ARENA_MAX>\""];
+    for (arenas, expected) in [(None, "<>\n"), (Some("1"), "<1>\n")] {
+        let mut command = home.command(&mouse);
+        command.env_remove("MALLOC_ARENA_MAX").envs(arenas.map(|it| ("MALLOC_ARENA_MAX", it)));
+        let ended = mmsim_tests::output(&mut limited(&command, "-v 2000000"));
+        assert_eq!(String::from_utf8(ended.stdout).unwrap(), expected, "{:?}", ended.stderr);
+    }
 }
 
 #[test]

@@ -39,7 +39,7 @@ use std::time::Duration;
 pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
 pub use gateway::{Gateway, GatewayRun, Progress};
 #[cfg(unix)]
-pub use guard::{guard_mice, use_guard};
+pub use guard::{ONE_ARENA, guard_mice, use_guard};
 pub use process::{ExitCause, MouseProcess, Program, RunEnd, Shortage, StartError, exit_text};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;
