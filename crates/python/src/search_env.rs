@@ -2,6 +2,7 @@
 //! which the Gymnasium environments of the package wrap.
 
 use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard};
 
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, Sides, Unknown, WyRand};
@@ -11,10 +12,11 @@ use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 
 use crate::convert::{self, named};
-use crate::error::value_error;
-use crate::grid::columns;
+use crate::error::{Error, value_error};
+use crate::grid::{columns, from_columns};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
 use crate::signals;
@@ -43,12 +45,12 @@ type Results<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>);
 
 /// Several search environments that take their steps together; see `micromouse_sim.gym`.
-#[pyclass(module = "micromouse_sim")]
+#[pyclass(frozen, module = "micromouse_sim")]
 pub(crate) struct SearchBatch {
     pool: MazePool,
     size: MazeSize,
     rules: EpisodeRules,
-    envs: Vec<SearchEnv>,
+    envs: Mutex<Vec<SearchEnv>>,
 }
 
 #[pymethods]
@@ -90,7 +92,7 @@ impl SearchBatch {
             signals::check()?;
             envs.push(SearchEnv::new(&pool, seed));
         }
-        Ok(Self { pool, size, rules, envs })
+        Ok(Self { pool, size, rules, envs: Mutex::new(envs) })
     }
 
     /// Width and height in cells.
@@ -100,33 +102,30 @@ impl SearchBatch {
     }
 
     /// Begins a new episode. A seed also determines the mazes of later episodes.
-    fn reset(&mut self, index: usize, seed: Option<u64>) -> PyResult<()> {
-        let count = self.envs.len();
-        let env = self.envs.get_mut(index).ok_or_else(|| no_env(index, count))?;
-        match seed {
+    fn reset(&self, py: Python<'_>, index: usize, seed: Option<u64>) -> PyResult<()> {
+        self.with(py, index, |env| match seed {
             Some(seed) => *env = SearchEnv::new(&self.pool, seed),
             None => env.reset(&self.pool),
-        }
-        Ok(())
+        })
     }
 
     /// Takes one action in the first environment.
-    fn step_one(&mut self, action: i64) -> PyResult<(f64, bool, bool)> {
+    fn step_one(&self, py: Python<'_>, action: i64) -> PyResult<(f64, bool, bool)> {
         let quarters = quarters(action)?;
-        let env = self.envs.first_mut().ok_or_else(|| no_env(0, 0))?;
-        let Outcome { reward, is_terminated, is_truncated } = env.act(quarters, self.rules);
+        let Outcome { reward, is_terminated, is_truncated } =
+            self.with(py, 0, |env| env.act(quarters, self.rules))?;
         Ok((reward, is_terminated, is_truncated))
     }
 
     /// Takes one action in each environment, or begins a new episode where one is over.
     #[expect(clippy::needless_pass_by_value, reason = "PyO3 extracts a value")]
     fn step<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         actions: PyReadonlyArray1<'py, i64>,
     ) -> PyResult<Results<'py>> {
         let actions = actions.as_array();
-        let Self { pool, rules, envs, .. } = self;
+        let mut envs = self.lock(py)?;
         if actions.len() != envs.len() {
             let found = actions.len();
             return Err(value_error(format_args!(
@@ -136,17 +135,19 @@ impl SearchBatch {
         }
         let quarters: Vec<u8> =
             actions.iter().map(|&action| quarters(action)).collect::<PyResult<_>>()?;
+        let all = &mut *envs;
         let outcomes: Vec<Outcome> = py.detach(|| {
             let step = |(env, quarters): (&mut SearchEnv, u8)| {
                 if env.is_over {
-                    env.reset(pool);
+                    env.reset(&self.pool);
                     Outcome::default()
                 } else {
-                    env.act(quarters, *rules)
+                    env.act(quarters, self.rules)
                 }
             };
-            envs.iter_mut().zip(quarters).map(step).collect()
+            all.iter_mut().zip(quarters).map(step).collect()
         });
+        drop(envs);
         let array = |flag: fn(&Outcome) -> bool| {
             outcomes.iter().map(flag).collect::<Array1<_>>().into_pyarray(py)
         };
@@ -160,36 +161,34 @@ impl SearchBatch {
 
     /// Returns walls, openings, goals and the pose of one environment.
     fn observation<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Observation<'py>> {
-        let env = self.env(index)?;
-        let shape = (self.size.width().into(), self.size.height().into());
-        let array = |flags: &[u8]| {
-            let array = Array2::from_shape_vec(shape, flags.to_vec()).map_err(value_error)?;
-            PyResult::Ok(array.into_pyarray(py))
-        };
-        let pose = PyArray1::from_slice(py, &env.pose());
-        Ok((array(&env.walls)?, array(&env.openings)?, array(&env.goals)?, pose))
+        let ([walls, openings, goals], pose) =
+            self.with(py, index, |env| (env.flags().map(<[u8]>::to_vec), env.pose()))?;
+        let array = |flags| from_columns(py, self.size, flags);
+        let pose = PyArray1::from_slice(py, &pose);
+        Ok((array(walls)?, array(openings)?, array(goals)?, pose))
     }
 
     /// Returns walls, openings, goals and poses of all environments.
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Observations<'py>> {
-        let count = self.envs.len();
-        let shape = (count, self.size.width().into(), self.size.height().into());
-        let array = |flags: fn(&SearchEnv) -> &Vec<u8>| {
-            let mut all = Vec::with_capacity(count * self.size.area());
-            for env in &self.envs {
-                all.extend_from_slice(flags(env));
+        let envs = self.lock(py)?;
+        let count = envs.len();
+        let mut all = [const { Vec::new() }; 3];
+        for (index, all) in all.iter_mut().enumerate() {
+            all.reserve_exact(count * self.size.area());
+            for env in &*envs {
+                all.extend_from_slice(env.flags()[index]);
             }
+        }
+        let poses = envs.iter().flat_map(SearchEnv::pose).collect();
+        drop(envs);
+        let shape = (count, self.size.width().into(), self.size.height().into());
+        let array = |all| {
             let array = Array3::from_shape_vec(shape, all).map_err(value_error)?;
             PyResult::Ok(array.into_pyarray(py))
         };
-        let poses = self.envs.iter().flat_map(SearchEnv::pose).collect();
         let poses = Array2::from_shape_vec((count, 3), poses).map_err(value_error)?;
-        Ok((
-            array(|env| &env.walls)?,
-            array(|env| &env.openings)?,
-            array(|env| &env.goals)?,
-            poses.into_pyarray(py),
-        ))
+        let [walls, openings, goals] = all;
+        Ok((array(walls)?, array(openings)?, array(goals)?, poses.into_pyarray(py)))
     }
 
     /// Returns the action mask of one environment, and whether its mouse was in the goal.
@@ -198,8 +197,8 @@ impl SearchBatch {
         py: Python<'py>,
         index: usize,
     ) -> PyResult<(Bound<'py, PyArray1<i8>>, bool)> {
-        let env = self.env(index)?;
-        Ok((PyArray1::from_slice(py, &env.action_mask()), env.is_goal_reached))
+        let (mask, goal) = self.with(py, index, |env| (env.action_mask(), env.is_goal_reached))?;
+        Ok((PyArray1::from_slice(py, &mask), goal))
     }
 
     /// Returns the action masks of all environments, and whether each mouse was in the goal.
@@ -208,27 +207,43 @@ impl SearchBatch {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray2<i8>>, Bound<'py, PyArray1<bool>>)> {
-        let masks = self.envs.iter().flat_map(SearchEnv::action_mask).collect();
-        let masks = Array2::from_shape_vec((self.envs.len(), 4), masks).map_err(value_error)?;
-        let goals: Array1<bool> = self.envs.iter().map(|env| env.is_goal_reached).collect();
+        let envs = self.lock(py)?;
+        let masks: Vec<i8> = envs.iter().flat_map(SearchEnv::action_mask).collect();
+        let goals: Array1<bool> = envs.iter().map(|env| env.is_goal_reached).collect();
+        drop(envs);
+        let masks = Array2::from_shape_vec((goals.len(), 4), masks).map_err(value_error)?;
         Ok((masks.into_pyarray(py), goals.into_pyarray(py)))
     }
 
     /// Returns the true maze of an environment.
-    fn maze(&self, index: usize) -> PyResult<PyMaze> {
-        let maze = self.env(index)?.maze.clone();
+    fn maze(&self, py: Python<'_>, index: usize) -> PyResult<PyMaze> {
+        let maze = self.with(py, index, |env| env.maze.clone())?;
         Ok(PyMaze { path: PathBuf::new(), name: "episode".into(), maze })
     }
 
     /// Returns a copy of the map that the mouse of an environment has made.
-    fn known(&self, index: usize) -> PyResult<PyKnownMaze> {
-        Ok(self.env(index)?.known.clone().into())
+    fn known(&self, py: Python<'_>, index: usize) -> PyResult<PyKnownMaze> {
+        Ok(self.with(py, index, |env| env.known.clone())?.into())
     }
 }
 
 impl SearchBatch {
-    fn env(&self, index: usize) -> PyResult<&SearchEnv> {
-        self.envs.get(index).ok_or_else(|| no_env(index, self.envs.len()))
+    fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Vec<SearchEnv>>> {
+        self.envs.lock_py_attached(py).map_err(|_| {
+            Error::new_err("an earlier operation on the batch has failed unexpectedly")
+        })
+    }
+
+    /// Calls a function, which must not run Python code, with an environment.
+    fn with<R>(
+        &self,
+        py: Python<'_>,
+        index: usize,
+        call: impl FnOnce(&mut SearchEnv) -> R,
+    ) -> PyResult<R> {
+        let mut envs = self.lock(py)?;
+        let count = envs.len();
+        envs.get_mut(index).map(call).ok_or_else(|| no_env(index, count))
     }
 }
 
@@ -407,6 +422,11 @@ impl SearchEnv {
         let possible = self.known.walls(Unknown::Closed).sides(cell);
         self.walls[index] = CellWalls::known(&self.known, cell).0;
         self.openings[index] = CellWalls::from_sides(Sides::from_bits(!possible.bits())).0;
+    }
+
+    /// Returns walls, openings and goals.
+    fn flags(&self) -> [&[u8]; 3] {
+        [&self.walls, &self.openings, &self.goals]
     }
 
     /// Returns x, y and the heading (0 to 3 from north clockwise).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from numpy_search import FLAGS, NumpySearch, from_mazes
 
 import micromouse_sim as mm
+from micromouse_sim._native import SearchBatch
 
 gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
 
@@ -141,6 +143,30 @@ def test_a_wall_stops_the_mouse_but_not_its_turn() -> None:
     assert observation["walls"][0, 0] == 1 + 2 + 4 + 8
     assert observation["openings"][0, 1] == 2 + 4
     assert str(env.maze) == str(maze)
+
+
+def test_the_calls_of_threads_wait_for_each_other() -> None:
+    count, threads, steps = 500, 4, 100
+    batch = SearchBatch([mm.Maze.bundled("01")], (16, 16), "perfect", True, threads * steps + 1, count)
+    batch.step(np.full(count, 2))
+
+    def drive(_: int) -> int:
+        truncated = 0
+        for _ in range(steps):
+            # All mice stand in front of a wall.
+            truncated += int(batch.step(np.zeros(count, np.int64))[2].sum())
+            assert not batch.infos()[1].any()
+            assert batch.observation(0)[3].tolist() == batch.observations()[3][-1].tolist() == [0, 0, 2]
+            assert batch.info(0)[1] is False
+            assert batch.maze(0).width == batch.known(0).width == batch.size[0] == 16
+        return truncated
+
+    with ThreadPoolExecutor(threads) as pool:
+        assert sum(pool.map(drive, range(threads), timeout=60)) == count
+        resets = pool.map(lambda index: batch.reset(index, None), range(count), timeout=60)
+        assert list(resets) == [None] * count
+        results = pool.map(lambda _: batch.step_one(2), range(threads * steps), timeout=60)
+        assert not any(truncated for _, _, truncated in results)
 
 
 def test_invalid_arguments_are_refused() -> None:
