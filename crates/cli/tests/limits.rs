@@ -11,7 +11,7 @@ use std::time::Duration;
 use std::{fs, thread};
 
 use harness::noise::{send_until_refused, state};
-use harness::{Home, Serving, limited};
+use harness::{Home, Serving, limited, recorded};
 use mcap::records::{MessageHeader, Metadata};
 use mmsim_tests::{TIMEOUT, ask, connect_to};
 
@@ -268,6 +268,46 @@ fn open_recordings_share_the_limit() {
     assert_eq!(post(page, "/api/recordings/close", &body).0, 204);
     let (status, body) = open("b.mcap");
     assert_eq!(status, 200, "{body}");
+}
+
+/// One client cannot take the share of another, and the state of any client takes all annotations.
+#[test]
+fn the_annotations_of_all_clients_are_stored_recorded_and_shown() {
+    const LINES: usize = 4;
+    let home = Home::new();
+    let arguments = ["-p", "0", "--maze", "hedgerow", "--record", "r", "--viewer-port", "0"];
+    let mut server = home.serve_until(&arguments, "watch at http://");
+    let page = server.messages.split("watch at http://").nth(1).unwrap().trim().to_string();
+    let line = [&b"L\xe8\x03"[..], &[b'x'; 1000]].concat();
+    let request = [&b"A"[..], &line.repeat(LINES)].concat();
+    let clients = [(); 6].map(|()| connect_to(&server.address, zmq::REQ));
+    let per_client = "error: cannot store more annotations before the next state: limit of 64 KiB \
+                      per client reached (send S or reset)";
+    let for_all = &per_client.replace("64 KiB per client", "256 KiB for all clients");
+    let requests = [16, 16, 16, 16, 1, 0];
+    let errors = [per_client, per_client, per_client, per_client, for_all, for_all];
+    let lines = LINES * requests.iter().sum::<usize>();
+    for number in 0..2 {
+        for ((client, requests), error) in clients.iter().zip(requests).zip(errors) {
+            let sent = (0..100).take_while(|_| ask(client, &request) == b"ok").count();
+            assert_eq!(sent, requests, "{error}");
+            assert_eq!(String::from_utf8_lossy(&ask(client, &request)), error);
+        }
+        assert_eq!(ask(&clients[5], &state(number)), b"ok");
+    }
+    for at in 0..2 {
+        let log = format!("/api/sources/live/log?run=1&at={at}&from={at}");
+        let (status, body) = send(&page, "GET", &log, "");
+        let found = body.matches(&format!("[{at},\"x")).count();
+        assert_eq!((status, found), (200, lines), "{:.300}", body);
+        let path = format!("/api/sources/live/moment?run=1&at={at}");
+        assert_eq!(send(&page, "GET", &path, "").0, 200);
+    }
+    server.signal("INT");
+    server.wait();
+    let file = recorded(&home.path().join("r"));
+    let json = home.run(&["replay", file.to_str().unwrap(), "--json"]).json();
+    assert_eq!(json["log"].as_array().unwrap().len(), 2 * lines, "{:.300}", json.to_string());
 }
 
 /// An empty log line takes three bytes of a request and compresses to nothing.

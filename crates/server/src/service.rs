@@ -166,7 +166,7 @@ impl<'s> SimulationService<'s> {
         if is_reserved && frames == 1 {
             self.simulation.read(request, RESERVED, reply);
         } else if frames == 1 {
-            let change = self.simulation.handle(request, reply);
+            let change = self.simulation.handle_from(client, request, reply);
             if matches!(change, Change::State | Change::Reset) {
                 self.control.has_client_states.store(client.is_some(), Ordering::Release);
             }
@@ -177,7 +177,7 @@ impl<'s> SimulationService<'s> {
                 }
                 Change::Annotations => {
                     if let Err(reason) = self.keep_annotations(request) {
-                        self.simulation.undo_annotations(request);
+                        self.simulation.undo_annotations(client, request);
                         refuse(reply, reason);
                     }
                     self.control.annotations.fetch_add(1, Ordering::Release);

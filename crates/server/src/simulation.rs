@@ -6,6 +6,7 @@ use std::io::Write;
 use mmsim_maze::Maze;
 use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
 use mmsim_recording::{History, PushError, TrailingAnnotations, UpdateTracker};
+use mmsim_zmtp::ClientId;
 
 /// The true maze and every state that a client has reported since the last reset.
 #[derive(Debug)]
@@ -47,9 +48,19 @@ impl Simulation {
         self.updates.trailing()
     }
 
-    /// Answers one request and returns the change to the run. Every request gets exactly one reply.
-    /// Only `reset` and valid states change the history.
+    /// Answers one request of the only client, like [`handle_from`](Self::handle_from).
     pub fn handle(&mut self, request: &[u8], reply: &mut ReplyBuffer) -> Change {
+        self.handle_from(None, request, reply)
+    }
+
+    /// Answers one request and returns the change to the run. Every request gets exactly one reply.
+    /// Only `reset` and valid states change the history. Each client has a limit of annotations.
+    pub fn handle_from(
+        &mut self,
+        client: Option<ClientId>,
+        request: &[u8],
+        reply: &mut ReplyBuffer,
+    ) -> Change {
         match Request::decode(request, self.maze.size()) {
             Ok(Request::Ping) => set(reply, Reply::Pong),
             Ok(Request::Reset) => {
@@ -69,13 +80,15 @@ impl Simulation {
                 }
                 Err(error) => refuse(reply, error),
             },
-            Ok(Request::Annotations(annotations)) => match self.updates.annotate(annotations) {
-                Ok(()) => {
-                    set(reply, Reply::Ok);
-                    return Change::Annotations;
+            Ok(Request::Annotations(list)) => {
+                match self.updates.annotate_from(client.map(u64::from), list) {
+                    Ok(()) => {
+                        set(reply, Reply::Ok);
+                        return Change::Annotations;
+                    }
+                    Err(error) => refuse(reply, error),
                 }
-                Err(error) => refuse(reply, error),
-            },
+            }
             Ok(Request::Info) => match serde_json::to_string(&self.info()) {
                 Ok(json) => set(reply, Reply::Info(&json)),
                 Err(error) => refuse(reply, error),
@@ -113,9 +126,9 @@ impl Simulation {
 
     /// Removes the annotations of a request, which could not be recorded. Works only directly after
     /// the request.
-    pub(crate) fn undo_annotations(&mut self, request: &[u8]) {
-        if let Ok(Request::Annotations(annotations)) = Request::decode(request, self.maze.size()) {
-            self.updates.undo_annotate(annotations);
+    pub(crate) fn undo_annotations(&mut self, client: Option<ClientId>, request: &[u8]) {
+        if let Ok(Request::Annotations(list)) = Request::decode(request, self.maze.size()) {
+            self.updates.undo_annotate_from(client.map(u64::from), list);
         }
     }
 
@@ -290,7 +303,7 @@ mod tests {
                 assert_eq!(reply(&mut simulation, b"AL\x01\0a"), b"ok");
                 assert_eq!(lines(&simulation), count);
             }
-            simulation.undo_annotations(b"AL\x01\0a");
+            simulation.undo_annotations(None, b"AL\x01\0a");
             assert_eq!(lines(&simulation), 2);
             assert_eq!(reply(&mut simulation, request), b"ok");
             assert_eq!(lines(&simulation), 0);
@@ -301,13 +314,22 @@ mod tests {
     fn pending_annotations_are_limited() {
         let mut simulation = simulation(MazeSize::CLASSIC);
         let line = [&b"AL\xe8\x03"[..], &[b'x'; 1000]].concat();
-        let count = (0..1000).take_while(|_| reply(&mut simulation, &line) == b"ok").count();
-        assert_eq!(count, (64 << 10) / 1003);
-        let error = String::from_utf8(reply(&mut simulation, &line)).unwrap();
-        insta::assert_snapshot!(error, @"error: cannot store more annotations before the next state: limit of 64 KiB reached (send S or reset)");
-        let pose = Pose::new(Cell::new(0, 0), Heading::North);
-        assert_eq!(reply(&mut simulation, &state(MazeSize::CLASSIC, pose, 1)), b"ok");
-        assert_eq!(simulation.history().log(0, 1000, |_| true).len(), count);
+        let state = state(MazeSize::CLASSIC, Pose::new(Cell::new(0, 0), Heading::North), 1);
+        let (mut error, mut lines) = (ReplyBuffer::new(), 0);
+        for (states, end) in [&state[..], b"reset", &state].into_iter().enumerate() {
+            let clients = [None].into_iter().chain((0..5).map(|_| Some(ClientId::unique())));
+            let counts = clients.map(|client| {
+                let mut send = || simulation.handle_from(client, &line, &mut error);
+                let count = (0..1000).take_while(|_| send() == Change::Annotations).count();
+                assert!(error.starts_with(b"error: cannot store more annotations "));
+                count
+            });
+            let counts: Vec<_> = counts.collect();
+            assert_eq!(counts, [65, 65, 65, 65, 1, 0], "after {states} ends");
+            lines = counts.iter().sum();
+            assert_eq!(reply(&mut simulation, end), b"ok");
+        }
+        assert_eq!(simulation.history().log(0, 1000, |_| true).len(), lines);
         assert_eq!(reply(&mut simulation, &line), b"ok");
     }
 

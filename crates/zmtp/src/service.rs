@@ -17,6 +17,12 @@ impl ClientId {
     }
 }
 
+impl From<ClientId> for u64 {
+    fn from(client: ClientId) -> Self {
+        client.0
+    }
+}
+
 /// What a service does with a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {

@@ -10,6 +10,7 @@
 //! R         the letter R, x, y, heading (N, E, S or W)
 //! ```
 
+use std::collections::BTreeMap;
 use std::iter;
 
 use mmsim_maze::{CellSet, MazeSize, Pose};
@@ -106,7 +107,7 @@ impl TrailingAnnotations {
     pub(crate) fn add(&mut self, annotations: Annotations<'_>) -> Result<(), TooManyAnnotations> {
         let entries = annotations.entries();
         if self.0.len() + entries.len() > MAX_PENDING_BYTES {
-            return Err(TooManyAnnotations);
+            return Err(TooManyAnnotations::OfAll);
         }
         self.0.extend_from_slice(entries);
         Ok(())
@@ -244,10 +245,14 @@ pub(crate) fn put_reading(bytes: &mut Vec<u8>, Pose { cell, heading }: Pose) {
 }
 
 /// The maximum total length of the annotations that precede a state, in bytes, without the letters
-/// of their requests. In the largest maze, the longest texts, colours and walls of all cells fit.
-pub(crate) const MAX_PENDING_BYTES: usize = 64 << 10;
+/// of their requests. A reader unpacks 256 states at once.
+pub(crate) const MAX_PENDING_BYTES: usize = 256 << 10;
 
-/// Collects what a client does between two states, as an [`Update`].
+/// The maximum part of one client. In the largest maze, the longest texts, colours and walls of all
+/// cells fit.
+const MAX_CLIENT_BYTES: usize = 64 << 10;
+
+/// Collects what clients do between two states, as an [`Update`].
 ///
 /// ```
 /// use mmsim_maze::{Cell, Heading, Pose};
@@ -270,6 +275,8 @@ pub struct UpdateTracker {
     poses: Vec<Pose>,
     /// The annotations since the previous state.
     annotations: TrailingAnnotations,
+    /// The lengths of the annotations of each client, in bytes.
+    clients: BTreeMap<Option<u64>, usize>,
     /// True if `poses` and `annotations` belong to the newest state.
     is_reported: bool,
     /// True if the client has read walls.
@@ -278,11 +285,22 @@ pub struct UpdateTracker {
 
 /// The error for too many annotations before a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "cannot store more annotations before the next state: limit of {} KiB reached (send S or reset)",
-    MAX_PENDING_BYTES >> 10
-)]
-pub struct TooManyAnnotations;
+#[error("cannot store more annotations before the next state: {} reached (send S or reset)", self.limit())]
+pub enum TooManyAnnotations {
+    /// The client has sent too many annotations.
+    OfClient,
+    /// All clients together have sent too many annotations.
+    OfAll,
+}
+
+impl TooManyAnnotations {
+    fn limit(self) -> String {
+        match self {
+            Self::OfClient => format!("limit of {} KiB per client", MAX_CLIENT_BYTES >> 10),
+            Self::OfAll => format!("limit of {} KiB for all clients", MAX_PENDING_BYTES >> 10),
+        }
+    }
+}
 
 impl UpdateTracker {
     /// Adds a reading. Later readings at the same pose have no effect.
@@ -300,20 +318,42 @@ impl UpdateTracker {
         self.poses.push(pose);
     }
 
-    /// Adds annotations.
+    /// Adds annotations of the only client.
     ///
     /// # Errors
-    /// Returns an error if there are too many annotations since the previous state.
+    /// See [`annotate_from`](Self::annotate_from).
     pub fn annotate(&mut self, annotations: Annotations<'_>) -> Result<(), TooManyAnnotations> {
-        self.forget_reported();
-        self.annotations.add(annotations)
+        self.annotate_from(None, annotations)
     }
 
-    /// Cancels the last [`annotate`](Self::annotate) with these annotations, because they were not
-    /// recorded. Call this method before the client continues.
-    pub fn undo_annotate(&mut self, annotations: Annotations<'_>) {
-        let length = self.annotations.0.len().saturating_sub(annotations.entries().len());
-        self.annotations.0.truncate(length);
+    /// Adds annotations of the client with this number.
+    ///
+    /// # Errors
+    /// Returns an error if there are too many annotations since the previous state. Nothing changes.
+    pub fn annotate_from(
+        &mut self,
+        client: Option<u64>,
+        annotations: Annotations<'_>,
+    ) -> Result<(), TooManyAnnotations> {
+        self.forget_reported();
+        let earlier = self.clients.get(&client).copied().unwrap_or_default();
+        let bytes = earlier + annotations.entries().len();
+        if bytes > MAX_CLIENT_BYTES {
+            return Err(TooManyAnnotations::OfClient);
+        }
+        self.annotations.add(annotations)?;
+        self.clients.insert(client, bytes);
+        Ok(())
+    }
+
+    /// Cancels the last [`annotate_from`](Self::annotate_from) with these arguments, because the
+    /// annotations were not recorded. Call this method before a client continues.
+    pub fn undo_annotate_from(&mut self, client: Option<u64>, annotations: Annotations<'_>) {
+        let length = annotations.entries().len();
+        self.annotations.0.truncate(self.annotations.0.len().saturating_sub(length));
+        if let Some(bytes) = self.clients.get_mut(&client) {
+            *bytes = bytes.saturating_sub(length);
+        }
     }
 
     /// Returns the annotations since the previous state.
@@ -349,6 +389,7 @@ impl UpdateTracker {
         if self.is_reported {
             self.poses.clear();
             self.annotations.clear();
+            self.clients.clear();
             self.is_reported = false;
         }
     }
@@ -407,7 +448,7 @@ mod tests {
         insta::assert_snapshot!(error(b"NR\x03\0E"), @r#"expected R, x, y and heading, found "R\x03\x00E""#);
         insta::assert_snapshot!(error(b"R\0\0eR\0\0E"), @r#"expected R, x, y and heading, found "R\x00\x00e""#);
         insta::assert_snapshot!(error(b"R\0\0ER\0\0"), @r#"expected a change of annotations, found "R\x00\x00""#);
-        insta::assert_snapshot!(error(&vec![b'c'; MAX_UPDATE_BYTES + 1]), @"expected at most 147521 bytes before a state, found 147522");
+        insta::assert_snapshot!(error(&vec![b'c'; MAX_UPDATE_BYTES + 1]), @"expected at most 540737 bytes before a state, found 540738");
     }
 
     fn annotations(request: &[u8]) -> Annotations<'_> {
@@ -432,15 +473,28 @@ mod tests {
         let mut updates = UpdateTracker::default();
         // The letter of a request does not count.
         let request = [&b"A"[..], &[b't'; 4095]].concat();
-        let requests = MAX_PENDING_BYTES / 4095;
-        for _ in 0..requests {
-            updates.annotate(annotations(&request)).unwrap();
+        let requests = MAX_CLIENT_BYTES / 4095;
+        let rest = &request[..=MAX_CLIENT_BYTES - requests * 4095];
+        let one = annotations(b"At");
+        for round in 0..2 {
+            for client in [None, Some(0), Some(1), Some(u64::MAX)] {
+                assert_eq!(updates.trailing().is_empty(), client.is_none(), "round {round}");
+                for _ in 0..requests {
+                    updates.annotate_from(client, annotations(&request)).unwrap();
+                }
+                updates.annotate_from(client, annotations(rest)).unwrap();
+                assert_eq!(updates.annotate_from(client, one), Err(TooManyAnnotations::OfClient));
+                updates.undo_annotate_from(client, annotations(rest));
+                updates.annotate_from(client, annotations(rest)).unwrap();
+            }
+            assert_eq!(updates.annotate_from(Some(2), one), Err(TooManyAnnotations::OfAll));
+            assert_eq!(updates.update().annotations.iter().count(), MAX_PENDING_BYTES);
+            if round == 0 { updates.report() } else { updates.clear() }
         }
-        let rest = &request[..=MAX_PENDING_BYTES - requests * 4095];
-        updates.annotate(annotations(rest)).unwrap();
-        let error = updates.annotate(annotations(b"At")).unwrap_err();
-        insta::assert_snapshot!(error, @"cannot store more annotations before the next state: limit of 64 KiB reached (send S or reset)");
-        assert_eq!(updates.update().annotations.iter().count(), MAX_PENDING_BYTES);
+        updates.annotate(one).unwrap();
+        let [client, all] = [TooManyAnnotations::OfClient, TooManyAnnotations::OfAll];
+        insta::assert_snapshot!(client, @"cannot store more annotations before the next state: limit of 64 KiB per client reached (send S or reset)");
+        insta::assert_snapshot!(all, @"cannot store more annotations before the next state: limit of 256 KiB for all clients reached (send S or reset)");
     }
 
     #[test]

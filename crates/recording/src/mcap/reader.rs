@@ -20,7 +20,7 @@ use crate::memory;
 const BUFFER_BYTES: usize = 64 << 10;
 
 /// The number of bytes of a record's body that are kept. Every record of a recording is shorter.
-const MAX_BODY_BYTES: usize = 256 << 10;
+pub(crate) const MAX_BODY_BYTES: usize = 1 << 20;
 
 /// The maximum length of a record in bytes. A greater length is damage, not the length of a file that
 /// was truncated.

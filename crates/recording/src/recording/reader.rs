@@ -6,13 +6,14 @@ use std::io::{Read, Seek};
 use mmsim_protocol::{Annotations, Request};
 use serde::Serialize;
 
-use crate::context::update::{StoredUpdate, TrailingAnnotations};
-use crate::mcap::reader::{End, RecordReader};
+use crate::context::update::{MAX_UPDATE_BYTES, StoredUpdate, TrailingAnnotations};
+use crate::mcap::reader::{End, MAX_BODY_BYTES, RecordReader};
 use crate::mcap::{Channel, Message, Metadata, kind};
 use crate::recording::format::{
     ANNOTATIONS, Description, INFO, JSON, MAZES, MESSAGE_TOPICS, METADATA, ReadError, STATES,
     UPDATES, describe, read_maze,
 };
+use crate::recording::save::MESSAGE_BYTES;
 
 /// The maximum number of states in a short file. Each byte of a file raises the limit by
 /// `MAX_STATES_PER_BYTE`, which bounds the time that reading takes.
@@ -26,6 +27,9 @@ const MAX_STATES_PER_BYTE: u64 = 4;
 /// because descriptions stay in memory. The description of the largest maze takes less than 12,000
 /// bytes.
 const MAX_DESCRIPTION_BYTES: u64 = 64 << 10;
+
+// Longer records are cut.
+const _: () = assert!(MAX_UPDATE_BYTES + MESSAGE_BYTES <= MAX_BODY_BYTES);
 
 /// The integrity of a recording file: whether it is complete and, if not, how many bytes are
 /// intact.

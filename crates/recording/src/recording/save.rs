@@ -16,7 +16,7 @@ use crate::recording::format::{
 };
 
 /// The size of a message without its data, in bytes.
-const MESSAGE_BYTES: usize = 31;
+pub(crate) const MESSAGE_BYTES: usize = 31;
 
 /// Writes the description, the maze and the states of a recording.
 pub(crate) struct RecordWriter<W> {
