@@ -28,7 +28,7 @@ const MAX_RECORD_BYTES: u64 = 1 << 40;
 
 /// The maximum total size of the decompressed chunks of a short file, in bytes. For longer files,
 /// the limit increases in proportion to the file size (see `MAX_COMPRESSION_RATIO`).
-const MAX_UNPACKED_BYTES: u64 = 64 << 20;
+pub(crate) const MAX_UNPACKED_BYTES: u64 = 64 << 20;
 
 /// Each byte of a file raises the limit on its decompressed size by this number of bytes.
 ///

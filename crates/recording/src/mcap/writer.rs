@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use crc32fast::Hasher;
 
+use crate::mcap::reader::{MAX_COMPRESSION_RATIO, MAX_UNPACKED_BYTES};
 use crate::mcap::{MAGIC, kind};
 
 /// The minimum uncompressed size of a chunk in bytes, except for the last chunk before metadata.
@@ -37,6 +38,8 @@ pub(crate) struct McapWriter<W> {
     /// The number of messages in each channel.
     messages: Vec<u64>,
     chunks: u32,
+    /// The uncompressed size of all chunks.
+    unpacked: u64,
 }
 
 /// Records of one kind in the summary.
@@ -85,6 +88,7 @@ impl<W: Write> McapWriter<W> {
             metadata: Group::new(kind::METADATA_INDEX),
             messages: Vec::new(),
             chunks: 0,
+            unpacked: 0,
         };
         let mut start = MAGIC.to_vec();
         put_record(&mut start, kind::HEADER, |body| {
@@ -248,14 +252,20 @@ impl<W: Write> McapWriter<W> {
             // Compressing all data in one call would choose a smaller window for short recordings,
             // which makes them larger.
             let packed = zstd::encode_all(&*records, LEVEL)?;
+            self.unpacked += records.len() as u64;
+            // Readers refuse files whose chunks are too much larger than the file.
+            let max =
+                MAX_UNPACKED_BYTES + MAX_COMPRESSION_RATIO * (self.position + packed.len() as u64);
+            let (compression, data) =
+                if self.unpacked <= max { ("zstd", &packed) } else { ("", &records) };
             let mut chunk = Vec::new();
             put_record(&mut chunk, kind::CHUNK, |body| {
                 let numbers = [start, end, records.len() as u64];
                 body.extend(numbers.map(u64::to_le_bytes).as_flattened());
                 body.extend(crc32fast::hash(&records).to_le_bytes());
-                put_strings(body, &["zstd"]);
-                body.extend((packed.len() as u64).to_le_bytes());
-                body.extend(packed);
+                put_strings(body, &[compression]);
+                body.extend((data.len() as u64).to_le_bytes());
+                body.extend(data);
             });
             self.chunks += 1;
             self.put(&chunk)?;
@@ -305,6 +315,7 @@ mod tests {
     use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
     use super::*;
+    use crate::mcap::reader::{End, RecordReader};
 
     /// Returns a file with metadata, a schema, three channels and 400 messages.
     fn file(is_compressed: bool) -> Vec<u8> {
@@ -373,6 +384,29 @@ mod tests {
             );
             assert_eq!((metadata[1].name.as_str(), metadata[1].metadata.len()), ("second", 0));
         }
+    }
+
+    #[test]
+    fn files_that_compress_too_well_are_readable() {
+        let (mut file, data) = (io::Cursor::new(Vec::new()), vec![0; 2 * CHUNK_BYTES]);
+        let mut writer = McapWriter::new(&mut file, "", true).unwrap();
+        let channel = writer.add_channel(0, ["/state", "bytes"]).unwrap();
+        for sequence in 0..100 {
+            writer.write(MessageHeader { channel, sequence, time: 0 }, &data).unwrap();
+        }
+        writer.finish().unwrap();
+        assert!(file.get_ref().len() < 2 * data.len(), "{} bytes", file.get_ref().len());
+        let (mut reader, mut messages) = (RecordReader::new(file).unwrap(), 0);
+        let end = loop {
+            let read = reader.read_next::<()>(|kind, _| {
+                messages += u32::from(kind == kind::MESSAGE);
+                Ok(())
+            });
+            if let Err(end) = read {
+                break end;
+            }
+        };
+        assert!(matches!((&end, messages), (End::Closed, 100)), "{messages} messages: {end:?}");
     }
 
     #[test]
