@@ -63,7 +63,7 @@ impl Folder {
         while model.items() < found
             && let Some(request) = unanswered.next()
         {
-            model.reply(request, true);
+            model.reply(request, Some(0));
         }
         model.check(&new);
         let is_intact = |integrity: &Integrity| match integrity {
@@ -135,7 +135,7 @@ impl Client {
             Err(_) => return false,
         };
         let request = &self.requests[self.answered];
-        model.reply(request, true).check(&reply, request);
+        model.reply(request, Some(0)).check(&reply, request);
         self.answered += 1;
         true
     }

@@ -9,8 +9,9 @@ use mmsim_recording::{Context, Recording};
 /// The maximum length of a request `A`.
 const MAX_ANNOTATIONS_BYTES: usize = 4096;
 
-/// The maximum length of all annotations before a state, without the letter of each request.
-const MAX_PENDING_BYTES: usize = 64 << 10;
+/// The maximum length of the annotations of one client and of all clients before a state, without the
+/// letter of each request.
+const MAX_PENDING_BYTES: [usize; 2] = [64 << 10, 256 << 10];
 
 /// What the server must reply.
 #[derive(Debug, PartialEq, Eq)]
@@ -70,8 +71,8 @@ struct Search {
     states: Vec<(Vec<Entry>, Vec<u8>)>,
     /// The entries after the last state.
     trailing: Vec<Entry>,
-    /// The bytes of the requests `A` after the last state, without their letters.
-    trailing_bytes: usize,
+    /// The bytes of the requests `A` of each client after the last state, without their letters.
+    trailing_bytes: HashMap<usize, usize>,
 }
 
 impl Search {
@@ -184,7 +185,7 @@ impl Model {
     fn begin(&mut self) {
         self.searches.push(Search::default());
         if !self.first.is_empty() {
-            self.reply(&self.first.clone(), true);
+            self.reply(&self.first.clone(), Some(0));
         }
     }
 
@@ -204,22 +205,23 @@ impl Model {
     pub(crate) fn answer(
         &mut self,
         frames: &[Vec<u8>],
-        is_mouse: bool,
+        mouse: Option<usize>,
     ) -> Option<(Vec<Vec<u8>>, Expected)> {
         let delimiter = frames.iter().position(Vec::is_empty)?;
         let (envelope, body) = frames.split_at(delimiter + 1);
         let expected = match body {
             [] => return None,
-            [request] => self.reply(request, is_mouse),
+            [request] => self.reply(request, mouse),
             _ => MALFORMED,
         };
         let is_error = matches!(expected, Expected::Error(_));
-        self.errors[usize::from(!is_mouse)] += usize::from(is_error);
+        self.errors[usize::from(mouse.is_none())] += usize::from(is_error);
         Some((envelope.to_vec(), expected))
     }
 
-    /// Returns the reply to a request of the mouse, or of a stranger, who may only read.
-    pub(crate) fn reply(&mut self, request: &[u8], is_mouse: bool) -> Expected {
+    /// Returns the reply to a request of the mouse, by the number of its connection, or of a stranger,
+    /// who may only read.
+    pub(crate) fn reply(&mut self, request: &[u8], mouse: Option<usize>) -> Expected {
         let (search, area) = (self.searches.last_mut().unwrap(), self.maze.size().area());
         let rules = Rules(self.maze.size());
         let ok = Expected::Bytes(b"ok".into());
@@ -230,13 +232,13 @@ impl Model {
                 let pose = rules.cell(*x, *y).zip(heading(*letter));
                 let Some((cell, heading)) = pose else { return MALFORMED };
                 let sides = [heading.left(), heading, heading.right()];
-                if is_mouse {
+                if mouse.is_some() {
                     search.trailing.extend(sides.map(|side| Entry::Read(cell, side)));
                 }
                 let has_wall = |side| self.maze.walls().has(cell, side).into();
                 return Expected::Bytes(sides.map(has_wall).into());
             }
-            b"reset" if is_mouse => self.begin(),
+            b"reset" if mouse.is_some() => self.begin(),
             b"reset" => {}
             [b'S', x, y, letter, order, matrices @ ..]
                 if rules.cell(*x, *y).is_some()
@@ -244,25 +246,28 @@ impl Model {
                     && matrices.len() == 2 * area + 1
                     && [*order, matrices[area]].iter().all(|order| b"CF".contains(order)) =>
             {
-                if is_mouse {
+                if mouse.is_some() {
                     let entries = mem::take(&mut search.trailing);
                     search.states.push((entries, request.into()));
-                    search.trailing_bytes = 0;
+                    search.trailing_bytes.clear();
                 }
             }
             [b'A', rest @ ..] if request.len() <= MAX_ANNOTATIONS_BYTES => {
                 let Some(entries) = rules.entries(rest) else { return MALFORMED };
-                if is_mouse {
-                    if search.trailing_bytes + rest.len() > MAX_PENDING_BYTES {
+                if let Some(mouse) = mouse {
+                    let bytes = &mut search.trailing_bytes;
+                    let all = bytes.values().sum::<usize>() + rest.len();
+                    let own = bytes.entry(mouse).or_default();
+                    if *own + rest.len() > MAX_PENDING_BYTES[0] || all > MAX_PENDING_BYTES[1] {
                         return FULL;
                     }
                     search.trailing.extend(entries);
-                    search.trailing_bytes += rest.len();
+                    *own += rest.len();
                 }
             }
             _ => return MALFORMED,
         }
-        if is_mouse { ok } else { REFUSED }
+        if mouse.is_some() { ok } else { REFUSED }
     }
 
     fn info(&self) -> String {

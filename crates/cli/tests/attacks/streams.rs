@@ -128,7 +128,8 @@ impl Message {
 /// A client that sends messages in parts.
 struct Peer {
     stream: BufReader<TcpStream>,
-    is_mouse: bool,
+    /// The number of its connection, unless it is a stranger.
+    mouse: Option<usize>,
     /// The messages that have not been sent completely.
     queue: VecDeque<Message>,
     /// The number of bytes of the first message that have been sent.
@@ -136,12 +137,12 @@ struct Peer {
 }
 
 impl Peer {
-    fn connect(address: &str, is_mouse: bool, rng: &mut WyRand) -> Self {
+    fn connect(address: &str, mouse: Option<usize>, rng: &mut WyRand) -> Self {
         let version = Version::ALL[rng.index(3)];
         let mut stream = BufReader::new(raw::connect(address));
         stream.get_mut().write_all(&version.handshake()).unwrap();
         version.read_handshake(&mut stream);
-        Self { stream, is_mouse, queue: VecDeque::new(), sent: 0 }
+        Self { stream, mouse, queue: VecDeque::new(), sent: 0 }
     }
 
     /// Sends a part of the queue, and checks the replies to all messages that are complete.
@@ -164,7 +165,7 @@ impl Peer {
                 let pong = read_frame(&mut self.stream).unwrap();
                 assert_eq!(pong, (4, b"\x04PONGcontext".into()));
             }
-            check_reply(&mut self.stream, &message.frames, model, self.is_mouse);
+            check_reply(&mut self.stream, &message.frames, model, self.mouse);
         }
         complete
     }
@@ -172,8 +173,13 @@ impl Peer {
 
 /// Checks the reply to a message, if there must be one.
 #[track_caller]
-fn check_reply(stream: &mut impl Read, frames: &[Vec<u8>], model: &mut Model, is_mouse: bool) {
-    let Some((envelope, expected)) = model.answer(frames, is_mouse) else { return };
+fn check_reply(
+    stream: &mut impl Read,
+    frames: &[Vec<u8>],
+    model: &mut Model,
+    mouse: Option<usize>,
+) {
+    let Some((envelope, expected)) = model.answer(frames, mouse) else { return };
     for frame in envelope {
         assert_eq!(read_frame(stream).unwrap(), (1, frame));
     }
@@ -186,9 +192,10 @@ fn check_reply(stream: &mut impl Read, frames: &[Vec<u8>], model: &mut Model, is
 /// first peer is the mouse, and the others are strangers if they have another address. Returns the
 /// number of messages.
 fn exchange(addresses: [&str; 2], requests: &mut Requests, model: &mut Model) -> usize {
-    let connect = |index: usize, rng: &mut WyRand| {
+    let mut numbers = 0..;
+    let mut connect = |index: usize, rng: &mut WyRand| {
         let is_mouse = index == 0 || addresses[0] == addresses[1];
-        Peer::connect(addresses[index.min(1)], is_mouse, rng)
+        Peer::connect(addresses[index.min(1)], numbers.next().filter(|_| is_mouse), rng)
     };
     let rng = &mut requests.rng;
     let mut peers: Vec<_> = (0..4).map(|index| connect(index, rng)).collect();
@@ -296,7 +303,7 @@ fn bytes_may_be_split_anywhere() {
             stream.get_mut().write_all(&wire[cut..]).unwrap();
             version.read_handshake(&mut stream);
             for frames in &messages {
-                check_reply(&mut stream, frames, &mut model, true);
+                check_reply(&mut stream, frames, &mut model, Some(cuts));
             }
             cuts += 1;
         }
