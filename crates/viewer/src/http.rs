@@ -146,6 +146,15 @@ impl ViewerHandle {
     }
 }
 
+/// Returns the paths that a [`Viewer`] serves. The names of path parameters are in braces.
+///
+/// ```
+/// assert!(mmsim_viewer::routes().any(|path| path == "/api/sources/{id}/states"));
+/// ```
+pub fn routes() -> impl Iterator<Item = String> {
+    assets::paths().chain(api::paths().map(Into::into))
+}
+
 fn app(config: ViewerConfig, access: Access, limits: Limits) -> Router {
     let is_compressed = SizeAbove::new(MIN_COMPRESSED_BYTES)
         .and(NotForContentType::IMAGES)

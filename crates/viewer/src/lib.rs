@@ -20,7 +20,7 @@ mod source;
 pub use app::ViewerConfig;
 pub use export::export_html;
 pub use http::limits::{Limits, MAX_VIEWER_CONNECTIONS};
-pub use http::{Viewer, ViewerHandle};
+pub use http::{Viewer, ViewerHandle, routes};
 pub use source::fast_runs::{SameName, Vehicles};
 
 /// The default port on which the page is served.

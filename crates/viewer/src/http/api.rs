@@ -7,7 +7,7 @@ use axum::body::Body;
 use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
+use axum::routing::{MethodRouter, get, post};
 use axum::{Extension, Json, Router, middleware};
 use futures_util::stream;
 use mmsim_drawing::{Scene, thumbnail};
@@ -32,51 +32,69 @@ use crate::source::{StateSource, fast_runs, pictures, recordings, search};
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";
 
+/// A path and its handlers.
+type Route = (&'static str, MethodRouter<Arc<AppState>>);
+
 /// Returns the routes of the API. Exported pages contain the responses that the page needs to show a
 /// recording (see `export::responses`).
 pub(crate) fn router(state: Arc<AppState>) -> Router {
-    Router::new()
-        .route("/events", get(event_stream))
-        .route("/api/page", get(page_info))
-        .route("/api/mazes", get(list_mazes))
-        .route("/api/mazes/picture.svg", get(maze_picture))
-        .route("/api/maze", post(load_maze))
-        .route("/api/sources/{id}", get(describe_source))
-        .route("/api/sources/{id}/drawing.svg", get(page_svg))
-        .route("/api/sources/{id}/states", get(states))
-        .route(
+    let add = |router: Router<_>, (path, methods): Route| router.route(path, methods);
+    let buffered = buffered_routes().into_iter().fold(Router::new(), add);
+    let buffered = buffered.layer(middleware::from_fn_with_state(state.limits, buffer_body));
+    let router = streamed_routes().into_iter().fold(buffered, add);
+    router.with_state(state).merge(assets::router())
+}
+
+/// Returns the paths of the API. The names of parameters are in braces.
+pub(crate) fn paths() -> impl Iterator<Item = &'static str> {
+    buffered_routes().into_iter().chain(streamed_routes()).map(|(path, _)| path)
+}
+
+/// Returns the routes whose request bodies arrive before their handlers run.
+fn buffered_routes() -> Vec<Route> {
+    vec![
+        ("/events", get(event_stream)),
+        ("/api/page", get(page_info)),
+        ("/api/mazes", get(list_mazes)),
+        ("/api/mazes/picture.svg", get(maze_picture)),
+        ("/api/maze", post(load_maze)),
+        ("/api/sources/{id}", get(describe_source)),
+        ("/api/sources/{id}/drawing.svg", get(page_svg)),
+        ("/api/sources/{id}/states", get(states)),
+        (
             "/api/sources/{id}/picture.svg",
             get(|run, query, options| {
                 let svg = |scene: &Scene<'_>| Ok(scene.svg());
                 pictures::picture(run, query, options, ("svg", SVG), svg)
             }),
-        )
-        .route(
+        ),
+        (
             "/api/sources/{id}/picture.png",
             get(|run, query, options| {
                 pictures::picture(run, query, options, ("png", "image/png"), pictures::png)
             }),
-        )
-        .route("/api/sources/{id}/animation.gif", get(gif_animation))
-        .route("/api/sources/{id}/moment", get(state_view))
-        .route("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(StateSource::bounds)))
-        .route("/api/sources/{id}/events", get(|run: RequestedRun| run.read(StateSource::events)))
-        .route("/api/sources/{id}/log", get(search::log_lines))
-        .route("/api/sources/{id}/find", get(search::find_state))
-        .route("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs))
-        .route("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run))
-        .route("/api/sources/{id}/recording.mcap", get(save_recording))
-        .route("/api/sources/{id}/page.html", get(|run| export_run(run, Content::Page)))
-        .route("/api/sources/{id}/data.html", get(|run| export_run(run, Content::Data)))
-        .route("/api/recordings", get(recordings::list_recordings))
-        .route("/api/recordings/open", post(recordings::open_recording))
-        .route("/api/recordings/close", post(recordings::close_recording))
-        .route("/api/mouse", post(act))
-        .layer(middleware::from_fn_with_state(state.limits, buffer_body))
-        // The body of an uploaded recording must not be buffered.
-        .route("/api/recordings", post(recordings::upload))
-        .with_state(state)
-        .merge(assets::router())
+        ),
+        ("/api/sources/{id}/animation.gif", get(gif_animation)),
+        ("/api/sources/{id}/moment", get(state_view)),
+        ("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(StateSource::bounds))),
+        ("/api/sources/{id}/events", get(|run: RequestedRun| run.read(StateSource::events))),
+        ("/api/sources/{id}/log", get(search::log_lines)),
+        ("/api/sources/{id}/find", get(search::find_state)),
+        ("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs)),
+        ("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run)),
+        ("/api/sources/{id}/recording.mcap", get(save_recording)),
+        ("/api/sources/{id}/page.html", get(|run| export_run(run, Content::Page))),
+        ("/api/sources/{id}/data.html", get(|run| export_run(run, Content::Data))),
+        ("/api/recordings", get(recordings::list_recordings)),
+        ("/api/recordings/open", post(recordings::open_recording)),
+        ("/api/recordings/close", post(recordings::close_recording)),
+        ("/api/mouse", post(act)),
+    ]
+}
+
+/// Returns the routes whose request bodies are not buffered.
+fn streamed_routes() -> [Route; 1] {
+    [("/api/recordings", post(recordings::upload))]
 }
 
 async fn event_stream(

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use axum::Router;
 use axum::http::header;
-use axum::routing::get;
+use axum::routing::{MethodRouter, get};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use mmsim_drawing::{page_json, stylesheet};
@@ -69,17 +69,25 @@ fn file(name: &str) -> &'static str {
 
 /// Serves the files of the page, compressed if the client accepts it.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
-    let router = FILES.iter().fold(Router::new(), |router, &(name, media_type, content)| {
+    let add = |router: Router<S>, (path, methods): (String, _)| router.route(&path, methods);
+    routes().fold(Router::new(), add).layer(CompressionLayer::new())
+}
+
+/// Returns the paths of the files.
+pub(crate) fn paths() -> impl Iterator<Item = String> {
+    routes::<()>().map(|(path, _)| path)
+}
+
+/// Returns the paths of the files and their handlers.
+fn routes<S: Clone + Send + Sync + 'static>() -> impl Iterator<Item = (String, MethodRouter<S>)> {
+    let files = FILES.iter().map(|&(name, media_type, content)| {
         let path = if name == "index.html" { "/".into() } else { format!("/{name}") };
-        router.route(
-            &path,
-            get(move || async move { ([(header::CONTENT_TYPE, media_type)], content) }),
-        )
+        (path, get(move || async move { ([(header::CONTENT_TYPE, media_type)], content) }))
     });
-    router
-        .route("/drawing.css", get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) }))
-        .route("/drawing.json", get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) }))
-        .layer(CompressionLayer::new())
+    files.chain([
+        ("/drawing.css".into(), get(|| async { ([(header::CONTENT_TYPE, STYLE)], stylesheet()) })),
+        ("/drawing.json".into(), get(|| async { ([(header::CONTENT_TYPE, JSON)], page_json()) })),
+    ])
 }
 
 /// Returns the parts of the document before and after the data.
