@@ -18,6 +18,7 @@ mod raw;
 mod requests;
 mod searcher;
 mod streams;
+mod servers;
 
 use std::env;
 use std::io::{Read, Write};

@@ -48,7 +48,11 @@ pub(crate) fn command(name: &str, rest: &[u8]) -> Vec<u8> {
 
 /// Opens a TCP connection with a long timeout and sends no greeting.
 pub(crate) fn connect(address: &str) -> TcpStream {
-    let stream = TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap();
+    with_timeouts(TcpStream::connect(address.strip_prefix("tcp://").unwrap()).unwrap())
+}
+
+/// Sets a long timeout, and sends without delay.
+pub(crate) fn with_timeouts(stream: TcpStream) -> TcpStream {
     stream.set_read_timeout(Some(TIMEOUT)).unwrap();
     stream.set_write_timeout(Some(TIMEOUT)).unwrap();
     stream.set_nodelay(true).unwrap();
