@@ -42,7 +42,15 @@ pub(crate) fn router(state: Arc<AppState>) -> Router {
     let buffered = buffered_routes().into_iter().fold(Router::new(), add);
     let buffered = buffered.layer(middleware::from_fn_with_state(state.limits, buffer_body));
     let router = streamed_routes().into_iter().fold(buffered, add);
-    router.with_state(state).merge(assets::router())
+    let wrong_method = || async {
+        let text = "the path does not support this method (the Allow header lists those it does)";
+        ApiError::new(StatusCode::METHOD_NOT_ALLOWED, text)
+    };
+    router
+        .with_state(state)
+        .merge(assets::router())
+        .method_not_allowed_fallback(wrong_method)
+        .fallback(|| async { ApiError::not_found("nothing has this path (the page is at /)") })
 }
 
 /// Returns the paths of the API. The names of parameters are in braces.
