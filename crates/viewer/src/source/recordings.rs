@@ -35,7 +35,7 @@ pub(crate) struct RecordingEntry {
 
 /// Lists the newest recordings in a folder, newest first.
 fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
-    let failed = |error| ApiError::internal(format!("cannot read {}: {error}", folder.display()));
+    let failed = |error| ApiError::internal(format!("cannot read the recordings: {error}"));
     let mut entries = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
         let Ok(entry) = entry else { continue };
@@ -130,8 +130,7 @@ pub(crate) async fn open_recording(
         .run_for(Some(connection.network), move |cancel| {
             state.recordings().check_capacity()?;
             let path = find(state.config.recordings_dir.as_deref(), &name)?;
-            let failed =
-                |error: &dyn Display| ApiError::bad_request(format!("{}: {error}", path.display()));
+            let failed = |error: &dyn Display| ApiError::bad_request(format!("{name}: {error}"));
             let file = fs::File::open(&path).map_err(|error| failed(&error))?;
             let recording = Recording::read_within(cancel.reader(file), &state.config.budget)
                 .map_err(|error| failed(&error))?;
