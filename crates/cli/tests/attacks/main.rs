@@ -16,6 +16,7 @@ mod measure;
 mod model;
 mod raw;
 mod requests;
+mod routes;
 mod searcher;
 mod streams;
 mod servers;
