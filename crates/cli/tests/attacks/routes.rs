@@ -429,13 +429,10 @@ fn attack_headers(page: &Page<'_>, routes: &[Route]) {
     }
 }
 
-/// Starts a server that records to a folder with a broken recording. Returns it and its page.
-fn start(home: &Home) -> (Target, String) {
-    home.write("r/broken.mcap", "broken");
-    let records = home.path().join("r").display().to_string();
-    let arguments = ["--port", "0", "--viewer-port", "0", "--maze", searcher::MAZE, "--record"];
-    let arguments = [&arguments[..], &[&records]].concat();
-    let serving = home.serve_until(&arguments, "watch at http://");
+/// Starts a server, and returns it and the host of its page.
+fn start(home: &Home, options: &[&str]) -> (Target, String) {
+    let arguments = ["--port", "0", "--viewer-port", "0", "--maze", searcher::MAZE];
+    let serving = home.serve_until(&[&arguments[..], options].concat(), "watch at http://");
     let host = serving.messages.split("watch at http://").nth(1).unwrap().trim().to_string();
     (Target(serving), host)
 }
@@ -444,7 +441,9 @@ fn start(home: &Home) -> (Target, String) {
 fn hostile_routes() {
     let home = Home::new();
     let folder = home.path().to_str().unwrap();
-    let (target, host) = start(&home);
+    let broken = home.write("r/broken.mcap", "broken");
+    let records = broken.parent().unwrap().to_str().unwrap();
+    let (mut target, host) = start(&home, &["--record", records]);
     let page = Page { host: &host, folder };
     let routes = routes(&page);
     let found: Vec<_> =
@@ -470,16 +469,22 @@ fn hostile_routes() {
     let before = (shown(), ask(b"info"));
     attack_values(&page, &routes, |method| method != "POST", 1);
     assert!((shown(), ask(b"info")) == before, "a GET request has changed something");
-    drop(target);
-    // A new server has no idle threads yet, so that threads can be counted.
-    let (mut target, host) = start(&home);
+    attack_values(&page, &routes, |method| method == "POST", 2);
+    assert_no_panic(&mut target);
+    // Idle threads end late, so count the threads of a new server.
+    let (mut target, host) = start(&home, &[]);
     let page = Page { host: &host, folder };
     target.run_attack("hostile values, headers and bodies for every route", |_| {
-        attack_values(&page, &routes, |_| true, 2);
+        attack_values(&page, &routes, |_| true, 3);
         attack_headers(&page, &routes);
     });
-    target.0.kill();
-    let messages = target.0.wait().1;
+    assert_no_panic(&mut target);
+}
+
+/// Kills the server.
+fn assert_no_panic(Target(server): &mut Target) {
+    server.kill();
+    let messages = server.wait().1;
     assert!(!messages.contains("panicked"), "{messages}");
 }
 
