@@ -1,6 +1,7 @@
 //! Attacks on a running server while a correct client searches the served maze. Every search must
 //! succeed. After each attack, the server must have as many threads and descriptors as before, and
 //! its memory may grow only slightly. Random streams and kills have servers of their own.
+//! its memory may grow only slightly. `recordings` attacks the reader of recordings.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
 //! times as long and prints measurements. A failed attack prints `MMSIM_ATTACK_SEED`, which repeats
@@ -17,6 +18,7 @@ mod model;
 mod raw;
 mod requests;
 mod routes;
+mod recordings;
 mod searcher;
 mod streams;
 mod servers;

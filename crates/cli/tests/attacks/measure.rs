@@ -16,7 +16,7 @@ pub(crate) struct Resources {
     /// Memory in KiB.
     pub(crate) memory: u64,
     /// Peak memory in KiB.
-    peak: u64,
+    pub(crate) peak: u64,
     threads: u64,
     descriptors: usize,
 }
