@@ -13,6 +13,8 @@ mod harness;
 
 mod connections;
 mod kills;
+#[cfg(target_os = "linux")]
+mod descendants;
 mod measure;
 mod model;
 mod raw;

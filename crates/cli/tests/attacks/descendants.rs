@@ -1,15 +1,13 @@
 //! No mouse and none of its descendants outlives the command, or its own search.
-#![cfg(target_os = "linux")]
-
-mod harness;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use harness::mice::works;
-use harness::{Home, Serving};
 use mmsim_tests::{output, wait_for, wait_for_exit};
+
+use crate::harness::mice::works;
+use crate::harness::{Home, Serving};
 
 const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
