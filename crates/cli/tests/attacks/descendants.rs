@@ -4,8 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use mmsim_maze::WyRand;
 use mmsim_tests::{output, wait_for, wait_for_exit};
 
+use crate::force;
 use crate::harness::mice::works;
 use crate::harness::{Home, Serving};
 
@@ -37,10 +39,40 @@ if len(sys.argv) == 1:
     time.sleep(1000)
 ";
 
+/// A mouse that starts a tree of processes with its arguments: a seed, the depth and the width. Some
+/// processes ignore signals, have a session of their own, or have lost their parent, which has exited.
+/// With a fourth argument, the mouse exits when all are running.
+const RANDOM_TREE: &str = "
+import os, random, signal, sys, time
+depth, width = map(int, sys.argv[2:4])
+read, write = os.pipe()
+def grow(path):
+    rng = random.Random(f'{sys.argv[1]} {path}')
+    if path and rng.random() < 0.3:
+        os.setsid()
+    for name in rng.sample(['SIGTERM', 'SIGINT', 'SIGHUP', 'SIGPIPE'], rng.randrange(5)):
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
+    for child in range(width if len(path) < depth else 0):
+        is_orphan = rng.random() < 0.3
+        if os.fork() == 0:
+            if is_orphan and os.fork():
+                os._exit(0)
+            grow(path + str(child))
+            time.sleep(1000)
+            os._exit(0)
+    os.write(write, b'x')
+grow('')
+for process in range(sum(width**level for level in range(depth + 1))):
+    os.read(read, 1)
+if len(sys.argv) == 4:
+    time.sleep(1000)
+";
+
 /// The number of descendants of [`TREE`].
 const DESCENDANTS: usize = 200;
 
 /// The arguments of the commands that run a program as a mouse.
+const PAGE: &[&str] = &["run", "--port", "0", "--viewer-port", "0", "--", "python3"];
 const RUN: &[&str] = &["run", "--port", "0", "--no-viewer", "--", "python3"];
 const MMS: &[&str] = &["mms", "--port", "0", "--no-viewer", "--", "python3"];
 const TRIAL: &[&str] = &["trial", "mazes", "--answer-limit", "600", "--", "python3"];
@@ -98,6 +130,36 @@ fn none_outlives_a_killed_command() {
         let mut child = spawn(command(&home, arguments, TREE, &[]));
         wait_for_processes(&home, DESCENDANTS);
         child.kill().unwrap();
+        wait_for_exit(&mut child);
+        wait_for_end(&home);
+    }
+}
+
+/// The command is killed or stopped while the tree grows, or the mouse exits.
+#[test]
+fn none_of_a_random_tree_outlives_its_end() {
+    if !has_python() {
+        return;
+    }
+    let commands = [PAGE, RUN, MMS, TRIAL, COMPARE, CONTEST];
+    for case in 0..12 * force() {
+        let mut rng = WyRand::new(case as u64);
+        let [depth, width] = [1 + rng.below(3), 1 + rng.below(4)];
+        let all = (0..=depth).map(|level| width.pow(level)).sum::<u32>() as usize;
+        let ends = ["KILL", "KILL", "TERM", "INT", "exit"];
+        let (arguments, end) = (commands[case % commands.len()], ends[rng.index(ends.len())]);
+        let mut options = vec![case.to_string(), depth.to_string(), width.to_string()];
+        options.extend((end == "exit").then(|| end.into()));
+        let options: Vec<&str> = options.iter().map(String::as_str).collect();
+        println!("case {case}: {} with a tree of {options:?}, {end}", arguments[0]);
+        let home = Home::new();
+        let mut child = spawn(command(&home, arguments, RANDOM_TREE, &options));
+        if end != "exit" {
+            // The command line of the command contains the path, too.
+            wait_for_processes(&home, 1 + rng.index(all) + 1);
+            let kill = ["-s", end, &child.id().to_string()];
+            assert!(output(Command::new("kill").args(kill)).status.success());
+        }
         wait_for_exit(&mut child);
         wait_for_end(&home);
     }
