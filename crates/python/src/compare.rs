@@ -82,7 +82,7 @@ pub(crate) fn compare<'py>(
     let rules = rules.map(|name| named(&RuleSet::ALL, RuleSet::name, name)).transpose()?;
     let (cell, turn) = competition.search_speed;
     let search_speed = format!("{cell},{turn}").parse().map_err(value_error)?;
-    let vehicle = competition.vehicle.as_deref().map(vehicle).transpose()?;
+    let vehicle = competition.vehicle.as_deref().map(|text| vehicle(py, text)).transpose()?;
     let timing = vehicle.map(|vehicle| Timing { vehicle, search_speed });
     let mazes: Vec<NamedMaze> = competition.mazes.iter().map(|maze| maze.get().named()).collect();
     let mut figures = competition.search(py, &mazes, timing.as_ref())?;

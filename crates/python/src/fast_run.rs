@@ -19,8 +19,8 @@ pub(crate) struct PyFastRun {
 }
 
 /// Returns the preset with this name, or reads a TOML file.
-pub(crate) fn vehicle(text: &str) -> PyResult<Vehicle> {
-    Vehicle::load(text).map_err(|error| match &error {
+pub(crate) fn vehicle(py: Python<'_>, text: &str) -> PyResult<Vehicle> {
+    py.detach(|| Vehicle::load(text)).map_err(|error| match &error {
         LoadVehicleError::Read { source, .. } => io_error(source.kind(), error),
         _ => value_error(error),
     })
@@ -29,7 +29,7 @@ pub(crate) fn vehicle(text: &str) -> PyResult<Vehicle> {
 impl PyFastRun {
     /// Plans the fastest run of a vehicle.
     pub(crate) fn plan(py: Python<'_>, maze: &Maze, vehicle: &str) -> PyResult<Self> {
-        let vehicle = self::vehicle(vehicle)?;
+        let vehicle = self::vehicle(py, vehicle)?;
         py.detach(|| {
             let mut planner = Planner::new(vehicle);
             let run = planner

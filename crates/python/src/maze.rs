@@ -109,7 +109,7 @@ impl PyMaze {
 
     /// Writes a maze file. The extension determines the format: text without one.
     #[pyo3(signature = (path, format = None))]
-    fn save(&self, path: PathBuf, format: Option<&str>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<()> {
         let format = match format {
             Some(format) => format.parse().map_err(value_error)?,
             None if path.extension().is_none() => Format::Text,
@@ -121,7 +121,7 @@ impl PyMaze {
             })?,
         };
         let content = format.write(&self.maze).map_err(maze_error)?;
-        fs::write(&path, content).map_err(|error| {
+        py.detach(|| fs::write(&path, content)).map_err(|error| {
             io_error(error.kind(), format_args!("cannot write {}: {error}", path.display()))
         })
     }
