@@ -174,7 +174,7 @@ fn none_of_300_parallel_mice_outlives_a_killed_command() {
     let sleep = String::from_utf8(sleep).unwrap();
     let link = home.path().join("sleep");
     std::os::unix::fs::symlink(sleep.trim(), &link).unwrap();
-    let mouse = format!("m={} 77", link.display());
+    let mouse = format!("m={} 1000", link.display());
     let jobs = JOBS.to_string();
     let mut compare = home.command(COMPARE);
     compare.args(["mazes", "--jobs", &jobs, "--mouse", &mouse]);

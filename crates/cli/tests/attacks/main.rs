@@ -1,29 +1,29 @@
-//! Attacks on a running server while a correct client searches the served maze. Every search must
-//! succeed. After each attack, the server must have as many threads and descriptors as before, and
-//! its memory may grow only slightly. Random streams and kills have servers of their own.
-//! its memory may grow only slightly. `recordings` attacks the reader of recordings.
+//! Attacks on the command while it works. In most of them, a correct client searches the served maze,
+//! and every search must succeed. After each attack, the server must have as many threads and
+//! descriptors as before, and its memory may grow only slightly. Other attacks have servers of their
+//! own, or none: random streams, kills, trees of mice, mutated recordings and hostile servers.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
-//! times as long and prints measurements. A failed attack prints `MMSIM_ATTACK_SEED`, which repeats
-//! its random numbers.
+//! times as long and prints measurements. A failed attack with random numbers prints
+//! `MMSIM_ATTACK_SEED`, which repeats them.
 #![cfg(unix)]
 
 #[path = "../harness/mod.rs"]
 mod harness;
 
 mod connections;
-mod kills;
 #[cfg(target_os = "linux")]
 mod descendants;
+mod kills;
 mod measure;
 mod model;
 mod raw;
+mod recordings;
 mod requests;
 mod routes;
-mod recordings;
 mod searcher;
-mod streams;
 mod servers;
+mod streams;
 
 use std::env;
 use std::io::{Read, Write};
