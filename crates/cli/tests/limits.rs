@@ -299,7 +299,7 @@ fn the_annotations_of_all_clients_are_stored_recorded_and_shown() {
         let log = format!("/api/sources/live/log?run=1&at={at}&from={at}");
         let (status, body) = send(&page, "GET", &log, "");
         let found = body.matches(&format!("[{at},\"x")).count();
-        assert_eq!((status, found), (200, lines), "{:.300}", body);
+        assert_eq!((status, found), (200, lines), "{body:.300}");
         let path = format!("/api/sources/live/moment?run=1&at={at}");
         assert_eq!(send(&page, "GET", &path, "").0, 200);
     }
