@@ -1,6 +1,6 @@
 //! Servers that break the protocol, are slow, or vanish, and the clients that meet them.
 
-use std::net::{SocketAddr, TcpListener};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -10,11 +10,10 @@ use std::{io, iter};
 use Act::{Answer, Custom, Hello};
 use End::{Close, GiveUp, Reset, Serve, Wait};
 use mmsim_maze::WyRand;
-use mmsim_tests::{TIMEOUT, output, within};
+use mmsim_tests::{TIMEOUT, within};
 use mmsim_zmtp::connection::DisconnectReason;
 use mmsim_zmtp::{ClientConfig, ReqClient};
 
-use crate::harness::limited;
 use crate::*;
 
 /// The time limit for a reply that never arrives.
@@ -559,6 +558,8 @@ fn hostile_servers_that_send_in_chunks() {
 #[cfg(target_os = "linux")]
 #[test]
 fn server_that_never_accepts() {
+    use std::net::SocketAddr;
+
     use socket2::{Domain, Socket, Type};
 
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
@@ -584,6 +585,13 @@ fn server_that_never_accepts() {
 #[cfg(all(target_os = "linux", not(feature = "libzmq")))]
 #[test]
 fn command_with_hostile_servers() {
+    use mmsim_tests::output;
+
+    use crate::harness::limited;
+
+    const REFUSED: &str = "the simulator refused reset: xxx";
+    const UNEXPECTED: &str = "expected pong, ok, three bytes of walls, info or an error, found ";
+
     let home = Home::new();
     let reply = |body: &[u8]| Answer(raw::request(body));
     let error = [&b"error: "[..], &b"x".repeat(1_000_000)].concat();
@@ -618,6 +626,3 @@ fn command_with_hostile_servers() {
         assert!(rest.len() < 1000 && !rest.contains(char::is_control), "{name}: {rest:?}");
     }
 }
-
-const REFUSED: &str = "the simulator refused reset: xxx";
-const UNEXPECTED: &str = "expected pong, ok, three bytes of walls, info or an error, found ";
