@@ -7,9 +7,7 @@ use harness::{Home, Output, recorded, while_default_port_is_in_use};
 use harness::{Serving, read_on};
 use mmsim_recording::Recording;
 #[cfg(unix)]
-use mmsim_tests::{TIMEOUT, ask, connect_to, wait_for};
-#[cfg(unix)]
-use std::time::{Duration, Instant};
+use mmsim_tests::{ask, connect_to, wait_for};
 
 const SMALL: &str = "o---o---o---o\n|           |\no   o---o   o\n| S |     G |\no---o---o---o\n";
 #[cfg(unix)]
@@ -228,32 +226,4 @@ fn another_client_cannot_disturb_a_run() {
         messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state\n"),
         "{messages}"
     );
-}
-
-/// A client that receives no answers to its heartbeats closes its connection, and loses its reply.
-#[cfg(unix)]
-#[test]
-fn a_held_reply_delays_neither_heartbeats_nor_other_clients() {
-    let home = home();
-    let command = home.command(&arguments(&["--pace", "5000"], &["sleep", "600"]));
-    let mut serving = Serving::start(command, "tcp://");
-    serving.has_mouse = true;
-    let mouse = zmq::Context::new().socket(zmq::REQ).unwrap();
-    mouse.set_linger(0).unwrap();
-    mouse.set_heartbeat_ivl(200).unwrap();
-    mouse.set_heartbeat_timeout(2000).unwrap();
-    mouse.connect(&serving.address).unwrap();
-    let other = connect_to(&serving.address, zmq::REQ);
-    let (start, mut slowest) = (Instant::now(), Duration::ZERO);
-    mouse.send(STATE, 0).unwrap();
-    while mouse.poll(zmq::POLLIN, 0).unwrap() == 0 {
-        assert!(start.elapsed() < TIMEOUT, "the mouse has lost its reply");
-        let asked = Instant::now();
-        assert_eq!(ask(&other, b"ping"), b"pong");
-        slowest = slowest.max(asked.elapsed());
-    }
-    assert_eq!(mouse.recv_bytes(0).unwrap(), b"ok");
-    assert!(slowest < Duration::from_secs(3), "another client waited {slowest:?}");
-    serving.signal("TERM");
-    assert_eq!(serving.wait().0.code(), Some(130));
 }

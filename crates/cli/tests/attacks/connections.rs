@@ -143,3 +143,26 @@ fn peers_that_vanish() {
         }
     });
 }
+
+/// A client whose heartbeats have no answer closes its connection, and loses its reply.
+#[test]
+fn a_held_reply_delays_neither_heartbeats_nor_other_clients() {
+    const HOUR_MS: &str = "3600000";
+    let home = Home::new();
+    let run = ["run", "--port", "0", "--no-viewer", "--maze", searcher::MAZE, "--pace", HOUR_MS];
+    let mouse = ["--", "sh", "-c", "echo started >&2; exec sleep 600"];
+    let mut server = Serving::start(home.command(&[&run[..], &mouse].concat()), "started");
+    server.has_mouse = true;
+    let mut client = raw::greet(&server.address);
+    client.write_all(&raw::request(&noise(0))).unwrap();
+    for _ in 0..100 {
+        client.write_all(&raw::command("PING", b"\0\x01context")).unwrap();
+        let expected = raw::command("PONG", b"context");
+        let mut pong = vec![0; expected.len()];
+        client.read_exact(&mut pong).unwrap();
+        assert_eq!(pong, expected, "the reply is due in an hour");
+        raw::ping(&mut raw::greet(&server.address));
+    }
+    server.signal("TERM");
+    assert_eq!(server.wait().0.code(), Some(130));
+}
