@@ -16,7 +16,7 @@ pub(crate) struct Resources {
     /// Memory in KiB.
     pub(crate) memory: u64,
     /// Peak memory in KiB.
-    pub(crate) peak: u64,
+    peak: u64,
     threads: u64,
     descriptors: usize,
 }

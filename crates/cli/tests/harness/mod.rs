@@ -56,13 +56,7 @@ impl Home {
 
     /// Runs the command to completion.
     pub fn run(&self, arguments: &[&str]) -> Output {
-        let output = output(&mut self.command(arguments));
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace("\r\n", "\n");
-        Output {
-            code: output.status.code(),
-            stdout: text(output.stdout),
-            stderr: text(output.stderr),
-        }
+        Output::new(&mut self.command(arguments))
     }
 
     /// Returns the command that starts a server. Disables the viewer page unless an argument
@@ -227,6 +221,17 @@ pub struct Output {
 }
 
 impl Output {
+    /// Runs a command to completion.
+    pub fn new(command: &mut Command) -> Self {
+        let output = output(command);
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace("\r\n", "\n");
+        Self {
+            code: output.status.code(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        }
+    }
+
     pub fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {self:?}"))
     }
