@@ -220,7 +220,8 @@ class Simulator:
             self._context.destroy(linger=0)
 
     def __del__(self) -> None:
-        if not self._context.closed:
+        context = getattr(self, "_context", None)
+        if context and not context.closed:
             self.close()
 
     def __enter__(self) -> Simulator:

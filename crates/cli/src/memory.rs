@@ -16,13 +16,17 @@ pub(crate) fn share_arena() {
 
     let is_limited = getrlimit(Resource::As).current.is_some();
     if is_limited
-        && env::var_os(ONE_ARENA.0).is_none()
+        && ONE_ARENA.iter().all(|name| env::var_os(name).is_none())
         && let Ok(program) = env::current_exe()
     {
         let mut arguments = env::args_os();
         let name = arguments.next().unwrap_or_default();
         // If this fails, fewer states fit.
-        let _ = Command::new(program).arg0(name).args(arguments).envs([ONE_ARENA]).exec();
+        let _ = Command::new(program)
+            .arg0(name)
+            .args(arguments)
+            .envs(ONE_ARENA.map(|name| (name, "1")))
+            .exec();
     }
 }
 

@@ -29,7 +29,7 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    let (server, max) = serve_with(&home, &options, 64 * MIB);
+    let (server, max) = serve_with(&home, &options, 48 * MIB);
     for _ in 0..2 {
         let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, max);
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
@@ -282,8 +282,8 @@ fn the_annotations_of_all_clients_are_stored_recorded_and_shown() {
     let request = [&b"A"[..], &line.repeat(LINES)].concat();
     let clients = [(); 6].map(|()| connect_to(&server.address, zmq::REQ));
     let per_client = "error: cannot store more annotations before the next state: limit of 64 KiB \
-                      per client reached (send S or reset)";
-    let for_all = &per_client.replace("64 KiB per client", "256 KiB for all clients");
+                      per connection reached (send S or reset)";
+    let for_all = &per_client.replace("64 KiB per connection", "256 KiB for all");
     let requests = [16, 16, 16, 16, 1, 0];
     let errors = [per_client, per_client, per_client, per_client, for_all, for_all];
     let lines = LINES * requests.iter().sum::<usize>();

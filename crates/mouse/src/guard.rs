@@ -40,9 +40,9 @@ const KILL_INTERVAL: Timespec = Timespec { tv_sec: 0, tv_nsec: 1_000_000 };
 /// The argument that makes a program a guard. The command line of the mouse follows.
 const ARGUMENT: &str = "--mouse-guard";
 
-/// The environment variable with which a program has restarted itself so that glibc uses one arena for
-/// all its threads, and the value. Mice do not see it. The 0 distinguishes it from a user's variable.
-pub const ONE_ARENA: (&str, &str) = ("MALLOC_ARENA_MAX", "01");
+/// The environment variables with which a program has restarted itself so that glibc uses one arena for
+/// all its threads: that of glibc, and one that says so. Mice do not see them.
+pub const ONE_ARENA: [&str; 2] = ["MALLOC_ARENA_MAX", "MMSIM_ONE_ARENA"];
 
 /// The program that guards mice.
 static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
@@ -72,10 +72,12 @@ pub fn use_guard(program: PathBuf) {
 pub(crate) fn command(mouse: &Command) -> Option<Command> {
     let mut command = Command::new(PROGRAM.get()?);
     command.arg(ARGUMENT).arg(mouse.get_program()).args(mouse.get_args());
-    command.envs(mouse.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    if env::var_os(ONE_ARENA.0).is_some_and(|value| value == ONE_ARENA.1) {
-        command.env_remove(ONE_ARENA.0);
+    if env::var_os(ONE_ARENA[1]).is_some() {
+        for name in ONE_ARENA {
+            command.env_remove(name);
+        }
     }
+    command.envs(mouse.get_envs().filter_map(|(name, value)| Some((name, value?))));
     Some(command)
 }
 

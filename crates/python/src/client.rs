@@ -24,15 +24,18 @@ const DEFAULT_TIMEOUT: Duration = Duration::from_secs(5);
 pub(crate) struct PyClient {
     socket: Arc<Socket>,
     requests: Arc<Requests>,
+    /// The function that sends the last annotations of a client that exists when the program ends.
+    at_exit: Py<PyCFunction>,
 }
 
-/// Sends the last annotations. Python keeps a client in a global variable until it is about to exit,
-/// so `atexit` has sent the annotations of such a client before.
+/// Sends the last annotations.
 impl Drop for PyClient {
     fn drop(&mut self) {
         Python::try_attach(|py| {
             let raised = PyErr::take(py);
             self.requests.end(py);
+            let atexit = py.import("atexit");
+            let _ = atexit.and_then(|it| it.call_method1("unregister", (&self.at_exit,)));
             if let Some(error) = raised {
                 error.restore(py);
             }
@@ -97,9 +100,10 @@ impl PyClient {
         let end = move |arguments: &Bound<'_, PyTuple>, _: Option<&Bound<'_, PyDict>>| {
             weak.upgrade().into_iter().for_each(|requests| requests.end(arguments.py()));
         };
-        let end = PyCFunction::new_closure(py, None, None, end)?;
-        py.import("atexit")?.call_method1("register", (end,))?;
-        Ok(PyClassInitializer::from(connection).add_subclass(Self { socket, requests }))
+        let at_exit = PyCFunction::new_closure(py, None, None, end)?;
+        py.import("atexit")?.call_method1("register", (&at_exit,))?;
+        let client = Self { socket, requests, at_exit: at_exit.unbind() };
+        Ok(PyClassInitializer::from(connection).add_subclass(client))
     }
 
     /// The endpoint of the simulator.
@@ -141,6 +145,7 @@ impl PyClient {
     /// Sends the last annotations and closes the connection. A further request uses a new one.
     fn close(client: PyRef<'_, Self>, py: Python<'_>) -> PyResult<()> {
         let sent = client.as_super().send_annotations(py);
+        client.requests.drop_annotations();
         client.socket.close();
         sent
     }
@@ -155,6 +160,9 @@ impl PyClient {
         py: Python<'_>,
         error: &Bound<'_, PyTuple>,
     ) -> PyResult<()> {
+        if error.iter().any(|part| part.is_instance_of::<SimulatorError>()) {
+            client.requests.drop_annotations();
+        }
         let closed = Self::close(client, py);
         // The error that ends the block is the cause.
         if error.iter().all(|part| part.is_none()) { closed } else { Ok(()) }

@@ -186,12 +186,20 @@ impl Requests {
         Ok(())
     }
 
-    /// Sends the last annotations of a client that was not closed. Python reports errors on stderr.
+    /// Sends the last annotations of a client that was not closed, unless its last request has failed.
+    /// Python reports errors on stderr.
     pub(crate) fn end(&self, py: Python<'_>) {
-        if let Err(error) = self.send_annotations(py) {
-            self.pending.clear();
+        if matches!(&self.backend, Backend::Socket(socket) if socket.is_idle())
+            && let Err(error) = self.send_annotations(py)
+        {
             error.write_unraisable(py, None);
         }
+        self.drop_annotations();
+    }
+
+    /// Drops the annotations that were not sent.
+    pub(crate) fn drop_annotations(&self) {
+        self.pending.clear();
     }
 }
 

@@ -74,6 +74,11 @@ impl Socket {
         Ok(reply)
     }
 
+    /// Returns true if there is a connection that no thread uses, so that the last request has not failed.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
     /// Closes the connection. A further request uses a new one.
     pub(crate) fn close(&self) {
         drop(self.take_idle());

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import LIMIT
 from numpy.typing import NDArray
 from numpy_search import FLAGS, NumpySearch, from_mazes
 
@@ -148,7 +149,7 @@ def test_a_wall_stops_the_mouse_but_not_its_turn() -> None:
 def test_the_calls_of_threads_wait_for_each_other() -> None:
     count, threads, steps = 500, 4, 100
     batch = SearchBatch([mm.Maze.bundled("01")], (16, 16), "perfect", True, threads * steps + 1, count)
-    batch.step(np.full(count, 2))
+    batch.step(np.full(count, 2, np.int64))
 
     def drive(_: int) -> int:
         truncated = 0
@@ -162,10 +163,10 @@ def test_the_calls_of_threads_wait_for_each_other() -> None:
         return truncated
 
     with ThreadPoolExecutor(threads) as pool:
-        assert sum(pool.map(drive, range(threads), timeout=60)) == count
-        resets = pool.map(lambda index: batch.reset(index, None), range(count), timeout=60)
+        assert sum(pool.map(drive, range(threads), timeout=LIMIT)) == count
+        resets = pool.map(lambda index: batch.reset(index, None), range(count), timeout=LIMIT)
         assert list(resets) == [None] * count
-        results = pool.map(lambda _: batch.step_one(2), range(threads * steps), timeout=60)
+        results = pool.map(lambda _: batch.step_one(2), range(threads * steps), timeout=LIMIT)
         assert not any(truncated for _, _, truncated in results)
 
 

@@ -50,9 +50,6 @@ FAILING = {"Client.history"} | {
     for name in ("Connection", "FastRun", "History", "Maze", "Recording", "Search", "State")
 }
 
-# A thread uses an environment of its own.
-UNSHARED = ("SearchEnv.", "SearchVectorEnv.")
-
 SEED = 43
 
 # The memory that the child process may use, so that an enormous allocation fails.
@@ -172,7 +169,7 @@ def hostile(world: World) -> dict[str, Any]:
         "missing": world.folder / "missing" / "file",
         "recurses": Recurses(lambda: world.call_randomly(random.Random(1), 3)),
     }
-    if sys.platform != "win32":
+    if sys.platform == "linux":
         values["fifo"] = world.fifo
     return values | {f"instance of {name}": makers[0]() for name, makers in world.makers.items()}
 
@@ -280,10 +277,8 @@ class World:
         if self.depths[thread] > 2:
             return
         self.depths[thread] += 1
-        is_main = threading.current_thread() is threading.main_thread()
-        targets = [name for name in self.targets if is_main or not name.startswith(UNSHARED)]
         for _ in range(calls):
-            target = rng.choice(targets)
+            target = rng.choice(list(self.targets))
             owner = self.targets[target][0]
             instance = rng.choice(self.shared[owner]) if owner else None
             names = [name for name, _ in self.parameters(target)]
@@ -380,7 +375,7 @@ def members(item: type) -> list[str]:
 
 def main(folder: str, address: str) -> None:
     warnings.simplefilter("ignore")
-    if sys.platform != "win32":
+    if sys.platform == "linux":
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MAX_BYTES, MAX_BYTES))

@@ -54,7 +54,7 @@ impl Simulation {
     }
 
     /// Answers one request and returns the change to the run. Every request gets exactly one reply.
-    /// Only `reset` and valid states change the history. Each client has a limit of annotations.
+    /// Only `reset` and valid states change the history. Each connection has a limit of annotations.
     pub fn handle_from(
         &mut self,
         client: Option<ClientId>,

@@ -10,8 +10,10 @@ const TIMEOUT = 30_000;
 /** The delay in ms before connecting again to a server that has refused the connection. */
 const RETRY = 2000;
 
-/** The number of visible windows of this browser that show the server. They share the processor with the search. */
-export let windows = 1;
+let windows = 1;
+
+/** Returns the number of visible windows of this browser that show the server. They share the processor with the search. */
+export const visibleWindows = () => windows;
 
 /** A stream of events, which connects again when the connection is lost. */
 export class EventStream {

@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { cloneTemplate, nextFrame, oneAtATime, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
-import { windows } from "./events.js";
+import { visibleWindows } from "./events.js";
 import { FastRun } from "./fast_run.js";
 import { announce, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
@@ -217,7 +217,7 @@ export class Panel {
         const view = await api.stateView(source, index, signal);
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
-        this.#nextDraw = performance.now() + DRAW_INTERVAL * windows;
+        this.#nextDraw = performance.now() + DRAW_INTERVAL * visibleWindows();
         this.shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
         await nextFrame();

@@ -66,12 +66,13 @@ pub(crate) struct TrialArgs {
     /// Probability from 0 to 1 that a sensor reading is off by one cell
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
-    /// Number of corners to visit, 0 to 3 (swing, swing-as-published and swing-timed only)
-    #[arg(long, value_name = "N", default_value_t)]
-    key_points: KeyPoints,
-    /// Places to visit while exploring (swing, swing-as-published and swing-timed only)
-    #[arg(long, default_value_t, value_parser = variants())]
-    variant: Variant,
+    /// Number of corners to visit, 0 to 3 (swing, swing-as-published and swing-timed only) [default:
+    /// 3]
+    #[arg(long, value_name = "N")]
+    key_points: Option<KeyPoints>,
+    /// Places to visit while exploring (swing, swing-as-published and swing-timed only) [default: all]
+    #[arg(long, value_parser = variants())]
+    variant: Option<Variant>,
     /// Draw the explored maze and the race. A step is drawn as U, R, D or L in its first cell and
     /// as the same letter in lowercase in any further cells. X marks the goal
     #[arg(long)]
@@ -152,8 +153,7 @@ impl TrialArgs {
             robots = each_once(&[&robots]);
         }
         let settings = self.settings();
-        let (key_points, variant) = (KeyPoints::default(), Variant::default());
-        if settings != (Settings { key_points, variant, ..settings })
+        if (self.key_points.is_some() || self.variant.is_some())
             && !robots.iter().any(|robot| robot.has_key_points())
         {
             let message = "--key-points and --variant require a robot: swing, swing-as-published or swing-timed";
@@ -166,8 +166,9 @@ impl TrialArgs {
     }
 
     /// Returns the settings of all robots.
-    pub(crate) const fn settings(&self) -> Settings {
+    pub(crate) fn settings(&self) -> Settings {
         let Self { seed, noise, key_points, variant, .. } = *self;
+        let (key_points, variant) = (key_points.unwrap_or_default(), variant.unwrap_or_default());
         Settings { seed, key_points, variant, noise }
     }
 

@@ -148,21 +148,33 @@ fn peers_that_vanish() {
 #[test]
 fn a_held_reply_delays_neither_heartbeats_nor_other_clients() {
     const HOUR_MS: &str = "3600000";
-    let home = Home::new();
-    let run = ["run", "--port", "0", "--no-viewer", "--maze", searcher::MAZE, "--pace", HOUR_MS];
-    let mouse = ["--", "sh", "-c", "echo started >&2; exec sleep 600"];
-    let mut server = Serving::start(home.command(&[&run[..], &mouse].concat()), "started");
-    server.has_mouse = true;
-    let mut client = raw::greet(&server.address);
-    client.write_all(&raw::request(&noise(0))).unwrap();
-    for _ in 0..100 {
-        client.write_all(&raw::command("PING", b"\0\x01context")).unwrap();
-        let expected = raw::command("PONG", b"context");
-        let mut pong = vec![0; expected.len()];
-        client.read_exact(&mut pong).unwrap();
-        assert_eq!(pong, expected, "the reply is due in an hour");
-        raw::ping(&mut raw::greet(&server.address));
+    let heartbeat = raw::command("PING", b"\0\x01context");
+    let (answer, reply) = (raw::command("PONG", b"context"), raw::request(b"ok"));
+    for pace in [HOUR_MS, "20"] {
+        let home = Home::new();
+        let run = ["run", "--port", "0", "--no-viewer", "--maze", searcher::MAZE, "--pace", pace];
+        let mouse = ["--", "sh", "-c", "echo started >&2; exec sleep 600"];
+        let mut server = Serving::start(home.command(&[&run[..], &mouse].concat()), "started");
+        server.has_mouse = true;
+        let mut client = raw::greet(&server.address);
+        client.write_all(&raw::request(&noise(0))).unwrap();
+        let mut read = |length| {
+            client.write_all(&heartbeat).unwrap();
+            let mut bytes = vec![0; length];
+            client.read_exact(&mut bytes).unwrap();
+            bytes
+        };
+        if pace == HOUR_MS {
+            for _ in 0..100 {
+                assert_eq!(read(answer.len()), answer);
+                raw::ping(&mut raw::greet(&server.address));
+            }
+        } else {
+            let found = read(answer.len() + reply.len());
+            let orders = [[&answer[..], &reply], [&reply[..], &answer]];
+            assert!(orders.iter().any(|order| order.concat() == found), "{found:?}");
+        }
+        server.signal("TERM");
+        assert_eq!(server.wait().0.code(), Some(130));
     }
-    server.signal("TERM");
-    assert_eq!(server.wait().0.code(), Some(130));
 }

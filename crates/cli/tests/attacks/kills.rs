@@ -230,10 +230,11 @@ fn kills_while_recordings_are_compressed_and_servers_start() {
                 server.signal("TERM");
             }
             let is_packed = || fs::metadata(path).unwrap().ino() != file;
-            // After a SIGTERM, the server may cancel the compression.
+            // After a SIGTERM, the server may cancel the compression and exit.
             let is_late = is_reset && rng.below(3) == 0;
             let is_packing = || !is_late && !packing_files(&folder.path()).is_empty();
-            wait_for("the compression", || (is_packed() || is_packing()).then_some(()));
+            let mut is_over = || is_packed() || is_packing() || server.has_exited();
+            wait_for("the compression", || is_over().then_some(()));
             pause(&mut rng);
             server.kill();
             server.wait();

@@ -4,8 +4,8 @@
 //! own, or none: random streams, kills, trees of mice, mutated recordings and hostile servers.
 //!
 //! `MMSIM_ATTACK_FORCE=20 cargo test -p mmsim --test attacks -- --nocapture` makes most attacks 20
-//! times as long and prints measurements. A failed attack with random numbers prints
-//! `MMSIM_ATTACK_SEED`, which repeats them.
+//! times as long and prints measurements. Random streams and kills print `MMSIM_ATTACK_SEED`, which
+//! repeats their random numbers.
 #![cfg(unix)]
 
 #[path = "../harness/mod.rs"]

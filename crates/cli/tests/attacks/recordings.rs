@@ -29,8 +29,8 @@ const MAZE: &str = "o---o---o---o\n|     G |   |\no   o---o   o\n| S |       |\n
 /// The memory for the states of a mutated file.
 const BUDGET_BYTES: usize = 1 << 20;
 
-/// The limit of the address space of a command that reads a mutated file, in KiB. Decompression may use
-/// 16 MiB for earlier bytes.
+/// The limit of the address space of a command that reads a mutated file, in KiB, where the system has
+/// such a limit. Decompression may use 16 MiB for earlier bytes.
 const ADDRESS_SPACE_KIB: u64 = 400 << 10;
 
 const SEED: u64 = 43;

@@ -246,8 +246,7 @@ fn seven_windows_of_one_browser_show_the_search() {
             browser.switch_to(window);
             wait_for("the connection", || (browser.text("#status") == "Connected").then_some(()));
             Panel::live(browser).wait_for_state(states.len() - 1);
-            let count =
-                "const done = arguments[0]; import('/events.js').then((it) => done(it.windows))";
+            let count = "const done = arguments[0]; import('/events.js').then((it) => done(it.visibleWindows()))";
             let is_counted =
                 || (browser.run_async::<usize>(count, &[]) == windows.len()).then_some(());
             wait_for("the number of windows", is_counted);

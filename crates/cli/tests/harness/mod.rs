@@ -292,6 +292,11 @@ impl Serving {
         self.child.id()
     }
 
+    /// Returns true if the process has exited.
+    pub fn has_exited(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(Some(_)))
+    }
+
     /// Waits until the process exits. Returns the exit status and all messages.
     pub fn wait(&mut self) -> (ExitStatus, String) {
         let status = wait_for_exit(&mut self.child);

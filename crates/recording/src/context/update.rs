@@ -245,10 +245,10 @@ pub(crate) fn put_reading(bytes: &mut Vec<u8>, Pose { cell, heading }: Pose) {
 }
 
 /// The maximum total length of the annotations that precede a state, in bytes, without the letters
-/// of their requests. A reader unpacks 256 states at once.
+/// of their requests. A reader unpacks 256 states at once, so up to 132 MiB.
 pub(crate) const MAX_PENDING_BYTES: usize = 256 << 10;
 
-/// The maximum part of one client. In the largest maze, the longest texts, colours and walls of all
+/// The maximum part of one connection. In the largest maze, the longest texts, colours and walls of all
 /// cells fit.
 const MAX_CLIENT_BYTES: usize = 64 << 10;
 
@@ -275,7 +275,7 @@ pub struct UpdateTracker {
     poses: Vec<Pose>,
     /// The annotations since the previous state.
     annotations: TrailingAnnotations,
-    /// The lengths of the annotations of each client, in bytes.
+    /// The lengths of the annotations of each connection, in bytes.
     clients: BTreeMap<Option<u64>, usize>,
     /// True if `poses` and `annotations` belong to the newest state.
     is_reported: bool,
@@ -287,7 +287,7 @@ pub struct UpdateTracker {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cannot store more annotations before the next state: {} reached (send S or reset)", self.limit())]
 pub enum TooManyAnnotations {
-    /// The client has sent too many annotations.
+    /// The connection of the client has sent too many annotations.
     OfClient,
     /// All clients together have sent too many annotations.
     OfAll,
@@ -296,8 +296,8 @@ pub enum TooManyAnnotations {
 impl TooManyAnnotations {
     fn limit(self) -> String {
         match self {
-            Self::OfClient => format!("limit of {} KiB per client", MAX_CLIENT_BYTES >> 10),
-            Self::OfAll => format!("limit of {} KiB for all clients", MAX_PENDING_BYTES >> 10),
+            Self::OfClient => format!("limit of {} KiB per connection", MAX_CLIENT_BYTES >> 10),
+            Self::OfAll => format!("limit of {} KiB for all", MAX_PENDING_BYTES >> 10),
         }
     }
 }
@@ -326,10 +326,10 @@ impl UpdateTracker {
         self.annotate_from(None, annotations)
     }
 
-    /// Adds annotations of the client with this number.
+    /// Adds annotations of the connection with this number.
     ///
     /// # Errors
-    /// Returns an error if there are too many annotations since the previous state. Nothing changes.
+    /// Returns an error, and adds nothing, if there are too many annotations since the previous state.
     pub fn annotate_from(
         &mut self,
         client: Option<u64>,
@@ -342,7 +342,9 @@ impl UpdateTracker {
             return Err(TooManyAnnotations::OfClient);
         }
         self.annotations.add(annotations)?;
-        self.clients.insert(client, bytes);
+        if bytes > earlier {
+            self.clients.insert(client, bytes);
+        }
         Ok(())
     }
 
@@ -493,8 +495,8 @@ mod tests {
         }
         updates.annotate(one).unwrap();
         let [client, all] = [TooManyAnnotations::OfClient, TooManyAnnotations::OfAll];
-        insta::assert_snapshot!(client, @"cannot store more annotations before the next state: limit of 64 KiB per client reached (send S or reset)");
-        insta::assert_snapshot!(all, @"cannot store more annotations before the next state: limit of 256 KiB for all clients reached (send S or reset)");
+        insta::assert_snapshot!(client, @"cannot store more annotations before the next state: limit of 64 KiB per connection reached (send S or reset)");
+        insta::assert_snapshot!(all, @"cannot store more annotations before the next state: limit of 256 KiB for all reached (send S or reset)");
     }
 
     #[test]
