@@ -29,7 +29,8 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
     let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
-    let (server, max) = serve_with(&home, &options, 48 * MIB);
+    // Of this, the threads that record take up to 16 MiB.
+    let (server, max) = serve_with(&home, &options, 64 * MIB);
     for _ in 0..2 {
         let (mut acknowledged, refusal) = send_until_refused(&server.address, 0, max);
         let refusal = refusal.unwrap_or_else(|| panic!("{acknowledged} states fit"));
