@@ -274,9 +274,12 @@ mod tests {
                     continue;
                 };
                 for other in others.iter().filter(|other| other.0 != option.0) {
-                    let is_missing = other.0.get_long().is_some_and(|name| {
-                        missing.iter().any(|missing| missing.contains(&format!("--{name}")))
-                    });
+                    let name = match (other.0.get_long(), other.0.get_value_names()) {
+                        (Some(name), _) => format!("--{name}"),
+                        (None, Some([name, ..])) => name.to_string(),
+                        (None, _) => continue,
+                    };
+                    let is_missing = missing.iter().any(|missing| missing.contains(&name));
                     let both = parse(&words, &[&required[..], &[option, other]].concat());
                     if both.is_ok() && !is_missing {
                         faults.push(format!("{} {} {}", words.join(" "), option.1, other.1));
