@@ -12,7 +12,7 @@ fn connections() {
     target.run_attack("silence, half a greeting and silence, or byte by byte", |address| {
         let silent: Vec<_> = (0..500).map(|_| raw::connect(address)).collect();
         let half = raw::greeting()[..32].to_vec();
-        let mut slow: Vec<_> = (0..50 * force().min(10)).map(|_| raw::connect(address)).collect();
+        let mut slow: Vec<_> = (0..50 * force().min(4)).map(|_| raw::connect(address)).collect();
         let half: Vec<_> = slow
             .iter()
             .map(|_| {
