@@ -104,8 +104,8 @@ class Simulator:
     The next call of `state` sends the annotations before the state. If it raises `Refused`, the
     annotations that the simulator has not accepted are dropped, so the next state is not refused
     for the same reason. If it raises `NoReply`, they are sent again with the next state, so a line
-    may be logged twice. `close`, the end of the object and the end of the program send the
-    annotations after the last state.
+    may be logged twice. The annotations after the last state are sent by `close`, when the
+    object is deleted, and when the program ends.
     """
 
     def __init__(

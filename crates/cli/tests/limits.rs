@@ -284,7 +284,7 @@ fn the_annotations_of_all_clients_are_stored_recorded_and_shown() {
     let clients = [(); 6].map(|()| connect_to(&server.address, zmq::REQ));
     let per_client = "error: cannot store more annotations before the next state: limit of 64 KiB \
                       per connection reached (send S or reset)";
-    let for_all = &per_client.replace("64 KiB per connection", "256 KiB for all");
+    let for_all = &per_client.replace("64 KiB per connection", "256 KiB for all connections");
     let requests = [16, 16, 16, 16, 1, 0];
     let errors = [per_client, per_client, per_client, per_client, for_all, for_all];
     let lines = LINES * requests.iter().sum::<usize>();

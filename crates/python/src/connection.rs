@@ -24,7 +24,7 @@ use crate::socket::Socket;
 /// `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
 /// `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
 /// `Refused`, the annotations that the simulator has not accepted are dropped. Those after the last
-/// state are sent by `Client.close`, at the end of a `Client` and of the program, and by
+/// state are sent by `Client.close`, when a `Client` is deleted or the program ends, and by
 /// `Simulator.history` and `Simulator.save`.
 #[pyclass(subclass, frozen, name = "Connection", module = "micromouse_sim")]
 pub(crate) struct PyConnection(Arc<Requests>);

@@ -253,7 +253,7 @@ class Connection:
     `text`, `colour`, `wall`, `log`, `name`, `restart`, `clear_texts`, `clear_colours` and
     `clear_walls` annotate the next state. The next call of `state` sends them. If it raises
     `Refused`, the annotations that the simulator has not accepted are dropped. Those after the last
-    state are sent by `Client.close`, at the end of a `Client` and of the program, and by
+    state are sent by `Client.close`, when a `Client` is deleted or the program ends, and by
     `Simulator.history` and `Simulator.save`.
     """
 

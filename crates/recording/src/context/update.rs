@@ -297,7 +297,7 @@ impl TooManyAnnotations {
     fn limit(self) -> String {
         match self {
             Self::OfClient => format!("limit of {} KiB per connection", MAX_CLIENT_BYTES >> 10),
-            Self::OfAll => format!("limit of {} KiB for all", MAX_PENDING_BYTES >> 10),
+            Self::OfAll => format!("limit of {} KiB for all connections", MAX_PENDING_BYTES >> 10),
         }
     }
 }
@@ -496,7 +496,7 @@ mod tests {
         updates.annotate(one).unwrap();
         let [client, all] = [TooManyAnnotations::OfClient, TooManyAnnotations::OfAll];
         insta::assert_snapshot!(client, @"cannot store more annotations before the next state: limit of 64 KiB per connection reached (send S or reset)");
-        insta::assert_snapshot!(all, @"cannot store more annotations before the next state: limit of 256 KiB for all reached (send S or reset)");
+        insta::assert_snapshot!(all, @"cannot store more annotations before the next state: limit of 256 KiB for all connections reached (send S or reset)");
     }
 
     #[test]
