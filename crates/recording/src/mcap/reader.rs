@@ -252,7 +252,7 @@ impl Chunk {
 
     /// Returns a reader of the decompressed records.
     fn decompress<'s>(&self, source: &'s mut impl Read) -> Result<Box<dyn Read + 's>, String> {
-        let packed = source.take(self.packed_length);
+        let packed = FullReader(source.take(self.packed_length));
         Ok(match &*self.compression {
             b"" => Box::new(packed),
             b"lz4" => Box::new(FrameDecoder::new(packed)),
@@ -280,6 +280,18 @@ impl Chunk {
             ));
         }
         check_checksum("a chunk", self.checksum, records.checksum.finalize())
+    }
+}
+
+/// Fills the whole buffer unless the source ends. Which error a decompressor reports can depend on
+/// the lengths of its reads, so they must not depend on the source.
+struct FullReader<R>(R);
+
+impl<R: Read> Read for FullReader<R> {
+    fn read(&mut self, mut to: &mut [u8]) -> io::Result<usize> {
+        let length = to.len();
+        io::copy(&mut self.0.by_ref().take(length as u64), &mut to)?;
+        Ok(length - to.len())
     }
 }
 
@@ -356,7 +368,11 @@ mod tests {
 
     /// Returns the kinds and the bodies of the records, and why there is no further one.
     fn read_records(file: &[u8]) -> (Vec<(u8, Vec<u8>)>, End<()>) {
-        let (mut reader, mut records) = (RecordReader::new(Cursor::new(file)).unwrap(), Vec::new());
+        read_source(Cursor::new(file))
+    }
+
+    fn read_source(source: impl Read + Seek) -> (Vec<(u8, Vec<u8>)>, End<()>) {
+        let (mut reader, mut records) = (RecordReader::new(source).unwrap(), Vec::new());
         loop {
             let add = |kind, body: &[u8]| {
                 records.push((kind, body.to_vec()));
@@ -510,6 +526,43 @@ mod tests {
                     assert_eq!(reason, "a record that extends past the end of its chunk");
                 }
                 end => assert!(is_whole && matches!(end, End::Truncated), "{end:?}"),
+            }
+        }
+    }
+
+    /// Reads up to seven bytes at once, even into a longer buffer.
+    struct Trickle<'a>(Cursor<&'a [u8]>);
+
+    impl Read for Trickle<'_> {
+        fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+            let length = to.len().min(7);
+            self.0.read(&mut to[..length])
+        }
+    }
+
+    impl Seek for Trickle<'_> {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.0.seek(to)
+        }
+    }
+
+    #[test]
+    fn errors_do_not_depend_on_the_lengths_of_reads() {
+        let records = RECORDS.repeat(9);
+        for (compression, packed) in
+            [(&b"zstd"[..], zstd::bulk::compress(&records, 1).unwrap()), (b"lz4", lz4(&records))]
+        {
+            let whole = file_with(&chunk(records.len() as u64, 0, compression, &packed));
+            for (at, value) in (0..whole.len()).flat_map(|at| [0, 1, 0x7f, 0xff].map(|to| (at, to)))
+            {
+                let mut changed = whole.clone();
+                changed[at] = value;
+                if changed.starts_with(&MAGIC) {
+                    let [one, other] =
+                        [read_records(&changed), read_source(Trickle(Cursor::new(&changed)))]
+                            .map(|result| format!("{result:?}"));
+                    assert_eq!(one, other, "{value} at {at}");
+                }
             }
         }
     }
