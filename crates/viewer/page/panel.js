@@ -4,7 +4,7 @@
 
 import * as api from "./api.js";
 import { cloneTemplate, nextFrame, oneAtATime, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
-import { visibleWindows } from "./events.js";
+import { drawFactor } from "./events.js";
 import { FastRun } from "./fast_run.js";
 import { announce, showFigures } from "./figures.js";
 import { LogPane } from "./log.js";
@@ -18,7 +18,7 @@ import { Viewport } from "./viewport.js";
 const DRAW_INTERVAL = 100;
 /** Minimum time between loads of the source, in milliseconds. Clients may reset more often. */
 const LOAD_PAUSE = 100;
-/** Milliseconds between updates of the chart. A state is announced once it has been shown for at least this long. */
+/** Minimum time between updates of the chart in a single window, in ms. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
 /** After the page has loaded a whole run, it waits this many times as long before it loads the run again. */
 const KEEP_PAUSE = 9;
@@ -56,6 +56,8 @@ export class Panel {
   /** The state to show once its run is loaded. @type {{ run: number, index: number } | null} */
   #start = null;
   #slowTimer = 0;
+  /** When the chart of a running search may be updated. */
+  #nextChart = 0;
   /** Index of the state that was shown at the end of the previous slow interval. */
   #settled = -1;
   /** Index of the state that was announced last. */
@@ -217,7 +219,7 @@ export class Panel {
         const view = await api.stateView(source, index, signal);
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
-        this.#nextDraw = performance.now() + DRAW_INTERVAL * visibleWindows();
+        this.#nextDraw = performance.now() + DRAW_INTERVAL * drawFactor();
         this.shown = { index, state: decodeState(Uint8Array.from(view.state), source), view };
         this.#show();
         await nextFrame();
@@ -280,6 +282,11 @@ export class Panel {
         this.#slowTimer = 0;
         const [source, index, { states }] = [this.source, this.shown?.index ?? -1, this.timeline];
         if (!source) return;
+        if (index !== this.#settled && performance.now() < this.#nextChart) {
+          this.#settled = index;
+          return this.#showSlowly();
+        }
+        this.#nextChart = performance.now() + SLOW_INTERVAL * (drawFactor() - 1);
         this.#updateExportLinks();
         this.#showLog(); // the lines of an earlier state may have arrived since
         const isTrial = source.robot !== null || this.shown?.view.trial != null;
@@ -290,7 +297,8 @@ export class Panel {
         if (isSettled) this.#announced = index;
         this.#settled = index;
         if (isSettled) void this.#keep();
-        if (!isSettled || states !== this.timeline.states) this.#showSlowly();
+        // A hidden window receives the next event once it is visible.
+        if (!isSettled || (states !== this.timeline.states && !document.hidden)) this.#showSlowly();
       },
       this.#overview.isEmpty ? 0 : SLOW_INTERVAL,
     );

@@ -119,7 +119,16 @@ impl Browser {
 
     /// Opens a page in a new window, and returns the handle of the window.
     pub(crate) fn open_window(&self, url: &str) -> WindowHandle {
-        let window = self.wait(self.client.new_window(false)).handle;
+        self.open_in(false, url)
+    }
+
+    /// Opens a page in a new tab, which hides the tab of the current page.
+    pub(crate) fn open_tab(&self, url: &str) -> WindowHandle {
+        self.open_in(true, url)
+    }
+
+    fn open_in(&self, is_tab: bool, url: &str) -> WindowHandle {
+        let window = self.wait(self.client.new_window(is_tab)).handle;
         self.wait(self.client.switch_to_window(window.clone()));
         self.open(url);
         window

@@ -4,6 +4,7 @@
 //! `cargo test --release -p mmsim --test browser -- --ignored --nocapture --test-threads=1`
 
 use std::fs;
+use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -162,7 +163,8 @@ fn the_processor_time_of_a_shown_state() {
     });
 }
 
-/// Measures how much open windows slow down the requests of a mouse.
+/// Measures how much open windows slow down the requests of a mouse. The client and the server stay
+/// on one processor. Otherwise the rate depends most on the processors that they are moved to.
 #[test]
 #[ignore = "measurement"]
 fn the_rate_of_states_beside_open_windows() {
@@ -172,6 +174,11 @@ fn the_rate_of_states_beside_open_windows() {
     with_browser(|browser| {
         let simulator = Simulator::start(&["--maze", "harbour"]);
         let messages = search(&simulator);
+        let thread = fs::read_link("/proc/thread-self").unwrap();
+        let thread = thread.file_name().unwrap().to_str().unwrap();
+        for arguments in [["-p", "1", thread], ["-ap", "1", &simulator.serving.id().to_string()]] {
+            assert!(Command::new("taskset").args(arguments).status().unwrap().success());
+        }
         let socket = connect(&simulator.serving.address);
         let rate = |span: Duration| {
             let (begun, mut count) = (Instant::now(), 0_u32);

@@ -5,16 +5,17 @@ use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
+use std::time::Instant;
 
 use fantoccini::key::Key;
 use mmsim_solvers::BundledStrategy;
 use mmsim_tests::TIMEOUT;
 use serde_json::json;
 
-use crate::browser::{Browser, wait_for, with_browser};
+use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::http;
 use crate::page::{Page, Panel};
-use crate::simulator::{Simulator, bundled};
+use crate::simulator::{Simulator, bundled, connect};
 use crate::test_state::TestState;
 
 /// The controls that need the simulator, those that need the run, and those that need neither.
@@ -220,17 +221,30 @@ fn controls_work_again_after_a_lost_connection() {
     with_browser(|browser| {
         let simulator = Simulator::start(&["--maze", "harbour"]);
         let line = Line::to(http::split_url(&simulator.page).0);
-        browser.open(&format!("http://{}/", line.address));
-        Panel::live(browser).wait_until_empty();
-        let is_inert = || browser.exists("#mazes[inert]") && browser.exists(".run[inert]");
+        let first = browser.window();
+        let page = format!("http://{}/", line.address);
+        let windows = [0; 3].map(|_| browser.open_window(&page));
+        let wait_until_inert = |expected: bool| {
+            for window in &windows {
+                browser.switch_to(window);
+                let is_inert = || browser.exists("#mazes[inert]") && browser.exists(".run[inert]");
+                wait_for("the controls", || (is_inert() == expected).then_some(()));
+            }
+        };
+        wait_until_inert(false);
         line.cut();
-        wait_for("the notice", || is_inert().then_some(()));
+        wait_until_inert(true);
         line.restore();
-        wait_for("the connection", || (!is_inert()).then_some(()));
-        assert_eq!(browser.text("#status"), "Connected");
-        let errors = browser.take_errors();
-        assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
-        browser.leave();
+        wait_until_inert(false);
+        for window in &windows {
+            browser.switch_to(window);
+            assert_eq!(browser.text("#status"), "Connected");
+            Panel::live(browser).wait_until_empty();
+            let errors = browser.take_errors();
+            assert!(errors.iter().all(|error| error.message.contains("net::ERR_")), "{errors:?}");
+            browser.close_window();
+        }
+        browser.switch_to(&first);
     });
 }
 
@@ -246,10 +260,12 @@ fn seven_windows_of_one_browser_show_the_search() {
             browser.switch_to(window);
             wait_for("the connection", || (browser.text("#status") == "Connected").then_some(()));
             Panel::live(browser).wait_for_state(states.len() - 1);
-            let count = "const done = arguments[0]; import('/events.js').then((it) => done(it.visibleWindows()))";
-            let is_counted =
-                || (browser.run_async::<usize>(count, &[]) == windows.len()).then_some(());
-            wait_for("the number of windows", is_counted);
+            let factor = "
+                const done = arguments[0];
+                import('/events.js').then((it) => done(it.drawFactor()));";
+            wait_for("the other windows", || {
+                (browser.run_async::<f64>(factor, &[]) >= 10.5).then_some(())
+            });
         }
         for window in &windows {
             browser.switch_to(window);
@@ -257,6 +273,53 @@ fn seven_windows_of_one_browser_show_the_search() {
         }
         browser.switch_to(&first);
         assert!(browser.take_errors().is_empty());
+    });
+}
+
+/// A search continues while another tab hides the page.
+#[test]
+fn a_hidden_page_requests_almost_nothing() {
+    const COUNT: &str = "
+        performance.setResourceTimingBufferSize(100_000);
+        const requests = () => performance.getEntriesByType('resource');
+        const charts = () => requests().filter(({ name }) => name.includes('/costs?')).length;";
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
+        Panel::live(browser).wait_for_state(states.len() - 1);
+        let record = "
+            window.counts = [];
+            document.addEventListener('visibilitychange', () => counts.push(charts()));";
+        browser.run::<()>(&[COUNT, record].concat(), &[]);
+        let page = browser.window();
+        let wait_for_updates = |count: u32| {
+            wait_for("updates of the chart", || {
+                let found = browser.run::<u32>(&[COUNT, "return charts();"].concat(), &[]);
+                (found >= count).then_some(())
+            });
+        };
+        let is_over = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let (address, states, is_over) = (&simulator.serving.address, &states, &is_over);
+            scope.spawn(move || {
+                let (socket, begun) = (connect(address), Instant::now());
+                let mut states = states.iter().cycle();
+                while !is_over.load(Ordering::Relaxed) && begun.elapsed() < TIMEOUT {
+                    socket.send(states.next().unwrap().message('C', 'C'), 0).unwrap();
+                    assert_eq!(socket.recv_bytes(0).unwrap(), b"ok");
+                }
+            });
+            wait_for_updates(3);
+            browser.open_tab(&simulator.page);
+            wait_for_updates(6);
+            is_over.store(true, Ordering::Relaxed);
+        });
+        browser.leave();
+        browser.close_window();
+        browser.switch_to(&page);
+        let counts = || browser.run::<Vec<u32>>("return window.counts;", &[]);
+        let counts = wait_for("the page", || <[u32; 2]>::try_from(counts()).ok());
+        assert!(counts[1] <= counts[0] + 5, "updates of the hidden chart: {counts:?}");
+        Panel::live(browser).wait_for_state(simulator.info().states - 1);
     });
 }
 
