@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::mem;
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WyRand};
-use mmsim_recording::{Context, Recording};
+use mmsim_recording::{Context, History, Recording};
 
 /// The maximum length of a request `A`.
 const MAX_ANNOTATIONS_BYTES: usize = 4096;
@@ -47,7 +47,7 @@ impl Expected {
 
 /// An entry of a request `A`, or the reading of a wall.
 #[derive(Clone, Debug)]
-enum Entry {
+pub(crate) enum Entry {
     Text(Cell, String),
     Colour(Cell, u8),
     Wall(Cell, Heading, u8),
@@ -59,20 +59,22 @@ enum Entry {
 }
 
 impl Entry {
-    fn line(&self) -> Option<&str> {
+    pub(crate) fn line(&self) -> Option<&str> {
         if let Self::Line(text) = self { Some(text) } else { None }
     }
 }
 
 /// What a client has sent between two resets.
 #[derive(Clone, Default)]
-struct Search {
+pub(crate) struct Search {
     /// The states, each with the entries before it.
-    states: Vec<(Vec<Entry>, Vec<u8>)>,
+    pub(crate) states: Vec<(Vec<Entry>, Vec<u8>)>,
     /// The entries after the last state.
-    trailing: Vec<Entry>,
+    pub(crate) trailing: Vec<Entry>,
     /// The bytes of the requests `A` of each client after the last state, without their letters.
-    trailing_bytes: HashMap<usize, usize>,
+    pub(crate) trailing_bytes: HashMap<usize, usize>,
+    /// What the client displayed at the last state.
+    pub(crate) notes: Notes,
 }
 
 impl Search {
@@ -82,16 +84,42 @@ impl Search {
         let entries = self.states.iter().map(|(entries, _)| entries).chain(trailing).flatten();
         self.states.len() + entries.filter_map(Entry::line).count()
     }
+
+    /// Checks that these are the states of the search, with their contexts. Returns the log lines,
+    /// each with the index of its state.
+    #[track_caller]
+    pub(crate) fn check(&self, history: &History, size: MazeSize) -> Vec<(usize, &str)> {
+        assert_eq!(history.len(), self.states.len(), "states of a search");
+        let (mut notes, mut lines) = (Notes::default(), Vec::new());
+        let mut expected = self.states.iter().enumerate();
+        for block in (0..).map_while(|block| history.block(block)) {
+            let states = block.unpack().unwrap();
+            let mut scan = states.scan().unwrap();
+            while let Some(found) = scan.advance() {
+                let (index, (entries, state)) = expected.next().unwrap();
+                assert!(found.message == state, "state {index} is another one");
+                let has_restart = entries.iter().any(|entry| matches!(entry, Entry::Restart));
+                assert_eq!(found.has_restart, has_restart, "state {index}");
+                notes.apply(entries, size);
+                lines.extend(entries.iter().filter_map(Entry::line).map(|line| (index, line)));
+                if index % STRIDE == 0 {
+                    notes.check(found.context, size);
+                }
+            }
+        }
+        assert!(expected.next().is_none(), "a damaged block");
+        lines
+    }
 }
 
 /// What a client has read and displays.
-#[derive(Default)]
-struct Notes {
-    texts: HashMap<Cell, String>,
+#[derive(Clone, Default)]
+pub(crate) struct Notes {
+    pub(crate) texts: HashMap<Cell, String>,
     colours: HashMap<Cell, u8>,
     /// The declared walls, each by both of its sides.
     walls: HashMap<(Cell, Heading), u8>,
-    names: HashMap<u8, String>,
+    pub(crate) names: HashMap<u8, String>,
     /// The walls that were read, each by both of its sides.
     reads: HashSet<(Cell, Heading)>,
     has_read: bool,
@@ -122,7 +150,7 @@ impl Notes {
     }
 
     #[track_caller]
-    fn check(&self, context: &Context, size: MazeSize) {
+    pub(crate) fn check(&self, context: &Context, size: MazeSize) {
         let notes = context.notes();
         assert_eq!(context.walls_read().is_some(), self.has_read);
         for cell in size.cells() {
@@ -189,15 +217,14 @@ impl Model {
         }
     }
 
-    /// Returns a simulator of a maze with random walls.
+    /// Returns a simulator of a maze with random walls and the usual goal.
     pub(crate) fn random(name: &str, (width, height): (u8, u8), rng: &mut WyRand) -> Self {
         let size = MazeSize::new(width.into(), height.into()).unwrap();
         let mut walls = Walls::open(size);
         for wall in size.walls() {
             walls.set(wall.cell, wall.heading, rng.flip());
         }
-        let goal = Cell::new(width - 1, height - 1);
-        Self::new(name, Maze::new(walls, Cell::new(0, 0), CellSet::from_iter([goal])).unwrap())
+        Self::new(name, Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap())
     }
 
     /// Returns the reply to a message: its envelope and the expected body. Returns `None` if the
@@ -248,6 +275,7 @@ impl Model {
             {
                 if mouse.is_some() {
                     let entries = mem::take(&mut search.trailing);
+                    search.notes.apply(&entries, self.maze.size());
                     search.states.push((entries, request.into()));
                     search.trailing_bytes.clear();
                 }
@@ -278,10 +306,15 @@ impl Model {
             format!(r#"{{"name":"{}","#, self.name),
             format!(r#""width":{},"height":{},"#, size.width(), size.height()),
             format!(r#""start":[{x},{y}],"heading":"N","goals":[{}],"#, goals.join(",")),
-            format!(r#""states":{},"#, self.searches.last().unwrap().states.len()),
+            format!(r#""states":{},"#, self.search().states.len()),
             r#""protocol":1,"extensions":["annotations"]}"#.into(),
         ]
         .concat()
+    }
+
+    /// Returns the search that continues.
+    pub(crate) fn search(&self) -> &Search {
+        self.searches.last().unwrap()
     }
 
     /// Returns the number of states and log lines in the recordings of this simulator.
@@ -311,27 +344,10 @@ impl Model {
     #[track_caller]
     fn check_search(&self, search: &Search, recording: &Recording) {
         let (size, history) = (self.maze.size(), recording.history());
-        assert_eq!(history.len(), search.states.len(), "states of a search");
-        let (mut notes, mut lines) = (Notes::default(), Vec::new());
-        let mut expected = search.states.iter().enumerate();
-        for block in (0..).map_while(|block| history.block(block)) {
-            let states = block.unpack().unwrap();
-            let mut scan = states.scan().unwrap();
-            while let Some(found) = scan.advance() {
-                let (index, (entries, state)) = expected.next().unwrap();
-                assert!(found.message == state, "state {index} is another one");
-                let has_restart = entries.iter().any(|entry| matches!(entry, Entry::Restart));
-                assert_eq!(found.has_restart, has_restart, "state {index}");
-                notes.apply(entries, size);
-                lines.extend(entries.iter().filter_map(Entry::line).map(|line| (index, line)));
-                if index % STRIDE == 0 {
-                    notes.check(found.context, size);
-                }
-            }
-        }
-        assert!(expected.next().is_none(), "a damaged block");
+        let mut lines = search.check(history, size);
         let is_recorded = |entry: &&Entry| !matches!(entry, Entry::Read(..));
         let trailing: Vec<_> = search.trailing.iter().filter(is_recorded).collect();
+        let mut notes = search.notes.clone();
         notes.apply(trailing.iter().copied(), size);
         notes.check(&recording.last_context(), size);
         let trailing = trailing.into_iter().filter_map(Entry::line);
