@@ -33,7 +33,7 @@ pub const CUT: [u8; 2] = [0xa5, 0x5a];
 
 /// The widths and heights of the mazes in cells. The first byte of an input is an index into this
 /// array, plus the length of the array if the history is limited.
-pub const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
+pub const SIZES: [(u8, u8); 6] = model::SIZES;
 
 /// The size in bytes of a limited history. This size is enough for one state of the largest maze or
 /// for several blocks of states of the smallest maze.
@@ -200,7 +200,8 @@ impl Observed {
         reply.clear();
         reply.extend_from_slice(b"an earlier reply");
         let change = simulation.handle(request, reply);
-        let is_error = matches!(Reply::decode(reply), Ok(Reply::Error(_)));
+        let decoded_reply = Reply::decode(reply).expect("the reply follows the protocol");
+        let is_error = matches!(decoded_reply, Reply::Error(_));
         let expected_change = match decoded {
             Ok(Request::State(_)) if is_error => Change::Nothing,
             Ok(Request::State(_)) => Change::State,

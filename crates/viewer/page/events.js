@@ -10,13 +10,13 @@ const TIMEOUT = 30_000;
 /** The delay in ms before connecting again to a server that has refused the connection. */
 const RETRY = 2000;
 
-/** A window draws slower by this factor if windows take turns, since the others have filled the caches of the processor. */
+/** Windows that take turns pause longer by this factor, because each finds the processor's caches filled by the others. */
 const TURN_FACTOR = 1.5;
 
 /** The number of visible windows of this browser that show the server. */
 let windows = 1;
 
-/** Returns how many times as long a window waits between draws as a single window. All windows together then leave as much of the processor to the search. */
+/** Returns the factor by which a window extends its pauses, so that all windows slow the search no more than a single one. */
 export const drawFactor = () => (windows > 1 ? TURN_FACTOR * windows : 1);
 
 /** A stream of events, which connects again when the connection is lost. */

@@ -53,6 +53,7 @@ const connect = ({ ports: [port] }) => {
     } else if (visible.delete(port) && visible.size === 0) {
       stream.close();
       clearTimeout(timer);
+      others = [];
       newest = [];
     }
   };

@@ -11,9 +11,9 @@ use harness::{noise, recordings};
 use mmsim_maze::WyRand;
 use mmsim_recording::{Integrity, Recording};
 
-use crate::model::Model;
+use crate::model::{Model, SIZES};
 use crate::requests::Requests;
-use crate::streams::{SIZES, random_maze, read_frame};
+use crate::streams::{random_maze, read_frame};
 use crate::*;
 
 /// The maximum number of rounds of [`pause`], as a power of two.

@@ -6,6 +6,9 @@ use std::mem;
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, WallState, Walls, WyRand};
 use mmsim_recording::{Context, History, Recording};
 
+/// The widths and heights of random mazes, in cells.
+pub(crate) const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
+
 /// The maximum length of a request `A`.
 const MAX_ANNOTATIONS_BYTES: usize = 4096;
 

@@ -8,12 +8,9 @@ use harness::{read_on, recordings};
 use mmsim_maze::WyRand;
 
 use crate::kills::Client;
-use crate::model::Model;
+use crate::model::{Model, SIZES};
 use crate::requests::Requests;
 use crate::*;
-
-/// Widths and heights of mazes.
-pub(crate) const SIZES: [(u8, u8); 6] = [(16, 16), (1, 1), (2, 1), (21, 21), (32, 32), (5, 32)];
 
 /// The number of messages in a stream.
 const MESSAGES: usize = 3000;

@@ -168,7 +168,7 @@ fn the_processor_time_of_a_shown_state() {
 #[test]
 #[ignore = "measurement"]
 fn the_rate_of_states_beside_open_windows() {
-    const ROUNDS: usize = 9;
+    const ROUNDS: usize = 15;
     const WINDOWS: [usize; 3] = [0, 1, 6];
     print_load();
     with_browser(|browser| {

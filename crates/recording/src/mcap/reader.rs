@@ -252,12 +252,12 @@ impl Chunk {
 
     /// Returns a reader of the decompressed records.
     fn decompress<'s>(&self, source: &'s mut impl Read) -> Result<Box<dyn Read + 's>, String> {
-        let packed = FullReader(source.take(self.packed_length));
+        let packed = source.take(self.packed_length);
         Ok(match &*self.compression {
             b"" => Box::new(packed),
             b"lz4" => Box::new(FrameDecoder::new(packed)),
             b"zstd" => {
-                let mut decoder = Decoder::new(packed).map_err(not_decompressed)?;
+                let mut decoder = Decoder::new(FullReader(packed)).map_err(not_decompressed)?;
                 decoder.window_log_max(MAX_WINDOW_LOG).map_err(not_decompressed)?;
                 Box::new(decoder)
             }
@@ -283,8 +283,8 @@ impl Chunk {
     }
 }
 
-/// Fills the whole buffer unless the source ends. Which error a decompressor reports can depend on
-/// the lengths of its reads, so they must not depend on the source.
+/// Fills the whole buffer unless the source ends. Which error `zstd` reports depends on the lengths
+/// of its reads, so they must not depend on the source.
 struct FullReader<R>(R);
 
 impl<R: Read> Read for FullReader<R> {
