@@ -108,6 +108,11 @@ impl MazeSize {
         self.height
     }
 
+    /// Returns the size with width and height swapped.
+    pub(crate) const fn transposed(self) -> Self {
+        Self { width: self.height, height: self.width }
+    }
+
     /// Returns the total number of cells.
     pub const fn area(self) -> usize {
         self.width as usize * self.height as usize

@@ -54,6 +54,7 @@ mod lattice;
 mod maze;
 mod parse;
 mod picture;
+mod symmetry;
 mod walls;
 mod wy_rand;
 
@@ -66,6 +67,7 @@ pub use lattice::{Direction, Point};
 pub use maze::{Maze, MazeError};
 pub use parse::ParseMazeError;
 pub use picture::TextPicture;
+pub use symmetry::Symmetry;
 pub use walls::{Sides, Wall, Walls, WallsAround};
 pub use wy_rand::WyRand;
 

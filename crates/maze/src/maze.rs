@@ -3,6 +3,7 @@
 use crate::cell::{Cell, MazeSize, Pose};
 use crate::cell_set::CellSet;
 use crate::heading::Heading;
+use crate::symmetry::Symmetry;
 use crate::walls::Walls;
 
 /// The true maze: all walls, the start and the goal. Only a simulator knows the true maze; a mouse
@@ -67,6 +68,25 @@ impl Maze {
     /// cell.
     pub const fn goals(&self) -> &CellSet {
         &self.goals
+    }
+
+    /// Returns the maze after a rotation or reflection. The start moves with its cell, and the mouse
+    /// still starts heading north.
+    #[must_use]
+    pub fn transformed(&self, symmetry: Symmetry) -> Self {
+        let moved = |cell| symmetry.cell(cell, self.size());
+        let mut walls = Walls::open(symmetry.size(self.size()));
+        for cell in self.size().cells() {
+            for heading in Heading::ALL.into_iter().filter(|&heading| self.walls.has(cell, heading))
+            {
+                let Some(beyond) = self.size().neighbour(cell, heading) else { continue };
+                let is_moved = |&to: &Heading| moved(cell).neighbour(to) == Some(moved(beyond));
+                if let Some(to) = Heading::ALL.into_iter().find(is_moved) {
+                    walls.set(moved(cell), to, true);
+                }
+            }
+        }
+        Self { walls, start: moved(self.start), goals: self.goals.iter().map(moved).collect() }
     }
 
     /// Returns the inner posts that no wall touches. Each post is identified by the cell to its
