@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::args::CommandResult;
 use crate::output::{print, print_json, print_pretty_json};
 use crate::selection::Collection;
+use check::CheckArgs;
 use convert::{ConvertArgs, format};
 use fetch::{FETCH, FetchArgs};
 use generate::GenerateArgs;
@@ -55,23 +56,15 @@ enum MazesCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Check maze files for errors, and print their size, goals and shortest path
+    /// Check maze files for errors and against contest rules, and print their size, goals and
+    /// shortest path
     ///
     /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
-    /// outer wall, or an unreachable goal. Warnings are printed for posts without a wall,
-    /// unreachable cells, unknown walls, ambiguous hex digits, and duplicate mazes.
-    Check {
-        /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
-        /// skipped
-        #[arg(required = true, value_name = "PATH")]
-        paths: Vec<PathBuf>,
-        /// Format of all files [default: detected from their content]
-        #[arg(long, value_parser = format(|_| true))]
-        format: Option<Format>,
-        /// Print a JSON array
-        #[arg(long)]
-        json: bool,
-    },
+    /// outer wall, or an unreachable goal. Warnings are printed for unknown walls, ambiguous hex
+    /// digits, duplicate mazes, also if rotated or mirrored, and for what contest rules forbid: a
+    /// start or goal in the wrong place, several goal entrances, walls inside the goal, a goal that
+    /// a wall follower finds, posts without a wall, and unreachable cells.
+    Check(CheckArgs),
     /// Write a maze file in another format
     Convert(ConvertArgs),
     /// Download a public collection of real contest mazes
@@ -87,7 +80,7 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
         MazesCommand::Show { name, mazes, format, json } => {
             show(&name.join(" "), mazes.as_deref(), *format, *json)
         }
-        MazesCommand::Check { paths, format, json } => check::run(paths, *format, *json),
+        MazesCommand::Check(args) => check::run(args),
         MazesCommand::Convert(args) => convert::run(args),
         MazesCommand::Fetch(args) => fetch::run(args),
         MazesCommand::Generate(args) => generate::run(args),

@@ -4,6 +4,8 @@ mod harness;
 
 use harness::Home;
 use mmsim_formats::Format;
+use mmsim_generator::{Style, generate};
+use mmsim_maze::MazeSize;
 use serde_json::json;
 
 const SMALL: &str = "o---o---o\n| S   G |\no---o---o\n";
@@ -129,6 +131,63 @@ fn check_reports_every_finding_with_its_position() {
     assert_eq!(failed, [true, true, true, false, false, false, false]);
     let warned = home.run(&["mazes", "check", "mazes/4-posts.txt", "mazes/6-known.txt"]);
     assert_eq!(warned.code, Some(0), "warnings alone");
+}
+
+#[test]
+fn check_reports_what_contest_rules_forbid() {
+    let home = Home::new();
+    let write = |name: &str, side, style| {
+        let maze = generate(MazeSize::new(side, side).unwrap(), 1, style).to_string();
+        home.write(name, &maze);
+        maze
+    };
+    let contest = write("contest.txt", 8, Style::Contest);
+    write("perfect.txt", 8, Style::Perfect);
+    write("large.txt", 20, Style::Contest);
+    home.write("marked.txt", contest.replace('G', " ").replacen("|   |", "| G |", 1));
+    let check = |paths: &[&str], options: &[&str]| {
+        let checked = home.run(&[&["mazes", "check"], paths, options].concat());
+        (checked.code, checked.stdout)
+    };
+    let all = ["contest.txt", "large.txt", "perfect.txt", "marked.txt"];
+    let (code, text) = check(&all, &[]);
+    assert_eq!(code, Some(0));
+    insta::assert_snapshot!(text, @"
+    contest.txt: 8x8, 4 goal cells, goal 23 steps away
+    large.txt: 20x20, 4 goal cells, goal 37 steps away
+    perfect.txt: 8x8, 4 goal cells, goal 7 steps away
+      warning: the goal has 5 entrances
+      warning: a wall follower finds the goal
+    marked.txt: 8x8, 1 goal cell, goal 15 steps away
+      warning: the goal is not in the centre
+      warning: the goal has 2 entrances
+      warning: a wall follower finds the goal
+    ");
+    assert_eq!(check(&all, &["--strict"]), (Some(1), text));
+    assert_eq!(check(&["contest.txt"], &["--strict"]).0, Some(0));
+    let (code, text) = check(&all, &["--strict", "--rules", "none"]);
+    assert!(code == Some(0) && !text.contains("warning"), "{text}");
+    let (_, text) = check(&["marked.txt", "large.txt"], &["--rules", "half-size"]);
+    assert!(!text.contains("goal is not"), "{text}");
+    assert_eq!(check(&["large.txt"], &["--rules", "CLASSIC"]).0, Some(2));
+}
+
+#[test]
+fn rotated_and_mirrored_mazes_are_duplicates() {
+    let home = Home::new();
+    home.write("1.txt", "o---o---o\n| G | S |\no   o   o\n|       |\no---o---o\n");
+    home.write("2-mirrored.txt", "o---o---o\n| S | G |\no   o   o\n|       |\no---o---o\n");
+    home.write("3-turned.txt", "o---o---o\n|     G |\no   o---o\n|     S |\no---o---o\n");
+    home.write("4-other-goal.txt", "o---o---o\n|   | S |\no   o   o\n|     G |\no---o---o\n");
+    let checked = home.run(&["mazes", "check", ".", "--rules", "none"]);
+    insta::assert_snapshot!(checked.stdout.replace('\\', "/"), @"
+    ./1.txt: 2x2, 1 goal cell, goal 3 steps away
+    ./2-mirrored.txt: 2x2, 1 goal cell, goal 3 steps away
+      warning: mirrored, east and west swapped, the maze has the same walls, start and goal as ./1.txt
+    ./3-turned.txt: 2x2, 1 goal cell, goal 3 steps away
+      warning: rotated by 90° anticlockwise, the maze has the same walls, start and goal as ./1.txt
+    ./4-other-goal.txt: 2x2, 1 goal cell, goal 1 step away
+    ");
 }
 
 #[test]

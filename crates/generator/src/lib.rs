@@ -142,7 +142,7 @@ mod tests {
     use std::collections::HashSet;
 
     use mmsim_maze::{Cell, Heading, Wall};
-    use mmsim_solvers::MazeFacts;
+    use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
     use proptest::prelude::*;
 
     use super::*;
@@ -224,6 +224,21 @@ mod tests {
                 }
                 prop_assert_eq!(generate(size, seed, style), maze);
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn contest_mazes_keep_the_rules_and_a_wall_follower_solves_perfect_mazes(
+            side in 5_usize..=32, seed in any::<u64>()
+        ) {
+            let violations = |style| {
+                let size = MazeSize::new(side, side).unwrap();
+                MazeRules::Classic.violations(&generate(size, seed, style))
+            };
+            prop_assert_eq!(violations(Style::Contest), []);
+            let follower = MazeViolation::GoalOnWallFollowerPath;
+            prop_assert!(violations(Style::Perfect).contains(&follower));
         }
     }
 

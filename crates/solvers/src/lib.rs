@@ -51,6 +51,8 @@ mod flood;
 mod flood_fill;
 mod key_point_route;
 mod left_wall;
+#[cfg(feature = "std")]
+mod maze_rules;
 mod mouse;
 mod path_bounds;
 mod proving_search;
@@ -70,6 +72,8 @@ pub use flood::{Distances, Downhill, Instructions, steps_between};
 pub use flood_fill::FloodFill;
 pub use key_point_route::{KeyPointRoute, centre};
 pub use left_wall::LeftWall;
+#[cfg(feature = "std")]
+pub use maze_rules::{MazeRules, MazeViolation};
 pub use mouse::{Crash, Mouse};
 pub use path_bounds::{MazeFacts, PathBounds, steps_until_proven};
 pub use shortest_path_search::ShortestPathSearch;

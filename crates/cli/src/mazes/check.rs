@@ -4,13 +4,16 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_formats::{Catalogue, Entry, Format, Location, ParseError, ParseErrorKind, ParsedMaze};
-use mmsim_maze::{Cell, CellSet, Escaped, Maze, counted};
-use mmsim_solvers::Distances;
+use mmsim_maze::{Cell, Escaped, Maze, Symmetry, Wall, counted};
+use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
 use serde::Serialize;
 
+use super::convert::format;
 use super::row::MazeRow;
-use crate::args::CommandResult;
+use crate::args::{CommandResult, one_of};
 use crate::output::{print, print_pretty_json};
 
 /// A maze file and the problems found in it. The field names are JSON keys.
@@ -22,10 +25,44 @@ struct Checked {
     findings: Vec<Finding>,
 }
 
-pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> CommandResult {
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
+    /// skipped
+    #[arg(required = true, value_name = "PATH")]
+    paths: Vec<PathBuf>,
+    /// Format of all files [default: detected from their content]
+    #[arg(long, value_parser = format(|_| true))]
+    format: Option<Format>,
+    /// Contest rules for walls, start and goal [default: classic for square mazes of 5x5 to 16x16
+    /// cells, half-size for larger square mazes; for all other mazes, only posts without a wall and
+    /// unreachable cells are reported]
+    #[arg(long, value_parser = rules())]
+    rules: Option<Rules>,
+    /// Exit with code 1 if there are warnings, too
+    #[arg(long)]
+    strict: bool,
+    /// Print a JSON array
+    #[arg(long)]
+    json: bool,
+}
+
+/// The contest rules for a maze, or `None` for no rules.
+type Rules = Option<MazeRules>;
+
+fn rules() -> impl TypedValueParser<Value = Rules> {
+    const NAMES: [(Rules, &str, &str); 3] = [
+        (Some(MazeRules::Classic), "classic", "central goal with one entrance"),
+        (Some(MazeRules::HalfSize), "half-size", "rectangular goal anywhere"),
+        (None, "none", "no contest rules, for training mazes"),
+    ];
+    one_of(NAMES, |(_, name, help)| PossibleValue::new(name).help(help)).map(|(rules, ..)| rules)
+}
+
+pub(super) fn run(args: &CheckArgs) -> CommandResult {
     let mut seen = HashMap::new();
     let mut files = Vec::new();
-    for path in paths {
+    for path in &args.paths {
         match Catalogue::from_path(path) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
                 let error = format!("{}: no maze files", path.display());
@@ -33,35 +70,40 @@ pub(super) fn run(paths: &[PathBuf], format: Option<Format>, json: bool) -> Comm
             }
             Ok(catalogue) => {
                 let entries = catalogue.entries().iter();
-                files.extend(entries.map(|entry| Checked::new(entry, format, &mut seen)));
+                files.extend(entries.map(|entry| Checked::new(entry, args, &mut seen)));
             }
             Err(error) => files.push(Checked::unread(path, &error)),
         }
     }
-    if json {
+    if args.json {
         print_pretty_json(&files)?;
     } else {
         print(&files.iter().map(Checked::text).collect::<String>())?;
     }
-    Ok(!files.iter().flat_map(|file| &file.findings).any(Finding::is_error))
+    let mut findings = files.iter().flat_map(|file| &file.findings);
+    Ok(!findings.any(|finding| args.strict || finding.kind.is_error()))
 }
 
 impl Checked {
     /// Checks a file. `seen` maps each maze found so far to the first file that contains it.
-    fn new(entry: &Entry, format: Option<Format>, seen: &mut HashMap<Maze, PathBuf>) -> Self {
+    fn new(entry: &Entry, args: &CheckArgs, seen: &mut HashMap<Maze, PathBuf>) -> Self {
         let path = entry.path();
         let content = match entry.content() {
             Ok(content) => content,
             Err(error) => return Self::unread(path, &error),
         };
-        let format = format.unwrap_or_else(|| Format::detect(&content));
+        let format = args.format.unwrap_or_else(|| Format::detect(&content));
         let (row, findings) = match format.read(&content) {
             Ok(reading) => {
                 let row = MazeRow::from_maze(path, &reading.maze);
-                let mut findings = Finding::from_reading(&reading);
-                let first = seen.entry(reading.maze).or_insert_with(|| path.into());
-                if !is_same_file(first, path) {
-                    findings.push(Finding::duplicate(&first.display().to_string()));
+                let mut findings = Finding::from_reading(&reading, args.rules);
+                let mut images = Symmetry::ALL.into_iter();
+                let first =
+                    images.find_map(|to| Some((to, seen.get(&reading.maze.transformed(to))?)));
+                match first {
+                    Some((_, first)) if is_same_file(first, path) => {}
+                    Some((to, first)) => findings.push(Finding::duplicate(first, to)),
+                    None => drop(seen.insert(reading.maze, path.into())),
                 }
                 (row, findings)
             }
@@ -120,6 +162,13 @@ enum FindingKind {
     GoalUnreachable,
     Ambiguous,
     UnknownWalls,
+    StartNotInCorner,
+    StartNotClosed,
+    GoalNotCentral,
+    GoalNotRectangular,
+    GoalEntrances,
+    WallsInGoal,
+    GoalOnWallFollowerPath,
     PostsWithoutWall,
     UnreachableCells,
     Duplicate,
@@ -143,10 +192,6 @@ impl Finding {
         Self::new(FindingKind::Unreadable, message)
     }
 
-    fn is_error(&self) -> bool {
-        self.kind.is_error()
-    }
-
     fn from_error(error: &ParseError) -> Self {
         let kind = match error.kind {
             ParseErrorKind::Contradiction => FindingKind::Contradiction,
@@ -157,21 +202,23 @@ impl Finding {
         Self { cell, ..Self::new(kind, error.to_string()).at_place(error.location) }
     }
 
-    /// Returns the finding for a maze that is also in an earlier file.
-    fn duplicate(path: &str) -> Self {
-        let message = format!("the same walls, start and goal as {path}");
+    /// Returns the finding for a maze that is also in an earlier file, after a transformation.
+    fn duplicate(path: &Path, symmetry: Symmetry) -> Self {
+        let of = format!("the same walls, start and goal as {}", path.display());
+        let message = match symmetry {
+            Symmetry::Identity => of,
+            _ => format!("{symmetry}, the maze has {of}"),
+        };
         Self::new(FindingKind::Duplicate, message)
     }
 
-    /// Returns the problems in a maze and the assumptions made when reading it.
-    fn from_reading(reading: &ParsedMaze) -> Vec<Self> {
+    /// Returns the problems in a maze and the assumptions made when reading it. Without `rules`,
+    /// the size of the maze selects the contest rules.
+    fn from_reading(reading: &ParsedMaze, rules: Option<Rules>) -> Vec<Self> {
         let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
         let start = maze.start().cell;
-        let from_start: CellSet = [start].into_iter().collect();
-        let distances = Distances::flood(maze.walls(), &from_start);
-        let is_cut_off = |cell: &Cell| distances.at(*cell).is_none();
         let mut findings = Vec::new();
-        if maze.goals().iter().all(|goal| is_cut_off(&goal))
+        if MazeFacts::new(maze).shortest_path.is_none()
             && let Some(goal) = maze.goals().iter().next()
         {
             let message = format!("goal {goal} unreachable from the start {start}");
@@ -184,15 +231,30 @@ impl Finding {
             let message = format!("{place}: unknown wall, assumed open");
             Self::new(FindingKind::UnknownWalls, message).at_place(place)
         }));
-        findings.extend(maze.posts_without_wall().map(|cell| {
-            let message = format!("no wall touches the post south-west of {cell}");
-            Self::new(FindingKind::PostsWithoutWall, message).at_cell(cell)
-        }));
-        findings.extend(maze.size().cells().filter(is_cut_off).map(|cell| {
-            let message = format!("cell {cell} is unreachable");
-            Self::new(FindingKind::UnreachableCells, message).at_cell(cell)
-        }));
+        let rules = rules.unwrap_or_else(|| Some(MazeRules::for_size(maze.size())));
+        let violations = rules.map(|rules| rules.violations(maze)).unwrap_or_default();
+        findings.extend(violations.iter().map(|violation| Self::from_violation(violation, maze)));
         findings
+    }
+
+    fn from_violation(violation: &MazeViolation, maze: &Maze) -> Self {
+        let start = Some(maze.start().cell);
+        let (kind, cell) = match *violation {
+            MazeViolation::StartNotInCorner => (FindingKind::StartNotInCorner, start),
+            MazeViolation::StartNotClosed(_) => (FindingKind::StartNotClosed, start),
+            MazeViolation::GoalNotCentral => (FindingKind::GoalNotCentral, None),
+            MazeViolation::GoalNotRectangular => (FindingKind::GoalNotRectangular, None),
+            MazeViolation::GoalEntrances(_) => (FindingKind::GoalEntrances, None),
+            MazeViolation::WallInGoal(Wall { cell, .. }) => (FindingKind::WallsInGoal, Some(cell)),
+            MazeViolation::GoalOnWallFollowerPath => (FindingKind::GoalOnWallFollowerPath, None),
+            MazeViolation::PostWithoutWall(cell) => (FindingKind::PostsWithoutWall, Some(cell)),
+            MazeViolation::UnreachableCell(cell) => (FindingKind::UnreachableCells, Some(cell)),
+        };
+        let finding = Self::new(kind, violation.to_string());
+        match cell {
+            Some(cell) => finding.at_cell(cell),
+            None => finding,
+        }
     }
 
     fn at_cell(self, cell: Cell) -> Self {
@@ -234,13 +296,11 @@ fn summary(group: &[Finding], kind: FindingKind) -> String {
     let what = match kind {
         FindingKind::PostsWithoutWall => format!("{count} posts without a wall, south-west of "),
         FindingKind::UnreachableCells => format!("{count} unreachable cells: "),
+        FindingKind::WallsInGoal => format!("{count} walls inside the goal, at "),
         FindingKind::UnknownWalls => format!("{count} unknown walls, assumed open, at "),
         FindingKind::Contradiction => format!("{count} more contradictions, at "),
         FindingKind::OpenPerimeter => format!("{count} more gaps in the outer wall, at "),
-        FindingKind::Unreadable
-        | FindingKind::GoalUnreachable
-        | FindingKind::Ambiguous
-        | FindingKind::Duplicate => format!("{}: ", counted(count, "finding")),
+        _ => format!("{}: ", counted(count, "finding")),
     };
     let places: Vec<&str> = group.iter().take(SHOWN).map(|finding| &finding.place[..]).collect();
     let text = what + &places.join("; ");
