@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use mmsim_formats::{Catalogue, Format, parse_maze};
+use mmsim_formats::{Catalogue, Format, Notation, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::shared;
 
-/// Returns the text-format mazes of a collection, with their paths.
+/// Returns the mazes of a collection that are drawings, with their paths.
 fn text_mazes(catalogue: &Catalogue) -> Vec<(String, Maze)> {
     let entries = catalogue.entries().iter();
-    let texts = entries.filter(|entry| Format::detect(&entry.content().unwrap()) == Format::Text);
-    texts.map(|entry| (entry.path().display().to_string(), entry.maze().unwrap())).collect()
+    let parsed = entries.map(|entry| (entry, entry.parsed().unwrap()));
+    let texts = parsed.filter(|(_, parsed)| parsed.notation == Notation::Drawing);
+    texts.map(|(entry, parsed)| (entry.path().display().to_string(), parsed.maze.clone())).collect()
 }
 
 /// Converts each maze to every format that can hold it, and checks that parsing the result gives
@@ -23,7 +24,6 @@ fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
     for (path, maze) in mazes {
         for format in Format::ALL {
             let Ok(content) = format.write(maze) else { continue };
-            assert_eq!(Format::detect(&content), format, "{path} as {format}");
             let back = parse_maze(&content).unwrap();
             assert_eq!(back.to_string(), maze.to_string(), "{path} as {format}");
             assert_eq!(&back, maze, "{path} as {format}");
@@ -49,67 +49,14 @@ fn real_mazes_are_unchanged_in_every_format_that_can_hold_them() {
 }
 
 #[test]
-fn real_mazes_parse_from_csv() {
+fn real_mazes_parse_from_codes() {
     let Some(folder) = shared("mazes/classic") else { return };
     for (path, maze) in text_mazes(&Catalogue::from_path(&folder).unwrap()) {
-        let csv = csv(&maze);
-        assert_eq!(Format::detect(csv.as_bytes()), Format::Csv, "{path}");
-        assert_eq!(parse_maze(csv.as_bytes()).as_ref(), Ok(&maze), "{path}");
+        assert_eq!(parse_maze(codes(&maze).as_bytes()).as_ref(), Ok(&maze), "{path}");
     }
 }
 
-/// Formats each maze as hex rows in all bit orders and parses the rows. If the bits are in the
-/// order north, east, south, west or in the order east, north, west, south, parsing must give the
-/// original maze. In any other bit order, parsing must give an error or a different maze.
-#[test]
-fn real_mazes_parse_from_hex_rows() {
-    const USUAL: [[usize; 4]; 2] = [[0, 1, 2, 3], [1, 0, 3, 2]];
-    let Some(folder) = shared("mazes/classic") else { return };
-    let mazes = text_mazes(&Catalogue::from_path(&folder).unwrap());
-    // The layouts are: rows from the north; columns from the west, which begin in the south; and
-    // columns from the east, which begin in the north.
-    let layouts: [fn(u8, u8, u8) -> Cell; 3] = [
-        |last, line, digit| Cell::new(digit, last - line),
-        |_, line, digit| Cell::new(line, digit),
-        |last, line, digit| Cell::new(last - line, last - digit),
-    ];
-    let read = |maze: &Maze, order, set_is_open, layout: usize| {
-        let last = maze.size().width() - 1;
-        let text = hex_rows(maze, order, set_is_open, |line, at| layouts[layout](last, line, at));
-        assert_eq!(Format::detect(text.as_bytes()), Format::Hex);
-        Format::Hex.read(text.as_bytes())
-    };
-    let (mut errors, mut others) = (0, 0);
-    for (path, maze) in &mazes {
-        for order in USUAL {
-            for (layout, set_is_open) in (0..3).flat_map(|layout| [(layout, false), (layout, true)])
-            {
-                let parsed = read(maze, order, set_is_open, layout).unwrap();
-                assert_eq!(&parsed.maze, maze, "{path}");
-                assert_eq!(parsed.ambiguous_encoding, None, "{path}");
-            }
-        }
-        for order in orders().filter(|order| !USUAL.contains(order)) {
-            match read(maze, order, false, 0) {
-                Ok(parsed) => others += usize::from(parsed.maze != *maze),
-                Err(_) => errors += 1,
-            }
-        }
-    }
-    assert_eq!(
-        (errors, others),
-        (5204, 296),
-        "(errors, different mazes) for 22 bit orders in 250 mazes"
-    );
-}
-
-/// Returns all permutations of the headings, as indices into [`Heading::ALL`].
-fn orders() -> impl Iterator<Item = [usize; 4]> {
-    let all = (0..256).map(|number| [number & 3, number >> 2 & 3, number >> 4 & 3, number >> 6]);
-    all.filter(|order| (0..4).all(|heading| order.contains(&heading)))
-}
-
-fn csv(maze: &Maze) -> String {
+fn codes(maze: &Maze) -> String {
     const CODES: [u8; 16] = [15, 2, 3, 7, 4, 10, 6, 12, 1, 8, 9, 13, 5, 14, 11, 16];
     let rows = (0..maze.size().height()).rev().map(|y| {
         let code = |x| CODES[usize::from(bits(maze, Cell { x, y }))].to_string();
@@ -118,23 +65,96 @@ fn csv(maze: &Maze) -> String {
     rows.collect::<Vec<_>>().join("\n")
 }
 
-/// Formats a maze as lines of hex digits. `order` contains the headings that the bits 1, 2, 4 and 8
-/// stand for. `cell` returns the cell for a line number and a position in the line.
-fn hex_rows(
-    maze: &Maze,
+/// An encoding of mazes as hex digits.
+#[derive(Clone, Copy, Debug)]
+struct Digits {
+    /// The sides that the bits 1, 2, 4 and 8 stand for, as indices into [`Heading::ALL`].
     order: [usize; 4],
     set_is_open: bool,
-    cell: impl Fn(u8, u8) -> Cell,
-) -> String {
-    let side = maze.size().width();
-    let digit = |line, at| {
-        let walls = bits(maze, cell(line, at));
-        let set = if set_is_open { !walls } else { walls };
-        let value = (0..).zip(order).map(|(bit, heading)| u32::from(set >> heading & 1) << bit);
-        char::from_digit(value.sum(), 16).unwrap()
-    };
-    let digit = &digit;
-    (0..side).flat_map(|line| (0..side).map(move |at| digit(line, at)).chain(['\n'])).collect()
+    /// Whether lines are columns, and the lines and their digits are reversed.
+    layout: [bool; 3],
+}
+
+impl Digits {
+    /// Returns all encodings: 24 orders of the bits, for walls and openings, and 8 layouts.
+    fn all() -> impl Iterator<Item = Self> {
+        let orders =
+            (0..256).map(|number| [number & 3, number >> 2 & 3, number >> 4 & 3, number >> 6]);
+        let orders = orders.filter(|order| (0..4).all(|heading| order.contains(&heading)));
+        orders.flat_map(|order| {
+            (0..16).map(move |choice| {
+                let [set_is_open, columns, lines, digits] =
+                    [1, 2, 4, 8].map(|bit| choice & bit != 0);
+                Self { order, set_is_open, layout: [columns, lines, digits] }
+            })
+        })
+    }
+
+    fn write(self, maze: &Maze) -> String {
+        let (width, height) = (maze.size().width(), maze.size().height());
+        let [are_columns, are_lines_reversed, are_digits_reversed] = self.layout;
+        let (lines, digits) = if are_columns { (width, height) } else { (height, width) };
+        let turned = |at, count: u8, is_reversed| if is_reversed { count - 1 - at } else { at };
+        let mut text = String::new();
+        for line in 0..lines {
+            for digit in 0..digits {
+                let line = turned(line, lines, are_lines_reversed);
+                let digit = turned(digit, digits, are_digits_reversed);
+                let (x, y) = if are_columns { (line, digit) } else { (digit, height - 1 - line) };
+                let walls = bits(maze, Cell { x, y });
+                let set = if self.set_is_open { !walls } else { walls };
+                let value =
+                    (0..).zip(self.order).map(|(bit, side)| u32::from(set >> side & 1) << bit);
+                text.push(char::from_digit(value.sum(), 16).unwrap());
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// A file of hex digits alone is read as the right maze or reported as ambiguous, with the right
+/// maze among its readings. 107 of the 250 mazes have another corner that could be the start.
+#[test]
+fn hex_digits_are_right_or_ambiguous() {
+    let Some(folder) = shared("mazes/classic") else { return };
+    let mazes = text_mazes(&Catalogue::from_path(&folder).unwrap());
+    let (mut right, mut ambiguous) = (0, 0);
+    for (index, (path, maze)) in mazes.iter().enumerate() {
+        // Each encoding is tried with every eighth maze.
+        for (_, digits) in Digits::all().enumerate().filter(|(number, _)| (number + index) % 8 == 0)
+        {
+            match parse_maze(digits.write(maze).as_bytes()) {
+                Ok(read) => {
+                    assert_eq!(&read, maze, "{path}: {digits:?}");
+                    right += 1;
+                }
+                Err(error) => {
+                    assert!(
+                        error.readings.iter().any(|reading| reading.maze == *maze),
+                        "{path}: {digits:?}"
+                    );
+                    ambiguous += 1;
+                }
+            }
+        }
+    }
+    assert_eq!((right, ambiguous), (6864, 5136));
+}
+
+/// The files of a folder share an encoding, so every file is right. Each seventh encoding is tried.
+#[test]
+fn hex_digits_in_a_folder_are_right() {
+    let Some(folder) = shared("mazes/classic") else { return };
+    let mazes = text_mazes(&Catalogue::from_path(&folder).unwrap());
+    for digits in Digits::all().step_by(7) {
+        let contents =
+            mazes.iter().map(|(path, maze)| (path.into(), Ok(digits.write(maze).into())));
+        let catalogue = Catalogue::from_contents(contents);
+        let read: Vec<Maze> =
+            catalogue.entries().iter().map(|entry| entry.maze().unwrap()).collect();
+        assert!(read.iter().eq(mazes.iter().map(|(_, maze)| maze)), "{digits:?}");
+    }
 }
 
 /// Returns the walls of a cell as bits: 1 for north, 2 for east, 4 for south and 8 for west.
@@ -143,34 +163,22 @@ fn bits(maze: &Maze, cell: Cell) -> u8 {
     Heading::ALL.into_iter().map(|heading| u8::from(sides.has(heading)) << heading as u8).sum()
 }
 
-/// Checks that all examples in docs/formats.md parse to the same maze, and that the format of each
-/// example is the one in its section heading.
+/// Checks that all examples in docs/formats.md parse to the same maze.
 #[test]
 fn the_documented_examples_parse() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md");
     let page = fs::read_to_string(page).unwrap();
     let mut first = None;
-    let mut formats = Vec::new();
-    for section in page.split("\n## ").skip(1) {
-        let heading = section.split([' ', ',', '\n']).next().unwrap();
-        for example in section.split("```text\n").skip(1) {
-            let example = example.split("```").next().unwrap();
-            let maze =
-                parse_maze(example.as_bytes()).unwrap_or_else(|error| panic!("{heading}: {error}"));
-            let format = Format::detect(example.as_bytes());
-            assert_eq!(format.name(), heading.to_lowercase(), "{example}");
-            for line_end in ["\r\n", "\r"] {
-                let ended = example.replace('\n', line_end);
-                assert_eq!(Format::detect(ended.as_bytes()), format, "{ended:?}");
-                assert_eq!(parse_maze(ended.as_bytes()).as_ref(), Ok(&maze), "{ended:?}");
-            }
-            assert_eq!(first.get_or_insert_with(|| maze.clone()), &maze, "{heading}");
-            formats.push(format);
+    let examples = page.split("```text\n").skip(1).map(|text| text.split("```").next().unwrap());
+    let examples: Vec<&str> = examples.collect();
+    for example in &examples {
+        let maze =
+            parse_maze(example.as_bytes()).unwrap_or_else(|error| panic!("{error}:\n{example}"));
+        for line_end in ["\r\n", "\r"] {
+            let ended = example.replace('\n', line_end);
+            assert_eq!(parse_maze(ended.as_bytes()).as_ref(), Ok(&maze), "{ended:?}");
         }
+        assert_eq!(first.get_or_insert_with(|| maze.clone()), &maze, "{example}");
     }
-    let texts = Format::ALL.into_iter().filter(|&format| format != Format::Maz);
-    assert!(
-        texts.eq(formats.iter().copied()),
-        "expected one example of each format but maz: {formats:?}"
-    );
+    assert!(examples.len() >= 8, "{}", examples.len());
 }

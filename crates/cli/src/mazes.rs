@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use mmsim_compare::NamedMaze;
-use mmsim_formats::{Format, ReadError, read_content};
+use mmsim_formats::{Bits, Choice, ReadError, Rows, read_content};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ use crate::args::CommandResult;
 use crate::output::{print, print_json, print_pretty_json};
 use crate::selection::Collection;
 use check::CheckArgs;
-use convert::{ConvertArgs, format};
+use convert::ConvertArgs;
 use fetch::{FETCH, FetchArgs};
 use generate::GenerateArgs;
 use row::MazeRow;
@@ -49,9 +49,8 @@ enum MazesCommand {
         /// bundled mazes]
         #[arg(long, value_name = "PATH")]
         mazes: Option<PathBuf>,
-        /// Format of the maze file NAME [default: detected from its content]
-        #[arg(long, value_parser = format(|_| true), conflicts_with = "mazes")]
-        format: Option<Format>,
+        #[command(flatten)]
+        encoding: EncodingArgs,
         /// Print a JSON object
         #[arg(long)]
         json: bool,
@@ -60,10 +59,11 @@ enum MazesCommand {
     /// shortest path
     ///
     /// The exit code is 1 if there are errors: unreadable files, contradictory cells, gaps in the
-    /// outer wall, or an unreachable goal. Warnings are printed for unknown walls, ambiguous hex
-    /// digits, duplicate mazes, also if rotated or mirrored, and for what contest rules forbid: a
-    /// start or goal in the wrong place, several goal entrances, walls inside the goal, a goal that
-    /// a wall follower finds, posts without a wall, and unreachable cells.
+    /// outer wall, numbers that fit several mazes, or an unreachable goal. Warnings are printed for
+    /// unknown walls, duplicate mazes, also if rotated or mirrored, and for what contest rules
+    /// forbid: a start or goal in the wrong place, several goal entrances, walls inside the goal, a
+    /// goal that a wall follower finds, posts without a wall, and unreachable cells. Notes are
+    /// printed for everything else in a file that is not part of its maze.
     Check(CheckArgs),
     /// Write a maze file in another format
     Convert(ConvertArgs),
@@ -74,11 +74,35 @@ enum MazesCommand {
     Generate(GenerateArgs),
 }
 
+/// The encoding of files with a number for each cell.
+#[derive(Debug, Args)]
+struct EncodingArgs {
+    /// Bits of the numbers in the file: N1E2S4W8 for walls, N1E2S4W8-open for openings (each side
+    /// with its bit), or codes [default: what fits]
+    #[arg(long)]
+    bits: Option<Bits>,
+    /// Edge of the maze that the first line of numbers describes: north, south, west or east; for
+    /// lines that begin at the other end, north-east, south-east, west-north or east-north
+    /// [default: what fits]
+    #[arg(long, value_name = "EDGE")]
+    rows: Option<Rows>,
+}
+
+impl EncodingArgs {
+    fn choice(&self) -> Choice<'static> {
+        Choice { bits: self.bits, rows: self.rows, among: None }
+    }
+
+    fn is_set(&self) -> bool {
+        self.bits.is_some() || self.rows.is_some()
+    }
+}
+
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     match &args.command {
         MazesCommand::List { mazes, json } => list(mazes.as_deref(), *json),
-        MazesCommand::Show { name, mazes, format, json } => {
-            show(&name.join(" "), mazes.as_deref(), *format, *json)
+        MazesCommand::Show { name, mazes, encoding, json } => {
+            show(&name.join(" "), mazes.as_deref(), encoding, *json)
         }
         MazesCommand::Check(args) => check::run(args),
         MazesCommand::Convert(args) => convert::run(args),
@@ -98,12 +122,12 @@ fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
     Ok(true)
 }
 
-fn show(name: &str, mazes: Option<&Path>, format: Option<Format>, json: bool) -> CommandResult {
-    let (path, maze) = if let Some(format) = format {
+fn show(name: &str, mazes: Option<&Path>, encoding: &EncodingArgs, json: bool) -> CommandResult {
+    let (path, maze) = if encoding.is_set() {
         let path = PathBuf::from(name);
-        let maze = format.parse(&read_content(&path)?);
-        let maze = maze.map_err(|source| ReadError::Parse { path: path.clone(), source })?;
-        (path, maze)
+        let parsed = encoding.choice().read(&read_content(&path)?);
+        let error = |errors| ReadError::Parse { path: path.clone(), errors };
+        (path.clone(), parsed.map_err(error)?.maze)
     } else {
         let NamedMaze { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
         (path, maze)

@@ -1,18 +1,19 @@
 //! Collections of built-in mazes or of maze files in a folder.
 
-use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use mmsim_maze::Maze;
 use walkdir::{DirEntry, WalkDir};
 
-use mmsim_maze::Maze;
+use crate::encoding::Encoding;
+use crate::error::ParseErrorKind;
+use crate::parsed_maze::ParsedMaze;
+use crate::read::{Choice, ReadError, read_content};
 
-use crate::read::{ReadError, parse_maze, read_content};
-
-/// A collection of mazes.
-///
-/// Creating a catalogue does not read the maze files. Call [`Entry::maze`] to read a maze.
+/// A collection of mazes: built-in mazes, or files that may be unreadable.
 ///
 /// ```
 /// use mmsim_formats::Catalogue;
@@ -26,16 +27,15 @@ pub struct Catalogue {
     entries: Vec<Entry>,
 }
 
-/// An entry of a [`Catalogue`]: a built-in maze, or a file that may be unreadable.
+/// An entry of a [`Catalogue`].
 #[derive(Clone, Debug)]
 pub struct Entry {
     path: PathBuf,
-    /// The content of a built-in maze, or `None` for a file.
-    text: Option<&'static str>,
+    parsed: Result<ParsedMaze, ReadError>,
 }
 
 impl Catalogue {
-    /// Lists the bundled mazes, which are those of `mmsim-mazes`.
+    /// Returns the bundled mazes, which are those of `mmsim-mazes`.
     ///
     /// ```
     /// let mazes = mmsim_formats::Catalogue::bundled();
@@ -46,34 +46,57 @@ impl Catalogue {
     }
 
     /// Creates a collection from the names and contents of built-in mazes.
-    pub fn from_texts(texts: &[(&'static str, &'static str)]) -> Self {
-        let paths = texts.iter().map(|&(name, text)| (name.into(), Some(text)));
-        Self { entries: paths.map(|(path, text)| Entry { path, text }).collect() }
+    pub fn from_texts(texts: &[(&str, &str)]) -> Self {
+        let contents = texts.iter().map(|(name, text)| (name.into(), Ok(text.as_bytes().to_vec())));
+        Self { entries: read_together(contents, Choice::default()) }
     }
 
-    /// Creates a collection from the file `path` or, if `path` is a folder, from all files in it
-    /// and its subfolders. The entries are sorted by path. In folders, hidden files and files with
-    /// the extension `.md` or `.json` are skipped, and symbolic links are followed. A subfolder
-    /// that cannot be listed becomes an unreadable entry.
+    /// Creates a collection from the files of a folder or an archive and their contents, sorted by
+    /// path. Leaves out files that look like no maze. Numbers whose encoding is not clear from one
+    /// file have the encoding that all such files in the same folder fit.
+    pub fn from_contents(
+        contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
+    ) -> Self {
+        Self::together(contents, Choice::default())
+    }
+
+    fn together(
+        contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
+        choice: Choice,
+    ) -> Self {
+        let mut entries = read_together(contents, choice);
+        entries.retain(|entry| !entry.is_other());
+        entries.sort_by(|one, other| one.path.cmp(&other.path));
+        Self { entries }
+    }
+
+    /// Creates a collection from the file `path` or, if `path` is a folder, from all mazes in it and
+    /// its subfolders; see [`from_contents`](Self::from_contents). Hidden files are skipped, and
+    /// symbolic links are followed. A subfolder that cannot be listed becomes an unreadable entry.
     ///
     /// # Errors
     /// Returns an error if `path` does not exist or cannot be listed.
     pub fn from_path(path: &Path) -> Result<Self, ReadError> {
-        let error = |source| ReadError::Io { path: path.into(), source };
-        let paths = if fs::metadata(path).map_err(error)?.is_dir() {
-            fs::read_dir(path).map_err(error)?;
-            list_folder(path)
-        } else {
-            vec![path.to_path_buf()]
-        };
-        let entries = paths.into_iter().map(|path| Entry { path, text: None }).collect();
-        Ok(Self { entries })
+        Self::from_encoded(path, Choice::default())
     }
 
-    /// Returns true if `path` has an extension that [`Self::from_path`] skips in folders.
-    pub fn skips(path: &Path) -> bool {
-        let extension = path.extension().unwrap_or_default();
-        ["md", "json"].iter().any(|skipped| extension.eq_ignore_ascii_case(skipped))
+    /// Creates a collection like [`from_path`](Self::from_path), with a choice of the encoding of
+    /// numbers.
+    ///
+    /// # Errors
+    /// See [`from_path`](Self::from_path).
+    pub fn from_encoded(path: &Path, choice: Choice) -> Result<Self, ReadError> {
+        let error = |source| ReadError::io(path, source);
+        if !fs::metadata(path).map_err(error)?.is_dir() {
+            let content = [(path.to_path_buf(), read_content(path))];
+            return Ok(Self { entries: read_together(content.into_iter(), choice) });
+        }
+        fs::read_dir(path).map_err(error)?;
+        let contents = list_folder(path).into_iter().map(|path| {
+            let content = read_content(&path);
+            (path, content)
+        });
+        Ok(Self::together(contents, choice))
     }
 
     /// Returns all entries, including unreadable ones.
@@ -103,35 +126,91 @@ impl Entry {
         self.path.file_stem().unwrap_or_default().to_string_lossy().to_string()
     }
 
-    /// Reads the maze.
+    /// Returns the maze and the notes about its file.
+    ///
+    /// # Errors
+    /// Returns the errors of the file.
+    pub fn parsed(&self) -> Result<&ParsedMaze, &ReadError> {
+        self.parsed.as_ref()
+    }
+
+    /// Returns the maze.
     ///
     /// # Errors
     /// See [`read_maze`](crate::read_maze).
     pub fn maze(&self) -> Result<Maze, ReadError> {
-        parse_maze(&self.content()?)
-            .map_err(|source| ReadError::Parse { path: self.path.clone(), source })
+        self.parsed().map(|parsed| parsed.maze.clone()).map_err(ReadError::clone)
     }
 
-    /// Returns the content of a built-in maze, or reads the maze file.
-    ///
-    /// # Errors
-    /// See [`read_content`].
-    pub fn content(&self) -> Result<Cow<'static, [u8]>, ReadError> {
-        match self.text {
-            Some(text) => Ok(Cow::Borrowed(text.as_bytes())),
-            None => read_content(&self.path).map(Cow::Owned),
+    /// Returns true for a file that looks like no maze.
+    fn is_other(&self) -> bool {
+        match &self.parsed {
+            Err(ReadError::Parse { errors, .. }) => errors[0].kind == ParseErrorKind::NotAMaze,
+            Err(ReadError::Io { source, .. }) => source.kind() == ErrorKind::FileTooLarge,
+            Ok(_) => false,
+        }
+    }
+
+    /// Returns the encodings of the numbers in the file, if it has numbers of any encoding.
+    fn encodings(&self) -> Option<Vec<Encoding>> {
+        match &self.parsed {
+            Ok(parsed) => Some(parsed.encodings.clone()).filter(|encodings| !encodings.is_empty()),
+            Err(ReadError::Parse { errors, .. }) => {
+                let encodings = errors[0].readings.iter().flat_map(|reading| &reading.encodings);
+                Some(encodings.copied().collect())
+                    .filter(|encodings: &Vec<_>| !encodings.is_empty())
+            }
+            Err(_) => None,
         }
     }
 }
 
-/// Lists the files in a folder and its subfolders, except hidden and skipped files. The result also
-/// contains subfolders that cannot be listed; an attempt to read one as a maze file returns an
+/// Reads files. If the numbers of a file fit several mazes, the other files of its folder decide.
+fn read_together(
+    contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
+    choice: Choice,
+) -> Vec<Entry> {
+    let (mut entries, mut ambiguous) = (Vec::new(), Vec::new());
+    for (path, content) in contents {
+        let parsed = content.and_then(|content| {
+            choice.read(&content).map_err(|errors| {
+                if errors[0].kind == ParseErrorKind::Ambiguous {
+                    ambiguous.push((entries.len(), content));
+                }
+                ReadError::Parse { path: path.clone(), errors }
+            })
+        });
+        entries.push(Entry { path, parsed });
+    }
+    let mut shared: HashMap<PathBuf, Vec<Encoding>> = HashMap::new();
+    for (index, content) in ambiguous {
+        let folder = |entry: &Entry| entry.path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let here = folder(&entries[index]);
+        let among = shared.entry(here.clone()).or_insert_with(|| {
+            let neighbours = entries.iter().filter(|entry| folder(entry) == here);
+            let encodings = neighbours.filter_map(Entry::encodings);
+            let common = |mut one: Vec<_>, other: Vec<_>| {
+                one.retain(|encoding| other.contains(encoding));
+                one
+            };
+            encodings.reduce(common).unwrap_or_default()
+        });
+        let choice = Choice { among: Some(among), ..choice };
+        if let Ok(parsed) = choice.read(&content) {
+            entries[index].parsed = Ok(parsed);
+        }
+    }
+    entries
+}
+
+/// Lists the files in a folder and its subfolders, except hidden files. The result also contains
+/// subfolders that cannot be listed; an attempt to read one as a maze file returns an
 /// error.
 fn list_folder(folder: &Path) -> Vec<PathBuf> {
     let is_hidden = |entry: &DirEntry| {
         entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
     };
-    let mut paths: Vec<PathBuf> = WalkDir::new(folder)
+    WalkDir::new(folder)
         .follow_links(true)
         .into_iter()
         .filter_entry(|entry| !is_hidden(entry))
@@ -141,10 +220,7 @@ fn list_folder(folder: &Path) -> Vec<PathBuf> {
             Err(error) if error.loop_ancestor().is_some() => None,
             Err(error) => error.path().map(Path::to_path_buf),
         })
-        .filter(|path| !Catalogue::skips(path))
-        .collect();
-    paths.sort();
-    paths
+        .collect()
 }
 
 #[cfg(test)]
@@ -167,12 +243,17 @@ mod tests {
         };
         write("b.txt", MAZE);
         write("deep/winding/a.maze", MAZE);
-        write("deep/Rubbish", "rubbish");
-        for skipped in ["README.md", "facts.json", ".hidden/c.txt", ".d.txt"] {
-            write(skipped, MAZE);
+        write("deep/broken", "o---o\n| S \no---o\n");
+        write("deep/README", "about these mazes");
+        write("facts.json", "{\"a.maze\": 1}");
+        write("tool.py", "import sys\nprint(\"hello\")\nprint(input(), file=sys.stderr)\n");
+        write("a.png", "\u{89}PNG\r\n\u{1a}\n\0\0\0\rIHDR");
+        write("large", &"o---o\n|   |\n".repeat(1 << 18));
+        for hidden in [".hidden/c.txt", ".d.txt"] {
+            write(hidden, MAZE);
         }
         let catalogue = Catalogue::from_path(folder.path()).unwrap();
-        assert_eq!(names(catalogue.entries()), ["b", "Rubbish", "a"]);
+        assert_eq!(names(catalogue.entries()), ["b", "broken", "a"]);
         assert_eq!(names(catalogue.matching("WINDING DEEP")), ["a"]);
         assert_eq!(names(catalogue.matching("a.maze")), ["a"]);
         assert_eq!(names(catalogue.matching("no such maze")), [""; 0]);

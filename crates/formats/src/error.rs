@@ -1,8 +1,10 @@
-//! Errors in the content of a maze file.
+//! Errors in the content of a maze file, and notes about it.
 
 use std::fmt;
 
-use mmsim_maze::Cell;
+use mmsim_maze::{Cell, Maze};
+
+use crate::encoding::Encoding;
 
 /// An error in a maze file: its location, what was expected, and what was found.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -19,22 +21,94 @@ pub struct ParseError {
     pub expected: String,
     /// What was found.
     pub found: String,
+    /// The mazes that an [ambiguous](ParseErrorKind::Ambiguous) file could mean.
+    pub readings: Vec<Reading>,
 }
 
 /// The kind of error in a maze file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ParseErrorKind {
-    /// The content violates the format.
+    /// The content looks like no maze at all.
+    NotAMaze,
+    /// The content violates its notation.
     Unreadable,
+    /// The numbers of the file could mean several mazes.
+    Ambiguous,
     /// Two parts of the file contradict each other.
     Contradiction,
     /// An outer wall is missing.
     OpenPerimeter,
 }
 
-/// A location in a file.
+/// One of the mazes that an ambiguous file could mean.
+///
+/// [`Display`](fmt::Display) writes the option that selects the maze, and draws the maze below it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Reading {
+    /// The encodings that give this maze, at least one.
+    pub encodings: Vec<Encoding>,
+    /// The maze.
+    pub maze: Maze,
+}
+
+impl fmt::Display for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}\n{}", self.encodings[0], self.maze)
+    }
+}
+
+/// A remark about a maze file that is unusual but readable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Note {
+    /// The kind of remark.
+    pub kind: NoteKind,
+    /// The location that the remark is about.
+    pub location: Location,
+    /// What was found there, and how it was read.
+    pub message: String,
+}
+
+/// The kind of a [`Note`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum NoteKind {
+    /// A wall that the file marks as unknown. It is read as open.
+    UnknownWall,
+    /// Something that has no meaning for the maze, such as a number in a cell.
+    Ignored,
+    /// The path in the file does not lead from the start to the goal.
+    Path,
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.location, self.message)
+    }
+}
+
+impl Note {
+    pub(crate) fn new(kind: NoteKind, location: Location, message: impl Into<String>) -> Self {
+        Self { kind, location, message: message.into() }
+    }
+
+    pub(crate) fn unknown_wall(location: Location) -> Self {
+        Self::new(NoteKind::UnknownWall, location, "unknown wall, read as open")
+    }
+
+    pub(crate) fn path(location: Location, message: String) -> Self {
+        Self::new(NoteKind::Path, location, message)
+    }
+
+    pub(crate) fn ignored(location: Location, found: &str) -> Self {
+        Self::new(NoteKind::Ignored, location, format!("ignored {}", quoted(found)))
+    }
+}
+
+/// A location in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Location {
     /// A location in a text file.
@@ -70,7 +144,7 @@ impl ParseError {
 
     pub(crate) fn at(at: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (kind, expected, found) = (ParseErrorKind::Unreadable, expected.into(), found.into());
-        Self { kind, location: at, cell: None, expected, found }
+        Self { kind, location: at, cell: None, expected, found, readings: Vec::new() }
     }
 
     pub(crate) fn with_kind(self, kind: ParseErrorKind) -> Self {

@@ -1,15 +1,15 @@
-//! The maze file formats and their names.
+//! The formats in which mazes are written.
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// A file format for mazes.
-///
-/// If a file does not mark the start, the start is (0, 0). If a file does not mark the goal, the
-/// goal consists of the central cells
-/// ([`MazeSize::central_cells`](mmsim_maze::MazeSize::central_cells)). Lines may end in `\n`,
-/// `\r\n` or `\r`.
+use mmsim_maze::{Cell, Heading, Maze, MazeSize};
+
+use crate::parsed_maze::by_columns;
+
+/// A format in which mazes can be written. [`Choice::read`](crate::Choice::read) reads them, and
+/// many others.
 ///
 /// ```
 /// use mmsim_formats::Format;
@@ -32,75 +32,19 @@ pub enum Format {
     /// | S     |
     /// o---o---o
     /// ```
-    ///
-    /// Any character may represent a post, but all posts must use the same one. Adjacent posts are
-    /// two, three or four columns apart. Blanks between two posts or two cells mean an opening;
-    /// other characters mean a wall. `S` marks the start and `G` marks each goal cell; both marks
-    /// are optional. Blank lines, trailing blanks and text after the last line of the maze are
-    /// ignored.
     Text,
-    /// The [`Text`](Self::Text) format, extended with unknown inner walls. Each unknown wall is
-    /// drawn as a dot, alone or between two blanks. The `.maze` files of kerikun11's micromouse
-    /// library use this format. Unknown walls are read as open. If the posts or outer walls are
-    /// drawn as dots, a dot between two posts or two cells means a wall.
-    Maze,
-    /// The output of the OSHWDEM maze generator. The first line starts with `OSHWDEM`. A drawing
-    /// follows, with `A` in the start cell and `B` in place of the post at the centre of the goal.
-    /// The drawing is rotated: north is to the right and east is at the bottom.
-    Oshwdem,
-    /// The maze format of the two-run trial in the `mmsim-trial` crate. The first line contains an
-    /// even number n, the side length of the square maze. Each of the next n lines contains n
-    /// comma-separated numbers for the cells of a column, from south to north. The columns are
-    /// listed from west to east. In each number, the bits 1 (north), 2 (east), 4 (south) and 8
-    /// (west) are set for open sides.
+    /// The maze format of the two-run trial. The first line is the even side length n of the square
+    /// maze. Each of the next n lines contains n comma-separated numbers for the cells of a column,
+    /// from south to north. The columns are listed from west to east. In each number, the bits 1
+    /// (north), 2 (east), 4 (south) and 8 (west) are set for open sides.
     Trial,
-    /// A 16×16 maze as 256 bytes, one for each cell. The columns are stored from west to east, and
-    /// the cells of each column from south to north. In each byte, the bits 1 (north), 2 (east), 4
-    /// (south) and 8 (west) are set for walls.
+    /// A 16×16 or 32×32 maze as one byte for each cell. The columns are stored from west to east,
+    /// and the cells of each column from south to north. In each byte, the bits 1 (north), 2
+    /// (east), 4 (south) and 8 (west) are set for walls.
     Maz,
-    /// One line for each cell, in any order. Each line contains six numbers separated by blanks: x,
-    /// y, and 1 (wall) or 0 (no wall) for north, east, south and west. The largest x and y
-    /// determine the size of the maze.
+    /// One line for each cell with six numbers: x, y, and 1 (wall) or 0 (no wall) for north, east,
+    /// south and west.
     Num,
-    /// The table format of Python micromouse simulators. The rows run from north to south and
-    /// contain a code for each cell. The codes are separated by commas, semicolons or blanks. The
-    /// codes 1 to 16 stand for walls on these sides: W, N, E, S, SW, SE, NE, NW, WE, NS, SWE, NSE,
-    /// NWE, NSW, none, all. Codes may be written as floating-point numbers.
-    Csv,
-    /// Lines of hex digits, with one digit for each cell. The digits may be separated by commas,
-    /// semicolons or blanks. Each digit or each line may have the prefix `0x` or `0X`. If the
-    /// digits are separated, each may also have a leading zero.
-    ///
-    /// The layout and the meaning of the bits are inferred. The bits 1, 2, 4 and 8 stand for the
-    /// sides of a cell in one of two orders: either north, east, south, west, or east, north, west,
-    /// south. In some files a set bit means a wall, in others an open side. Each line is either a
-    /// row or a column of the maze. Rows may be listed from the north or from the south, and
-    /// columns from the west or from the east. Each line may begin at either end of its row or
-    /// column. There are 32 encodings in total.
-    ///
-    /// An encoding is valid if the resulting maze has no contradictions, no gaps in the outer wall,
-    /// and a start (0, 0) that is open only to the north.
-    ///
-    /// If several encodings are valid, the first valid encoding with a reachable goal is used. If
-    /// no valid encoding has a reachable goal, the first valid encoding is used. If another valid
-    /// encoding gives a different maze,
-    /// [`ParsedMaze::ambiguous_encoding`](crate::ParsedMaze::ambiguous_encoding) describes the
-    /// encoding that was used. The encodings with the bit order north, east, south, west are tried
-    /// first. For each bit order, the encodings in which a set bit means a wall come before those
-    /// in which it means an open side. For each bit order and each meaning of a set bit, the
-    /// layouts are tried in the order of this table:
-    ///
-    /// | lines | digits of a line |
-    /// |---|---|
-    /// | rows from the north | from the west |
-    /// | columns from the west | from the south |
-    /// | rows from the north | from the east |
-    /// | rows from the south | from the west |
-    /// | rows from the south | from the east |
-    /// | columns from the west | from the north |
-    /// | columns from the east | from the south |
-    /// | columns from the east | from the north |
-    Hex,
 }
 
 /// An error for an unknown format name.
@@ -112,21 +56,50 @@ pub struct FormatNameError {
     pub found: String,
 }
 
+/// An error while writing a maze in a [`Format`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The format does not support mazes of this size.
+    #[error("the format {format} supports only {expected}, but the maze is {found}")]
+    Size {
+        /// The format.
+        format: Format,
+        /// The sizes that the format supports.
+        expected: &'static str,
+        /// The size of the maze.
+        found: MazeSize,
+    },
+    /// The format cannot mark the start cell, and the start is not (0, 0).
+    #[error("the format {format} requires the start (0, 0), but the start is {found}")]
+    Start {
+        /// The format.
+        format: Format,
+        /// The start of the maze.
+        found: Cell,
+    },
+    /// The format cannot mark the goal, and the goal cells are not the central cells.
+    #[error("the format {format} requires the central cells as the goal, but the goal is {found}")]
+    Goal {
+        /// The format.
+        format: Format,
+        /// The goal cells of the maze.
+        found: String,
+    },
+}
+
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] = {
-        use Format::{Csv, Hex, Maz, Maze, Num, Oshwdem, Text, Trial};
-        [Text, Maze, Oshwdem, Trial, Maz, Num, Csv, Hex]
-    };
+    pub const ALL: [Self; 4] = [Self::Text, Self::Trial, Self::Maz, Self::Num];
 
     /// Returns the name of the format, which [`str::parse`] accepts.
     pub const fn name(self) -> &'static str {
-        ["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"][self as usize]
+        ["text", "trial", "maz", "num"][self as usize]
     }
 
     /// Returns the format in which a file with this path is written, according to its extension:
-    /// [`Text`](Self::Text) for `.txt`, and otherwise the writable format whose name is the
-    /// extension. Ignores case.
+    /// [`Text`](Self::Text) for `.txt`, and otherwise the format whose name is the extension.
+    /// Ignores case.
     ///
     /// ```
     /// use mmsim_formats::Format;
@@ -137,15 +110,70 @@ impl Format {
     /// ```
     pub fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        Self::ALL.into_iter().filter(|format| format.is_writable()).find(|format| {
+        Self::ALL.into_iter().find(|format| {
             let name = if *format == Self::Text { "txt" } else { format.name() };
             extension.eq_ignore_ascii_case(name)
         })
     }
 
-    /// Returns true if mazes can be written in this format.
-    pub const fn is_writable(self) -> bool {
-        matches!(self, Self::Text | Self::Trial | Self::Maz | Self::Num)
+    /// Writes a maze in this format. Reading the written content returns the same maze.
+    ///
+    /// # Errors
+    /// Returns an error if the format does not support the size, start or goal of the maze.
+    ///
+    /// ```
+    /// use mmsim_formats::Format;
+    /// use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
+    /// let walls = Walls::open(MazeSize::new(2, 1)?);
+    /// let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY)?;
+    /// assert_eq!(Format::Num.write(&maze)?, b"0 0 1 0 1 1\n1 0 1 1 1 0\n");
+    /// let error = Format::Maz.write(&maze).unwrap_err();
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x1"
+    /// );
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
+        let size = maze.size();
+        let is_square = size.width() == size.height();
+        let (holds, expected) = match self {
+            Self::Text => return Ok(maze.to_string().into()),
+            Self::Maz => (is_square && [16, 32].contains(&size.width()), "16x16 and 32x32 mazes"),
+            Self::Trial => (
+                is_square && size.width().is_multiple_of(2),
+                "square mazes with an even side length",
+            ),
+            Self::Num => (true, "any size"),
+        };
+        let start = maze.start().cell;
+        if !holds {
+            Err(WriteError::Size { format: self, expected, found: size })
+        } else if start != Cell::new(0, 0) {
+            Err(WriteError::Start { format: self, found: start })
+        } else if *maze.goals() != size.central_cells() {
+            let found: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
+            Err(WriteError::Goal { format: self, found: found.join(" ") })
+        } else {
+            Ok(self.write_cells(maze))
+        }
+    }
+
+    /// Writes the cells by column.
+    fn write_cells(self, maze: &Maze) -> Vec<u8> {
+        let size = maze.size();
+        let write = |cell: Cell| {
+            let sides = maze.walls().sides(cell);
+            let end = if cell.y + 1 < size.height() { "," } else { "\n" };
+            let [north, east, south, west] = Heading::ALL.map(|side| u8::from(sides.has(side)));
+            match self {
+                Self::Maz => vec![sides.bits()],
+                Self::Trial => format!("{}{end}", sides.bits() ^ 15).into(),
+                _ => format!("{} {} {north} {east} {south} {west}\n", cell.x, cell.y).into(),
+            }
+        };
+        let head = if self == Self::Trial { format!("{}\n", size.width()) } else { String::new() };
+        head.into_bytes().into_iter().chain(by_columns(size).flat_map(write)).collect()
     }
 }
 
@@ -173,6 +201,20 @@ mod tests {
         for format in Format::ALL {
             assert_eq!(format.name().parse(), Ok(format));
         }
-        insta::assert_snapshot!("png".parse::<Format>().unwrap_err(), @r#"expected one of text, maze, oshwdem, trial, maz, num, csv, hex, found "png""#);
+        insta::assert_snapshot!("png".parse::<Format>().unwrap_err(), @r#"expected one of text, trial, maz, num, found "png""#);
+    }
+
+    #[test]
+    fn errors_name_the_limit_of_the_format() {
+        let written = |format: Format, text: &str| {
+            let maze: Maze = text.parse().unwrap();
+            format.write(&maze).map_or_else(|error| error.to_string(), |_| "written".into())
+        };
+        let row = "o---o---o\n|       |\no---o---o\n";
+        insta::assert_snapshot!(written(Format::Num, row), @"written");
+        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side length, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num requires the start (0, 0), but the start is (1, 0)");
+        insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num requires the central cells as the goal, but the goal is (0, 0)");
     }
 }

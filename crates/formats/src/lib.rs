@@ -1,21 +1,24 @@
 //! Reads and writes micromouse maze files, detects their formats, and lists collections of mazes.
 //!
-//! The format of a file is detected from its content, not from its name:
+//! What a file contains is recognized by its content, not by its name: posts and walls drawn as
+//! text, a number for each cell, or a line for each cell.
 //!
 //! ```
-//! use mmsim_formats::{Format, parse_maze};
+//! use mmsim_formats::{Choice, Format, Notation, NoteKind};
 //!
-//! let trial = b"2\n1,6\n1,12\n";
-//! assert_eq!(Format::detect(trial), Format::Trial);
-//! let maze = parse_maze(trial)?;
-//! assert_eq!(maze.to_string(), "\
+//! let parsed = Choice::default().read(b"2\n1,6\n1,12\n").unwrap();
+//! assert_eq!(parsed.notation, Notation::Numbers);
+//! assert_eq!(parsed.maze.to_string(), "\
 //! o---o---o
 //! | G   G |
 //! o   o   o
 //! |SG | G |
 //! o---o---o
 //! ");
-//! assert_eq!(Format::Num.write(&maze)?, b"0 0 0 1 1 1\n0 1 1 0 0 1\n1 0 0 1 1 1\n1 1 1 1 0 0\n");
+//! assert_eq!(Format::Num.write(&parsed.maze)?, b"0 0 0 1 1 1\n0 1 1 0 0 1\n1 0 0 1 1 1\n1 1 1 1 0 0\n");
+//!
+//! let decorated = Choice::default().read(b"A maze\n+--+--+\n|s  g|\n.--+--+\n").unwrap();
+//! assert!(decorated.notes.iter().all(|note| note.kind == NoteKind::Ignored));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -24,27 +27,24 @@
 #![forbid(unsafe_code)]
 
 mod catalogue;
-mod csv;
-mod detect;
+mod cells;
+mod drawing;
+mod encoding;
 mod error;
 mod format;
-mod grid;
-mod hex;
-mod maz;
-mod num;
+mod numbers;
 mod parsed_maze;
 mod read;
 mod rows;
-mod text;
-mod trial;
-mod write;
 
 pub use catalogue::{Catalogue, Entry};
-pub use error::{Location, ParseError, ParseErrorKind};
-pub use format::{Format, FormatNameError};
-pub use parsed_maze::ParsedMaze;
-pub use read::{MAX_FILE_BYTES, ReadError, parse_maze, read_content, read_content_from, read_maze};
-pub use write::WriteError;
+pub use encoding::{Bits, Encoding, EncodingError, Rows};
+pub use error::{Location, Note, NoteKind, ParseError, ParseErrorKind, Reading};
+pub use format::{Format, FormatNameError, WriteError};
+pub use parsed_maze::{Notation, ParsedMaze};
+pub use read::{
+    Choice, MAX_FILE_BYTES, ReadError, parse_maze, read_content, read_content_from, read_maze,
+};
 
 /// Compiles and runs the example in the README of this crate.
 #[cfg(doctest)]

@@ -1,38 +1,54 @@
-//! The result of reading a maze file.
+//! The result of reading a maze file, and what the readers of all notations share.
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Sides, Walls};
 
-use crate::error::{Location, ParseError, ParseErrorKind};
+use crate::encoding::Encoding;
+use crate::error::{Location, Note, ParseError, ParseErrorKind};
 
-/// A maze read from a file, and the assumptions that were made to read it.
+/// A maze read from a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParsedMaze {
     /// The maze.
     pub maze: Maze,
-    /// The locations of walls that the file marks as unknown. Unknown walls are read as open.
-    pub unknown_walls: Vec<Location>,
-    /// A description of the inferred encoding of hex digits, if the digits could also be read as a
-    /// different maze.
-    ///
-    /// ```
-    /// use mmsim_formats::Format;
-    /// let encoding =
-    ///     |digits: &[u8]| Format::Hex.read(digits).map(|parsed| parsed.ambiguous_encoding);
-    /// assert_eq!(encoding(b"9113\nec46\n"), Ok(None));
-    /// let first = "rows from the north, each starting in the west; \
-    ///     bits 1, 2, 4 and 8 are walls to the north, east, south and west";
-    /// assert_eq!(encoding(b"bf\nab\nee\n"), Ok(Some(first.into())));
-    /// ```
-    pub ambiguous_encoding: Option<String>,
+    /// How the file describes the maze.
+    pub notation: Notation,
+    /// The encodings that give this maze, if the file has a number for each cell.
+    pub encodings: Vec<Encoding>,
+    /// What is unusual about the file, in the order of the file.
+    pub notes: Vec<Note>,
 }
 
-/// Wraps a maze that was read without any assumptions.
-impl From<Maze> for ParsedMaze {
-    fn from(maze: Maze) -> Self {
-        Self { maze, unknown_walls: Vec::new(), ambiguous_encoding: None }
+/// How a file describes a maze.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Notation {
+    /// Posts and walls drawn as text.
+    Drawing,
+    /// A number for each cell.
+    Numbers,
+    /// A line for each cell.
+    Cells,
+}
+
+impl ParsedMaze {
+    pub(crate) const fn new(maze: Maze, notation: Notation) -> Self {
+        Self { maze, notation, encodings: Vec::new(), notes: Vec::new() }
     }
 }
+
+impl Notation {
+    /// Returns the name: `drawing`, `numbers` or `cells`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drawing => "drawing",
+            Self::Numbers => "numbers",
+            Self::Cells => "cells",
+        }
+    }
+}
+
+pub(crate) const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
 
 /// Returns the cell at these coordinates, which must be below 32.
 #[allow(clippy::cast_possible_truncation)]
@@ -56,62 +72,65 @@ pub(crate) fn maze(walls: Walls, start: Option<Cell>, goals: CellSet) -> Result<
     })
 }
 
-/// Builds a maze with the default start and goal.
-pub(crate) fn unmarked_maze(walls: Walls) -> Result<Maze, Vec<ParseError>> {
-    Ok(maze(walls, None, CellSet::EMPTY)?)
-}
-
-/// A cell as recorded in a file.
-pub(crate) struct CellRecord {
-    /// The sides of the cell that have a wall.
-    pub(crate) sides: Sides,
-    pub(crate) location: Location,
-    /// The record as written in the file, for error messages.
-    pub(crate) found: String,
-}
-
 /// Returns all cells by column. The columns are listed from west to east, and the cells of a column
 /// from south to north.
 pub(crate) fn by_columns(size: MazeSize) -> impl Iterator<Item = Cell> {
     (0..size.width()).flat_map(move |x| (0..size.height()).map(move |y| Cell { x, y }))
 }
 
-/// Combines the records of all cells into the walls of a maze.
+/// Returns the sides on which a cell lacks an outer wall, or disagrees with the cell to its north or
+/// east about the wall between them.
+pub(crate) fn faults(
+    size: MazeSize,
+    sides: impl Fn(Cell) -> Sides,
+) -> impl Iterator<Item = (Cell, Heading)> {
+    by_columns(size).flat_map(move |cell| {
+        let here = sides(cell);
+        let is_fault = |heading: &Heading| match size.neighbour(cell, *heading) {
+            None => !here.has(*heading),
+            Some(_) if matches!(heading, Heading::South | Heading::West) => false,
+            Some(neighbour) => here.has(*heading) != sides(neighbour).has(heading.back()),
+        };
+        let faulty = Heading::ALL.map(|heading| is_fault(&heading).then_some((cell, heading)));
+        faulty.into_iter().flatten()
+    })
+}
+
+/// Builds walls from the sides of all cells.
 ///
 /// # Errors
-/// Returns an error for each contradiction between adjacent cells and for each gap in the outer
-/// wall.
-pub(crate) fn walls_of_cells<'a>(
+/// Returns an error for each of the [`faults`]. `place` returns the location of a cell, and what
+/// was found there.
+pub(crate) fn walls(
     size: MazeSize,
-    record: impl Fn(Cell) -> &'a CellRecord,
+    sides: impl Fn(Cell) -> Sides,
+    place: impl Fn(Cell) -> (Location, String),
 ) -> Result<Walls, Vec<ParseError>> {
-    let (mut walls, mut errors) = (Walls::open(size), Vec::new());
-    for cell in by_columns(size) {
-        let here = record(cell);
+    let error = |(cell, heading)| {
+        let (location, found) = place(cell);
+        let Some(neighbour) = size.neighbour(cell, heading) else {
+            let error = ParseError::at(
+                location,
+                format!("an outer wall to the {heading} of {cell}"),
+                found,
+            );
+            return error.with_kind(ParseErrorKind::OpenPerimeter).with_cell(cell);
+        };
+        let wall = if sides(cell).has(heading) { "a wall" } else { "no wall" };
+        let expected = format!("{wall} between {cell} and {neighbour} to match {location}");
+        let (there, found) = place(neighbour);
+        let error = ParseError::at(there, expected, found);
+        error.with_kind(ParseErrorKind::Contradiction).with_cell(neighbour)
+    };
+    let errors: Vec<ParseError> = faults(size, &sides).map(error).collect();
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let mut walls = Walls::open(size);
+    for cell in size.cells() {
         for heading in Heading::ALL {
-            let is_wall = here.sides.has(heading);
-            let Some(neighbour) = size.neighbour(cell, heading) else {
-                if !is_wall {
-                    let expected = format!("an outer wall to the {heading} of {cell}");
-                    let error = ParseError::at(here.location, expected, &here.found);
-                    errors.push(error.with_kind(ParseErrorKind::OpenPerimeter).with_cell(cell));
-                }
-                continue;
-            };
-            // This side was compared when the loop visited the neighbour.
-            if matches!(heading, Heading::South | Heading::West) {
-                continue;
-            }
-            let (there, back) = (record(neighbour), heading.back());
-            if is_wall != there.sides.has(back) {
-                let wall = if is_wall { "a wall" } else { "no wall" };
-                let location = here.location;
-                let expected = format!("{wall} between {cell} and {neighbour} to match {location}");
-                let error = ParseError::at(there.location, expected, &there.found);
-                errors.push(error.with_kind(ParseErrorKind::Contradiction).with_cell(neighbour));
-            }
-            walls.set(cell, heading, is_wall);
+            walls.set(cell, heading, sides(cell).has(heading));
         }
     }
-    if errors.is_empty() { Ok(walls) } else { Err(errors) }
+    Ok(walls)
 }

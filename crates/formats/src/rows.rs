@@ -1,16 +1,8 @@
-//! Functions that split text into lines, items and tables.
+//! Splitting text into rows of items.
 
-use mmsim_maze::MazeSize;
+use crate::error::{Location, Note, ParseError, quoted};
 
-use crate::error::{Location, ParseError, quoted};
-
-pub(crate) const MAX_SIDE: usize = MazeSize::MAX_SIDE as usize;
-
-/// The maximum number of items that are read from a line. The value is [`MAX_SIDE`] plus one, so
-/// that lines with too many items are detected.
-pub(crate) const MAX_ITEMS: usize = MAX_SIDE + 1;
-
-/// An item of a table and its location in the file.
+/// An item of a row and its column, counted from 1.
 #[derive(Clone, Copy)]
 pub(crate) struct Item<'a> {
     pub(crate) text: &'a str,
@@ -18,85 +10,118 @@ pub(crate) struct Item<'a> {
     pub(crate) column: usize,
 }
 
+/// The items of a line of text, or of the inner brackets of an array. A row has at least one item.
+pub(crate) struct Row<'a> {
+    pub(crate) items: Vec<Item<'a>>,
+    /// True if the row contains a comma or semicolon.
+    pub(crate) is_separated: bool,
+}
+
+impl<'a> Row<'a> {
+    pub(crate) fn texts(&self) -> Vec<&'a str> {
+        self.items.iter().map(|item| item.text).collect()
+    }
+
+    /// Returns the items, or the digits of a single item.
+    pub(crate) fn numbers(&self, are_digits: bool) -> Vec<Item<'a>> {
+        match self.items[..] {
+            [word] if are_digits => word.characters(),
+            _ => self.items.clone(),
+        }
+    }
+}
+
 impl Item<'_> {
     pub(crate) const fn location(&self) -> Location {
         Location::Text { line: self.line, column: self.column }
     }
 
+    /// Returns the location after the last character.
+    pub(crate) fn end(&self) -> Location {
+        Location::Text { line: self.line, column: self.column + self.text.chars().count() }
+    }
+
     pub(crate) fn error(&self, expected: impl Into<String>) -> ParseError {
         ParseError::at(self.location(), expected, quoted(self.text))
     }
-}
 
-/// Decodes a file as text. Removes the byte order mark and replaces `\r\n` and `\r` with `\n`.
-pub(crate) fn decode_text(content: &[u8]) -> String {
-    let text = String::from_utf8_lossy(content);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    text.replace("\r\n", "\n").replace('\r', "\n")
-}
-
-/// Returns the lines that are not blank, with their line numbers.
-pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    (1..).zip(text.lines()).filter(|(_, content)| !content.trim().is_empty())
-}
-
-/// Splits a line at its commas. A line without commas is split at its semicolons, and a line with
-/// neither is split at its blanks. A comma or semicolon after the last item is ignored.
-pub(crate) fn items(line: usize, content: &str) -> Vec<Item<'_>> {
-    let separator = [',', ';'].into_iter().find(|&separator| content.contains(separator));
-    let separates = |c: char| separator.map_or(c.is_whitespace(), |separator| c == separator);
-    let (mut items, mut at) = (Vec::new(), 1);
-    for slot in content.trim_end().split(separates) {
-        if items.len() == MAX_ITEMS {
-            break;
-        }
-        let text = slot.trim();
-        let blanks = slot.chars().count() - slot.trim_start().chars().count();
-        if separator.is_some() || !text.is_empty() {
-            items.push(Item { text, line, column: if text.is_empty() { at } else { at + blanks } });
-        }
-        at += slot.chars().count() + 1;
+    pub(crate) fn ignored(&self) -> Note {
+        Note::ignored(self.location(), self.text)
     }
-    // Remove the empty item after a trailing separator.
-    items.pop_if(|last| last.text.is_empty());
-    items
-}
 
-/// Returns the column after the last character of a line, ignoring trailing blanks.
-pub(crate) fn end(content: &str) -> usize {
-    content.trim_end().chars().count() + 1
-}
-
-/// Reads a table with rows of equal length. Returns the rows and the size of the table. `split`
-/// splits a line into items, and `what` describes the items in error messages.
-pub(crate) fn table<'a>(
-    text: &'a str,
-    what: &str,
-    split: impl Fn(usize, &'a str) -> Vec<Item<'a>>,
-) -> Result<(Vec<Vec<Item<'a>>>, MazeSize), ParseError> {
-    let mut rows: Vec<Vec<Item>> = Vec::new();
-    let mut first = 1;
-    for (line, content) in lines(text) {
-        if rows.len() == MAX_SIDE {
-            return Err(ParseError::new(line, 1, "at most 32 rows of cells", "one more"));
-        }
-        let row = split(line, content);
-        match (row.get(MAX_SIDE), rows.first().map(Vec::len)) {
-            (Some(beyond), _) => {
-                let expected = "at most 32 cells per row";
-                return Err(ParseError::at(beyond.location(), expected, "more"));
-            }
-            (None, Some(width)) if row.len() != width => {
-                let expected = format!("{width} {what}, as on line {first}");
-                return Err(ParseError::new(line, end(content), expected, row.len().to_string()));
-            }
-            (None, Some(_)) => {}
-            (None, None) => first = line,
-        }
-        rows.push(row);
+    /// Returns the item without the prefix of hexadecimal numbers.
+    fn without_prefix(self) -> Self {
+        let text = self.text.strip_prefix("0x").or_else(|| self.text.strip_prefix("0X"));
+        text.map_or(self, |text| Self { text, column: self.column + 2, ..self })
     }
-    let width = rows.first().map_or(0, Vec::len);
-    let size = MazeSize::new(width, rows.len())
-        .map_err(|_| ParseError::new(first, 1, format!("rows of {what}"), "the end of the file"))?;
-    Ok((rows, size))
+
+    /// Returns the characters of the item, without the prefix of hexadecimal numbers, as items.
+    pub(crate) fn characters(self) -> Vec<Self> {
+        let Self { text, column, .. } = self.without_prefix();
+        let characters = text.char_indices().map(|(at, c)| &text[at..at + c.len_utf8()]);
+        characters.zip(column..).map(|(text, column)| Self { text, column, ..self }).collect()
+    }
+
+    /// Returns the number from 0 to 255. A decimal number may have the form of a float.
+    pub(crate) fn number(self, is_hex: bool) -> Option<u8> {
+        let bare = self.without_prefix().text;
+        if is_hex || bare.len() < self.text.len() {
+            return u8::from_str_radix(bare, 16).ok().filter(|_| !bare.starts_with('+'));
+        }
+        let number: f64 = bare.parse().ok()?;
+        let is_whole = number.fract() == 0.0 && (0.0..256.0).contains(&number);
+        // The number is whole and small.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        is_whole.then_some(number as u8)
+    }
+}
+
+/// Replaces comments of C by blanks. If the rest has brackets, replaces everything outside the first
+/// array.
+pub(crate) fn without_code(text: &str) -> String {
+    let (mut end, mut ends_at) = ("", 0);
+    let strip = |(at, c): (usize, char)| {
+        if end.is_empty() && text[at..].starts_with("//") {
+            (end, ends_at) = ("\n", at);
+        } else if end.is_empty() && text[at..].starts_with("/*") {
+            (end, ends_at) = ("*/", at + 2);
+        } else if !end.is_empty() && at >= ends_at && text[..at].ends_with(end) {
+            end = "";
+        }
+        if end.is_empty() || c == '\n' { c } else { ' ' }
+    };
+    let code: String = text.char_indices().map(strip).collect();
+    let from = code.find('=').filter(|&at| code[at..].contains(['{', '['])).unwrap_or(0);
+    let Some(start) = code[from..].find(['{', '[']).map(|at| from + at) else { return code };
+    let (mut depth, mut is_closed) = (0, false);
+    let array = code.char_indices().map(|(at, c)| {
+        let is_outside = is_closed || at < start;
+        depth +=
+            i32::from("{[".contains(c) && !is_outside) - i32::from("}]".contains(c) && !is_outside);
+        is_closed |= at >= start && depth == 0;
+        if is_outside && c != '\n' { ' ' } else { c }
+    });
+    array.collect()
+}
+
+/// Splits text into rows of items: the lines that are not blank, or the inner brackets of an array.
+pub(crate) fn rows(text: &str) -> Vec<Row<'_>> {
+    let is_nested = text.matches(['{', '[']).count() > 1;
+    let new_row = || Row { items: Vec::new(), is_separated: false };
+    let (mut rows, mut row, mut start) = (Vec::new(), new_row(), None);
+    let (mut line, mut column) = (1, 1);
+    for (at, c) in text.char_indices().chain([(text.len(), '\n')]) {
+        let is_row_end = if is_nested { "{[]}".contains(c) } else { c == '\n' };
+        if !c.is_whitespace() && !"{[]},;()\"'".contains(c) {
+            start = start.or(Some((at, column)));
+        } else if let Some((from, column)) = start.take() {
+            row.items.push(Item { text: &text[from..at], line, column });
+        }
+        row.is_separated |= ",;".contains(c);
+        if (is_row_end || at == text.len()) && !row.items.is_empty() {
+            rows.push(std::mem::replace(&mut row, new_row()));
+        }
+        (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+    }
+    rows
 }

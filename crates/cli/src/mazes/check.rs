@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
-use mmsim_formats::{Catalogue, Entry, Format, Location, ParseError, ParseErrorKind, ParsedMaze};
+use mmsim_formats::{
+    Catalogue, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze, ReadError,
+};
 use mmsim_maze::{Cell, Escaped, Maze, Symmetry, Wall, counted};
 use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
 use serde::Serialize;
 
-use super::convert::format;
+use super::EncodingArgs;
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
 use crate::output::{print, print_pretty_json};
@@ -21,19 +23,18 @@ use crate::output::{print, print_pretty_json};
 struct Checked {
     #[serde(flatten)]
     row: MazeRow,
-    format: Option<&'static str>,
+    notation: Option<&'static str>,
     findings: Vec<Finding>,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// Maze files, or folders to search recursively; hidden, .md and .json files in folders are
-    /// skipped
+    /// Maze files, or folders to search recursively; hidden files, and files that look like no
+    /// maze, are skipped in folders
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
-    /// Format of all files [default: detected from their content]
-    #[arg(long, value_parser = format(|_| true))]
-    format: Option<Format>,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Contest rules for walls, start and goal [default: classic for square mazes of 5x5 to 16x16
     /// cells, half-size for larger square mazes; for all other mazes, only posts without a wall and
     /// unreachable cells are reported]
@@ -63,10 +64,10 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
     let mut seen = HashMap::new();
     let mut files = Vec::new();
     for path in &args.paths {
-        match Catalogue::from_path(path) {
+        match Catalogue::from_encoded(path, args.encoding.choice()) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
                 let error = format!("{}: no maze files", path.display());
-                files.push(Checked::unread(path, &error));
+                files.push(Checked::with_error(path, &error));
             }
             Ok(catalogue) => {
                 let entries = catalogue.entries().iter();
@@ -81,45 +82,44 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
         print(&files.iter().map(Checked::text).collect::<String>())?;
     }
     let mut findings = files.iter().flat_map(|file| &file.findings);
-    Ok(!findings.any(|finding| args.strict || finding.kind.is_error()))
+    Ok(!findings.any(|it| it.severity == "error" || args.strict && it.severity == "warning"))
 }
 
 impl Checked {
     /// Checks a file. `seen` maps each maze found so far to the first file that contains it.
     fn new(entry: &Entry, args: &CheckArgs, seen: &mut HashMap<Maze, PathBuf>) -> Self {
         let path = entry.path();
-        let content = match entry.content() {
-            Ok(content) => content,
-            Err(error) => return Self::unread(path, &error),
+        let parsed = match entry.parsed() {
+            Ok(parsed) => parsed,
+            Err(error) => return Self::unread(path, error),
         };
-        let format = args.format.unwrap_or_else(|| Format::detect(&content));
-        let (row, findings) = match format.read(&content) {
-            Ok(reading) => {
-                let row = MazeRow::from_maze(path, &reading.maze);
-                let mut findings = Finding::from_reading(&reading, args.rules);
-                let mut images = Symmetry::ALL.into_iter();
-                let first =
-                    images.find_map(|to| Some((to, seen.get(&reading.maze.transformed(to))?)));
-                match first {
-                    Some((_, first)) if is_same_file(first, path) => {}
-                    Some((to, first)) => findings.push(Finding::duplicate(first, to)),
-                    None => drop(seen.insert(reading.maze, path.into())),
-                }
-                (row, findings)
-            }
-            Err(errors) => {
-                let findings: Vec<Finding> = errors.iter().map(Finding::from_error).collect();
-                let first = errors.first().map(ToString::to_string).unwrap_or_default();
-                (MazeRow::from_error(path, &format!("{}: {first}", path.display())), findings)
-            }
-        };
-        Self { row, format: Some(format.name()), findings }
+        let row = MazeRow::from_maze(path, &parsed.maze);
+        let mut findings = Finding::from_parsed(parsed, args.rules);
+        let mut images = Symmetry::ALL.into_iter();
+        let first = images.find_map(|to| Some((to, seen.get(&parsed.maze.transformed(to))?)));
+        match first {
+            Some((_, first)) if is_same_file(first, path) => {}
+            Some((to, first)) => findings.push(Finding::duplicate(first, to)),
+            None => drop(seen.insert(parsed.maze.clone(), path.into())),
+        }
+        Self { row, notation: Some(parsed.notation.name()), findings }
     }
 
-    /// Returns the result for a file or folder that cannot be read. `error` must contain the path.
-    fn unread(path: &Path, error: &impl Display) -> Self {
+    /// Returns the result for a file or folder that cannot be read.
+    fn unread(path: &Path, error: &ReadError) -> Self {
+        match error {
+            ReadError::Parse { errors, .. } => {
+                let findings = errors.iter().map(Finding::from_error).collect();
+                Self { findings, ..Self::with_error(path, error) }
+            }
+            _ => Self::with_error(path, error),
+        }
+    }
+
+    /// Returns the result for an error, whose message must contain the path.
+    fn with_error(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
-        Self { row: MazeRow::from_error(path, error), format: None, findings }
+        Self { row: MazeRow::from_error(path, error), notation: None, findings }
     }
 
     /// Formats one line with the properties of the maze, or with the first error if the file cannot
@@ -159,8 +159,8 @@ enum FindingKind {
     Unreadable,
     Contradiction,
     OpenPerimeter,
-    GoalUnreachable,
     Ambiguous,
+    GoalUnreachable,
     UnknownWalls,
     StartNotInCorner,
     StartNotClosed,
@@ -172,6 +172,8 @@ enum FindingKind {
     PostsWithoutWall,
     UnreachableCells,
     Duplicate,
+    Path,
+    Ignored,
 }
 
 impl FindingKind {
@@ -182,7 +184,11 @@ impl FindingKind {
 
 impl Finding {
     fn new(kind: FindingKind, message: String) -> Self {
-        let severity = if kind.is_error() { "error" } else { "warning" };
+        let severity = match kind {
+            _ if kind.is_error() => "error",
+            FindingKind::Path | FindingKind::Ignored => "note",
+            _ => "warning",
+        };
         let (line, column, byte, cell, place) = (None, None, None, None, String::new());
         Self { severity, kind, message, line, column, byte, cell, place }
     }
@@ -196,6 +202,7 @@ impl Finding {
         let kind = match error.kind {
             ParseErrorKind::Contradiction => FindingKind::Contradiction,
             ParseErrorKind::OpenPerimeter => FindingKind::OpenPerimeter,
+            ParseErrorKind::Ambiguous => FindingKind::Ambiguous,
             _ => FindingKind::Unreadable,
         };
         let cell = error.cell.map(|cell| [cell.x, cell.y]);
@@ -212,29 +219,29 @@ impl Finding {
         Self::new(FindingKind::Duplicate, message)
     }
 
-    /// Returns the problems in a maze and the assumptions made when reading it. Without `rules`,
-    /// the size of the maze selects the contest rules.
-    fn from_reading(reading: &ParsedMaze, rules: Option<Rules>) -> Vec<Self> {
-        let ParsedMaze { maze, unknown_walls, ambiguous_encoding, .. } = reading;
-        let start = maze.start().cell;
-        let mut findings = Vec::new();
+    /// Returns the problems in a maze and the notes about its file. Without `rules`, the size of the
+    /// maze selects the contest rules.
+    fn from_parsed(ParsedMaze { maze, notes, .. }: &ParsedMaze, rules: Option<Rules>) -> Vec<Self> {
+        let mut findings: Vec<Self> = notes.iter().map(Self::from_note).collect();
         if MazeFacts::new(maze).shortest_path.is_none()
             && let Some(goal) = maze.goals().iter().next()
         {
-            let message = format!("goal {goal} unreachable from the start {start}");
+            let message = format!("goal {goal} unreachable from the start {}", maze.start().cell);
             findings.push(Self::new(FindingKind::GoalUnreachable, message).at_cell(goal));
         }
-        findings.extend(
-            ambiguous_encoding.iter().map(|way| Self::new(FindingKind::Ambiguous, ambiguity(way))),
-        );
-        findings.extend(unknown_walls.iter().map(|&place| {
-            let message = format!("{place}: unknown wall, assumed open");
-            Self::new(FindingKind::UnknownWalls, message).at_place(place)
-        }));
         let rules = rules.unwrap_or_else(|| Some(MazeRules::for_size(maze.size())));
         let violations = rules.map(|rules| rules.violations(maze)).unwrap_or_default();
         findings.extend(violations.iter().map(|violation| Self::from_violation(violation, maze)));
         findings
+    }
+
+    fn from_note(note: &Note) -> Self {
+        let kind = match note.kind {
+            NoteKind::UnknownWall => FindingKind::UnknownWalls,
+            NoteKind::Path => FindingKind::Path,
+            _ => FindingKind::Ignored,
+        };
+        Self::new(kind, note.to_string()).at_place(note.location)
     }
 
     fn from_violation(violation: &MazeViolation, maze: &Maze) -> Self {
@@ -271,11 +278,6 @@ impl Finding {
     }
 }
 
-/// Returns the message for a file whose encoding is ambiguous.
-pub(super) fn ambiguity(way: &str) -> String {
-    format!("the digits fit more than one maze; read as: {way}")
-}
-
 /// Formats the findings, one line per kind.
 fn finding_lines(findings: &[Finding]) -> String {
     let mut findings = findings.to_vec();
@@ -297,9 +299,10 @@ fn summary(group: &[Finding], kind: FindingKind) -> String {
         FindingKind::PostsWithoutWall => format!("{count} posts without a wall, south-west of "),
         FindingKind::UnreachableCells => format!("{count} unreachable cells: "),
         FindingKind::WallsInGoal => format!("{count} walls inside the goal, at "),
-        FindingKind::UnknownWalls => format!("{count} unknown walls, assumed open, at "),
+        FindingKind::UnknownWalls => format!("{count} unknown walls, read as open, at "),
         FindingKind::Contradiction => format!("{count} more contradictions, at "),
         FindingKind::OpenPerimeter => format!("{count} more gaps in the outer wall, at "),
+        FindingKind::Ignored => format!("{count} ignored texts, at "),
         _ => format!("{}: ", counted(count, "finding")),
     };
     let places: Vec<&str> = group.iter().take(SHOWN).map(|finding| &finding.place[..]).collect();

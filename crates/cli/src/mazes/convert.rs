@@ -4,11 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::TypedValueParser;
-use mmsim_formats::{Format, ReadError, WriteError, read_content, read_content_from};
+use mmsim_formats::{Format, NoteKind, ReadError, WriteError, read_content, read_content_from};
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
-use super::check::ambiguity;
+use super::EncodingArgs;
 use crate::args::{CommandResult, UsageError, one_of};
 use crate::output::{is_standard, note, replace_or_print, warn};
 
@@ -21,21 +20,14 @@ pub(super) struct ConvertArgs {
     /// unless --to is set. Existing files are replaced
     #[arg(value_name = "OUT")]
     output: PathBuf,
-    /// Format of IN [default: detected from its content]
-    #[arg(long, value_parser = format(|_| true))]
-    format: Option<Format>,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Format of OUT [default: selected by its extension; for stdout, the text format]
-    #[arg(long, value_parser = format(Format::is_writable))]
+    #[arg(long, value_parser = one_of(Format::ALL, |format| format.name().into()))]
     to: Option<Format>,
     /// Omit a start or goal that the format cannot store
     #[arg(long)]
     lossy: bool,
-}
-
-/// Returns a parser for the names of all formats that satisfy `accepts`.
-pub(super) fn format(accepts: fn(Format) -> bool) -> impl TypedValueParser<Value = Format> {
-    let formats = Format::ALL.into_iter().filter(move |&format| accepts(format));
-    one_of(formats, |format| format.name().into())
 }
 
 pub(super) fn run(args: &ConvertArgs) -> CommandResult {
@@ -46,7 +38,7 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
         let hint = "use .txt, .trial, .maz or .num, or --to FORMAT";
         UsageError::new("mazes convert", format!("unknown format of {output} ({hint})"))
     })?;
-    let maze = read(&args.input, args.format)?;
+    let maze = read(&args.input, &args.encoding)?;
     let content = match to.write(&maze) {
         Err(WriteError::Start { .. } | WriteError::Goal { .. }) if args.lossy => {
             let bare = Maze::new(maze.walls().clone(), Cell::new(0, 0), CellSet::EMPTY)?;
@@ -64,7 +56,7 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
     Ok(true)
 }
 
-fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error::Error>> {
+fn read(path: &Path, encoding: &EncodingArgs) -> Result<Maze, Box<dyn std::error::Error>> {
     let is_stdin = is_standard(path);
     let path = if is_stdin { Path::new("stdin") } else { path };
     let content = if is_stdin {
@@ -74,19 +66,14 @@ fn read(path: &Path, format: Option<Format>) -> Result<Maze, Box<dyn std::error:
     } else {
         read_content(path)?
     };
-    let reading = format.unwrap_or_else(|| Format::detect(&content)).read(&content);
-    let reading = reading.map_err(|errors| match errors.into_iter().next() {
-        Some(source) => ReadError::Parse { path: path.into(), source }.to_string(),
-        None => format!("{}: no maze", path.display()),
-    })?;
-    if let Some(way) = &reading.ambiguous_encoding {
-        warn(format_args!("{}: {}", path.display(), ambiguity(way)));
+    let parsed = encoding.choice().read(&content);
+    let parsed = parsed.map_err(|errors| ReadError::Parse { path: path.into(), errors })?;
+    let unknown = parsed.notes.iter().filter(|note| note.kind == NoteKind::UnknownWall).count();
+    if unknown > 0 {
+        let walls = counted(unknown, "unknown wall");
+        warn(format_args!("{}: {walls} read as open", path.display()));
     }
-    if !reading.unknown_walls.is_empty() {
-        let walls = counted(reading.unknown_walls.len(), "unknown wall");
-        warn(format_args!("{}: {walls} assumed open", path.display()));
-    }
-    Ok(reading.maze)
+    Ok(parsed.maze)
 }
 
 /// Describes the start and goal of `maze` that would be lost if `bare` were written instead. `bare`

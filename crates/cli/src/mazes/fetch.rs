@@ -4,10 +4,11 @@ mod archive;
 mod folder;
 mod source;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use mmsim_formats::{Catalogue, parse_maze};
+use mmsim_formats::{Catalogue, Entry};
 use mmsim_maze::{Counted, Escaped, counted};
 use serde::Serialize;
 
@@ -130,18 +131,17 @@ fn select(mut all: Files) -> (Files, Vec<String>) {
     let top = top_folder_bytes(&all);
     all.retain(|path, _| !is_hidden(&path[top..]));
     let top = top_folder_bytes(&all);
-    let (mut files, mut mazes) = (Files::new(), Vec::new());
-    for (path, content) in all {
-        let path = path[top..].to_string();
-        let is_skipped = Catalogue::skips(Path::new(&path));
-        if !is_skipped && parse_maze(&content).is_ok() {
-            mazes.push(path.clone());
-            files.insert(path, content);
-        } else if is_about(&path) {
-            // Listings of mazes skip files with this extension.
-            files.insert(if is_skipped { path } else { path + ".md" }, content);
-        }
-    }
+    let contents = all.iter().map(|(path, content)| (path[top..].into(), Ok(content.clone())));
+    let catalogue = Catalogue::from_contents(contents);
+    let is_maze = |entry: &&Entry| match entry.parsed() {
+        Ok(_) => true,
+        Err(error) => !error.readings().is_empty(),
+    };
+    let mazes = catalogue.entries().iter().filter(is_maze);
+    let mazes: Vec<String> = mazes.map(|entry| entry.path().display().to_string()).collect();
+    let selected: BTreeSet<&String> = mazes.iter().collect();
+    let files = all.into_iter().map(|(path, content)| (path[top..].to_string(), content));
+    let files = files.filter(|(path, _)| selected.contains(path) || is_about(path)).collect();
     (files, mazes)
 }
 
