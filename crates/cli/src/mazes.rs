@@ -1,9 +1,11 @@
-//! `mmsim mazes`: list, show, check, convert, fetch and generate mazes.
+//! `mmsim mazes`: list, show, check, compare, convert, fetch and generate mazes.
 
 mod check;
 mod convert;
+mod diff;
 mod fetch;
 mod generate;
+mod index;
 mod row;
 
 use std::path::{Path, PathBuf};
@@ -19,6 +21,7 @@ use crate::output::{print, print_json, print_pretty_json};
 use crate::selection::Collection;
 use check::CheckArgs;
 use convert::ConvertArgs;
+use diff::DiffArgs;
 use fetch::{FETCH, FetchArgs};
 use generate::GenerateArgs;
 use row::MazeRow;
@@ -65,6 +68,13 @@ enum MazesCommand {
     /// goal that a wall follower finds, posts without a wall, and unreachable cells. Notes are
     /// printed for everything else in a file that is not part of its maze.
     Check(CheckArgs),
+    /// Draw the walls that differ between two mazes, or find equal mazes in a folder
+    ///
+    /// For two mazes, prints the size, start and goals that differ, and draws the walls that only A
+    /// has as `<` and those that only B has as `>`. If A or B is a folder, lists the mazes of B that
+    /// have the walls of a maze of A, also if they are rotated or mirrored. The exit code is 0 if the
+    /// mazes are equal or an equal maze is found, else 1.
+    Diff(DiffArgs),
     /// Write a maze file in another format
     Convert(ConvertArgs),
     /// Download a public collection of real contest mazes
@@ -105,6 +115,7 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
             show(&name.join(" "), mazes.as_deref(), encoding, *json)
         }
         MazesCommand::Check(args) => check::run(args),
+        MazesCommand::Diff(args) => diff::run(args),
         MazesCommand::Convert(args) => convert::run(args),
         MazesCommand::Fetch(args) => fetch::run(args),
         MazesCommand::Generate(args) => generate::run(args),

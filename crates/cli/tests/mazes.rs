@@ -1,8 +1,8 @@
-//! `mmsim mazes`: list, show, check and convert.
+//! `mmsim mazes`: list, show, check and diff.
 
 mod harness;
 
-use harness::Home;
+use harness::{Home, Output};
 use mmsim_formats::Format;
 use mmsim_generator::{Style, generate};
 use mmsim_maze::MazeSize;
@@ -188,6 +188,89 @@ fn rotated_and_mirrored_mazes_are_duplicates() {
       warning: rotated by 90° anticlockwise, the maze has the same walls, start and goal as ./1.txt
     ./4-other-goal.txt: 2x2, 1 goal cell, goal 1 step away
     ");
+}
+
+#[test]
+fn diff_draws_the_walls_that_differ() {
+    let home = Home::new();
+    home.write("a.txt", "o---o---o\n| S | G |\no   o   o\n|       |\no---o---o\n");
+    home.write("b.txt", "o---o---o\n|   | G |\no---o   o\n| S     |\no---o---o\n");
+    home.write("c.txt", SMALL);
+    home.write("turned.txt", "o---o---o\n|     S |\no   o---o\n|     G |\no---o---o\n");
+    let diff = |a: &str, b: &str| {
+        let ended = home.run(&["mazes", "diff", a, b]);
+        assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "{ended:?}");
+        ended.stdout
+    };
+    insta::assert_snapshot!(diff("a.txt", "b.txt"), @"
+    start: (0, 1) in a.txt, (0, 0) in b.txt
+    < 0 walls only in a.txt
+    > 1 wall only in b.txt
+    o---o---o
+    | S | G |
+    o>>>o   o
+    | S     |
+    o---o---o
+    ");
+    insta::assert_snapshot!(diff("a.txt", "c.txt"), @"
+    size: 2x2 cells in a.txt, 2x1 cells in c.txt
+    start: (0, 1) in a.txt, (0, 0) in c.txt
+    goals: (1, 1) in a.txt, (1, 0) in c.txt
+    ");
+    insta::assert_snapshot!(diff("a.txt", "turned.txt"), @"
+    start: (0, 1) in a.txt, (1, 1) in turned.txt
+    goals: (1, 1) in a.txt, (1, 0) in turned.txt
+    walls: turned.txt is a.txt, rotated by 90° clockwise
+    < 1 wall only in a.txt
+    > 1 wall only in turned.txt
+    o---o---o
+    | S < G |
+    o   o>>>o
+    |     G |
+    o---o---o
+    ");
+    let coloured =
+        Output::new(home.command(&["mazes", "diff", "a.txt", "b.txt"]).env("CLICOLOR_FORCE", "1"));
+    assert_eq!(coloured.stdout.matches("\x1b[32m>\x1b[0m").count(), 3);
+    let json = home.run(&["mazes", "diff", "a.txt", "b.txt", "--json"]).json();
+    assert_eq!(json["differs"], json!(["start", "walls"]));
+    assert_eq!(json["only_a"], json!([]));
+    assert_eq!(json["only_b"], json!([{"cell": [0, 0], "side": "north"}]));
+    let same = home.run(&["mazes", "diff", "harbour", "01 harbour"]);
+    assert_eq!(same.code, Some(0));
+    assert!(same.stdout.ends_with(" have the same walls, start and goal\n"), "{same:?}");
+    assert_eq!(home.run(&["mazes", "diff", "a.txt", "no such"]).code, Some(1));
+    assert_eq!(home.run(&["mazes", "diff", "a.txt"]).code, Some(2));
+}
+
+#[test]
+fn diff_finds_equal_mazes_in_a_folder() {
+    let home = Home::new();
+    home.write("a/maze.txt", "o---o---o\n| S | G |\no   o   o\n|       |\no---o---o\n");
+    home.write("b/1-mirrored.txt", "o---o---o\n| G | S |\no   o   o\n|       |\no---o---o\n");
+    home.write("b/2-turned.txt", "o---o---o\n|     S |\no   o---o\n|     G |\no---o---o\n");
+    home.write("b/3-goal.txt", "o---o---o\n| S | G |\no   o   o\n| G     |\no---o---o\n");
+    home.write("b/4-other.txt", SMALL);
+    let found = home.run(&["mazes", "diff", "a/maze.txt", "b"]);
+    assert_eq!((found.code, &found.stderr[..]), (Some(0), ""));
+    insta::assert_snapshot!(found.stdout.replace('\\', "/"), @"
+    b/1-mirrored.txt is a/maze.txt, mirrored, east and west swapped
+    b/2-turned.txt is a/maze.txt, rotated by 90° clockwise
+    b/3-goal.txt is a/maze.txt, unchanged, another goal
+    ");
+    assert_eq!(home.run(&["mazes", "diff", "a", "b"]).stdout.lines().count(), 3);
+    assert_eq!(home.run(&["mazes", "diff", "b", "a/maze.txt"]).stdout.lines().count(), 3);
+    let json = home.run(&["mazes", "diff", "a", "b", "--json"]).json();
+    assert_eq!((&json[2]["same_start"], &json[2]["same_goals"]), (&json!(true), &json!(false)));
+    // Of two folders with the same files, each pair is printed once.
+    let pairs = |a: &str, b: &str| home.run(&["mazes", "diff", a, b]).stdout.lines().count();
+    assert_eq!(
+        (pairs("b", "b"), pairs("b", "./b"), pairs(".", "b"), pairs(".", ".")),
+        (3, 3, 6, 6)
+    );
+    let none = home.run(&["mazes", "diff", "b/4-other.txt", "b"]);
+    assert_eq!((none.code, &none.stdout[..]), (Some(1), ""));
+    assert!(none.stderr.starts_with("no maze in b is equal to "), "{none:?}");
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn evil_home() -> (Home, String) {
         ("b", MAZE),
         ("closed", "o---o---o\n| S | G |\no---o---o\n"),
         ("hex", AMBIGUOUS),
-        ("rubbish", "\u{1b}[2Jrubbish\u{9b}"),
+        ("rubbish", "o---o---o\n| \u{1b}[2Jrubbish\u{9b} |\n"),
     ] {
         home.write(&format!("{folder}/{name}{EVIL}.txt"), content);
     }
@@ -76,6 +76,7 @@ fn no_command_prints_control_characters() {
         &["mazes", "convert", &rubbish, "-"],
         &["mazes", "convert", &a, &new],
         &["mazes", "convert", folder, "-"],
+        &["mazes", "diff", folder, folder],
         &["mazes", "fetch", folder, "--from", &rubbish],
         &["mazes", "fetch", folder, "--from", &new],
         &["mazes", "fetch", folder, "--from", &format!("http://127.0.0.1:1/{EVIL}")],

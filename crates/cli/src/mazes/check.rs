@@ -1,6 +1,5 @@
 //! `mmsim mazes check`: find problems in maze files.
 
-use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +13,7 @@ use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
 use serde::Serialize;
 
 use super::EncodingArgs;
+use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
 use crate::output::{print, print_pretty_json};
@@ -61,7 +61,7 @@ fn rules() -> impl TypedValueParser<Value = Rules> {
 }
 
 pub(super) fn run(args: &CheckArgs) -> CommandResult {
-    let mut seen = HashMap::new();
+    let mut seen = MazeIndex::default();
     let mut files = Vec::new();
     for path in &args.paths {
         match Catalogue::from_encoded(path, args.encoding.choice()) {
@@ -86,8 +86,8 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
 }
 
 impl Checked {
-    /// Checks a file. `seen` maps each maze found so far to the first file that contains it.
-    fn new(entry: &Entry, args: &CheckArgs, seen: &mut HashMap<Maze, PathBuf>) -> Self {
+    /// Checks a file. `seen` contains each maze found so far, with the first file that contains it.
+    fn new(entry: &Entry, args: &CheckArgs, seen: &mut MazeIndex) -> Self {
         let path = entry.path();
         let parsed = match entry.parsed() {
             Ok(parsed) => parsed,
@@ -95,12 +95,11 @@ impl Checked {
         };
         let row = MazeRow::from_maze(path, &parsed.maze);
         let mut findings = Finding::from_parsed(parsed, args.rules);
-        let mut images = Symmetry::ALL.into_iter();
-        let first = images.find_map(|to| Some((to, seen.get(&parsed.maze.transformed(to))?)));
-        match first {
-            Some((_, first)) if is_same_file(first, path) => {}
-            Some((to, first)) => findings.push(Finding::duplicate(first, to)),
-            None => drop(seen.insert(parsed.maze.clone(), path.into())),
+        let mut equal = seen.find(&parsed.maze).into_iter();
+        match equal.find(|first| first.same_start && first.same_goals) {
+            Some(first) if real_path(first.path) == real_path(path) => {}
+            Some(first) => findings.push(Finding::duplicate(first.path, first.symmetry)),
+            None => seen.add(path, &parsed.maze),
         }
         Self { row, notation: Some(parsed.notation.name()), findings }
     }
@@ -128,12 +127,6 @@ impl Checked {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
         format!("{}\n{}", self.row.line(), finding_lines(&self.findings[printed..]))
     }
-}
-
-/// Returns true if two paths refer to the same file, for example through a link.
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    one == other
-        || one.canonicalize().is_ok_and(|one| other.canonicalize().is_ok_and(|it| one == it))
 }
 
 /// A problem in a maze file. The field names are JSON keys.

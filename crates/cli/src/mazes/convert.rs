@@ -8,6 +8,7 @@ use mmsim_formats::{Format, NoteKind, ReadError, WriteError, read_content, read_
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::EncodingArgs;
+use super::diff::cells;
 use crate::args::{CommandResult, UsageError, one_of};
 use crate::output::{is_standard, note, replace_or_print, warn};
 
@@ -85,10 +86,7 @@ fn omitted(maze: &Maze, bare: &Maze) -> String {
         marks.push(format!("start {found}, which will be read as {assumed}"));
     }
     if maze.goals() != bare.goals() {
-        let list = |goals: &CellSet| {
-            goals.iter().map(|cell| cell.to_string()).collect::<Vec<_>>().join(" ")
-        };
-        let (found, assumed) = (list(maze.goals()), list(bare.goals()));
+        let (found, assumed) = (cells(maze.goals()), cells(bare.goals()));
         marks.push(format!("goal {found}, which will be read as {assumed}"));
     }
     marks.join("; ")
