@@ -211,14 +211,14 @@ mod tests {
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         let closed = "o---o---o\n| S | G |\no---o---o\n";
         write("a-closed.txt", closed);
-        write("b-rubbish.txt", "rubbish");
+        write("b-rubbish.txt", "o---o---o\n");
         let collection = || Collection::at(Some(folder.path())).unwrap();
         assert_eq!(collection().select("").unwrap().name, "a-closed", "fallback");
         write("c-open.txt", "o---o---o\n| S   G |\no---o---o\n");
         assert_eq!(collection().select("").unwrap().name, "c-open");
         assert_eq!(collection().select("A CLOSED").unwrap().name, "a-closed");
         let error = collection().select("rubbish").unwrap_err().to_string();
-        assert!(error.contains("b-rubbish.txt: line 1, column 1: expected "), "{error}");
+        assert!(error.contains("b-rubbish.txt: line 2, column 1: expected "), "{error}");
         let error = collection().select("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
     }

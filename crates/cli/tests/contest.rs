@@ -136,7 +136,7 @@ fn scores_of_several_mazes_are_added() {
     home.write("mazes/a.txt", LOOP);
     home.write("mazes/b.txt", "o---o---o\n| S   G |\no---o---o\n");
     home.write("mazes/closed.txt", CLOSED);
-    home.write("mazes/rubbish.txt", "rubbish");
+    home.write("mazes/rubbish.txt", "o---o---o\n");
     let arguments = ["contest", "mazes", "--strategies", "swing,left-wall"];
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(1), "a maze cannot be read");

@@ -134,6 +134,49 @@ fn check_reports_every_finding_with_its_position() {
 }
 
 #[test]
+fn files_in_a_folder_that_are_no_mazes_are_no_fault() {
+    let home = Home::new();
+    let maze = generate(MazeSize::new(12, 12).unwrap(), 1, Style::Contest).to_string();
+    home.write("mazes/maze.txt", &maze);
+    let others: [(&str, &[u8]); 5] = [
+        ("README", b"about these mazes\n"),
+        ("picture.png", b"\x89PNG\r\n\x1a\n"),
+        ("tool.py", b"import sys\nprint(sys.argv)\n"),
+        ("maze.txt.meta", b"author: someone\nyear: 2024\n"),
+        ("table.ods", b"PK\x03\x04\x14\0"),
+    ];
+    for (name, content) in others {
+        home.write(&format!("mazes/{name}"), content);
+    }
+    let commands: [&[&str]; 6] = [
+        &["mazes", "list"],
+        &["mazes", "check"],
+        &["compare", "--strategies", "swing", "--json"],
+        &["contest", "--strategies", "swing", "--json"],
+        &["trial", "--robot", "random", "--json"],
+        &["fast-run", "--json"],
+    ];
+    for command in commands {
+        let run = |path: &str| home.run(&[command, &[path]].concat());
+        // Some results contain times.
+        let facts = |ended: Output| (ended.code, ended.stdout.lines().count(), ended.stderr);
+        assert_eq!(facts(run("mazes")), facts(run("mazes/maze.txt")), "{command:?}");
+        for (name, _) in others {
+            let named = run(&format!("mazes/{name}"));
+            let is_listed = command[1] == "list";
+            assert_eq!(named.code, Some(i32::from(!is_listed)), "{command:?} {name}: {named:?}");
+        }
+    }
+    home.write("mazes/damaged.txt", maze.split_at(maze.len() / 2).0);
+    for command in commands.iter().filter(|command| command[1] != "list") {
+        let ended = home.run(&[command, &["mazes"][..]].concat());
+        assert_eq!(ended.code, Some(1), "{command:?}: {ended:?}");
+    }
+    home.write("others/README", "no mazes");
+    assert_eq!(home.run(&["mazes", "check", "others"]).code, Some(1));
+}
+
+#[test]
 fn check_reports_what_contest_rules_forbid() {
     let home = Home::new();
     let write = |name: &str, side, style| {

@@ -21,7 +21,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             home.write(&format!("mazes/{name}"), OPEN);
         }
         home.write("mazes/closed 2024.txt", CLOSED);
-        home.write("mazes/rubbish.txt", "rubbish");
+        home.write("mazes/rubbish.txt", "o---o---o\n");
         let simulator = Simulator::start_in(home, &["mazes"]);
         browser.open(&simulator.page);
         let page = Page(browser);
@@ -72,7 +72,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
         // Choosing an unreadable maze shows the reason.
         page.choose_maze("mazes/rubbish.txt");
         wait_for("the error", || {
-            browser.text("#error span").contains("line 1, column 1").then_some(())
+            browser.text("#error span").contains("line 2, column 1").then_some(())
         });
         assert_eq!(simulator.info().name, "Final 2024");
         browser.leave();
@@ -100,7 +100,7 @@ fn mazes_are_sorted_and_those_without_a_solution_come_last() {
             ("b/c/long.txt", LONG),
             ("a/closed.txt", CLOSED),
             ("a/open.txt", OPEN),
-            ("a/rubbish.txt", "rubbish"),
+            ("a/rubbish.txt", "o---o---o\n"),
             ("loose.txt", OPEN),
         ] {
             home.write(&format!("mazes/{name}"), maze);
