@@ -13,6 +13,7 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
+ * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, text: string, picture: string }} MazeReading
  * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
  * @typedef {{ name: string, own: boolean, reason: string, outcome: Outcome | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
@@ -138,8 +139,11 @@ export const drawingStyle = () => getJson("/drawing.json");
 export const mazes = () => getJson("/api/mazes");
 /** @param {string} path */
 export const thumbnailUrl = (path) => `/api/mazes/picture.svg?path=${encodeURIComponent(path)}`;
-/** @param {string} path @param {boolean} run true to run the user's own mouse in the maze */
-export const loadMaze = (path, run) => post("/api/maze", { path, run });
+/** @param {{ path: string } | { name: string, text: string }} maze a listed maze or a drawing @param {boolean} run true to run the user's own mouse in the maze */
+export const loadMaze = (maze, run) => post("/api/maze", { ...maze, run });
+/** Returns the mazes that a file of the user can be read as. @param {File} file @returns {Promise<{ name: string, readings: MazeReading[] }>} */
+export const readMaze = async (file) =>
+  (await request(`/api/mazes/read?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file })).json();
 
 /** @returns {Promise<RecordingEntry[]>} */
 export const recordings = () => getJson("/api/recordings");

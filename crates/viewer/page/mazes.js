@@ -25,7 +25,7 @@ const ORDERS = {
 /** The kinds of mazes in the order of the list, each with the heading of its group, if it has one of its own. */
 const KINDS = { solvable: "", unsolvable: "Goal unreachable", unreadable: "Unreadable" };
 
-/** @param {api.MazeEntry} maze */
+/** @param {Pick<api.MazeEntry, "width" | "height">} maze */
 const size = ({ width, height }) => `${width} × ${height}`;
 
 export class MazeList {
@@ -170,7 +170,15 @@ export class MazeList {
     clearError();
     if (error !== null) return showError(new Error(error));
     const confirmed = await this.#confirm(name);
-    if (confirmed) await api.loadMaze(path, confirmed === "run").catch(showError);
+    if (confirmed) await api.loadMaze({ path }, confirmed === "run").catch(showError);
+  }
+
+  /** Loads the maze in a file of the user, who chooses between its readings. @param {File} file */
+  async open(file) {
+    const { name, readings } = await api.readMaze(file);
+    const reading = readings.length === 1 ? readings[0] : await chooseReading(name, readings);
+    const confirmed = reading && (await this.#confirm(name));
+    if (reading && confirmed) await api.loadMaze({ name, text: reading.text }, confirmed === "run");
   }
 
   /** @param {string | null} path */
@@ -189,6 +197,29 @@ export class MazeList {
     }
     this.#setTabStop(document.activeElement);
   }
+}
+
+/**
+ * Asks which of several mazes a file contains. Returns undefined if the user chooses none.
+ * @param {string} name @param {api.MazeReading[]} readings @returns {Promise<api.MazeReading | undefined>}
+ */
+function chooseReading(name, readings) {
+  const dialog = query(document, "#readings", HTMLDialogElement);
+  setText(dialog, ".name", name);
+  const items = readings.map(({ options, picture, shortest_path: steps, ...maze }, i) => {
+    const item = cloneTemplate("reading");
+    query(item, "button", HTMLButtonElement).value = `${i}`;
+    query(item, "img", HTMLImageElement).src = `data:image/svg+xml,${encodeURIComponent(picture)}`;
+    setText(item, ".name", options);
+    setText(item, ".facts", `${size(maze)}, ${steps === null ? "goal unreachable" : pluralize(steps, "step")}`);
+    return item;
+  });
+  query(dialog, "ul").replaceChildren(...items);
+  dialog.returnValue = "";
+  dialog.showModal();
+  return new Promise((resolve) => {
+    dialog.onclose = () => resolve(dialog.returnValue ? readings[Number(dialog.returnValue)] : undefined);
+  });
 }
 
 /** @param {string[]} paths */

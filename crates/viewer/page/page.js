@@ -47,7 +47,13 @@ for (const id of info.opened) openPanel(id);
 const mazes = info.live && !info.trial ? new MazeList(confirmMaze) : undefined;
 if (!mazes) query(document, ".bar a").hidden = true;
 mazes?.load().catch(showError);
-const recordings = new RecordingList((id) => openPanel(id).element.scrollIntoView({ block: "nearest" }));
+const recordings = new RecordingList(
+  (id) => openPanel(id).element.scrollIntoView({ block: "nearest" }),
+  async (file) => {
+    if (!mazes) throw new Error(`${file.name} is not a recording, and this page loads no mazes.`);
+    await mazes.open(file);
+  },
+);
 let recordingsVersion = NaN;
 let openIds = info.opened;
 

@@ -1,23 +1,27 @@
 // @ts-check
-// The list of the server's recordings, and the upload of recordings from the user's files.
+// The list of the server's recordings, and the upload of recordings and mazes from the user's files.
 
 import * as api from "./api.js";
 import { clearError, cloneTemplate, formatNumber, oneAtATime, query, setText, showError, sleep } from "./dom.js";
 
 /** Minimum time between requests for the list, in milliseconds. Clients may reset more often. */
 const REFRESH_PAUSE = 1000;
+/** The first bytes of a recording, decoded as UTF-8. */
+const MAGIC = "\ufffdMCAP0\r\n";
 /** Names of the server's recordings, which consist of date, time, maze and number. */
 const NAME = /^[\d-]+_[\d-]+_(.+)_\d+$/;
 
 export class RecordingList {
   #element = query(document, "#recordings");
   #onOpen;
+  #openMaze;
   /** List items by name. @type {Map<string, HTMLElement>} */
   #items = new Map();
 
-  /** @param {(id: string) => void} onOpen */
-  constructor(onOpen) {
+  /** @param {(id: string) => void} onOpen @param {(file: File) => Promise<void>} openMaze */
+  constructor(onOpen, openMaze) {
     this.#onOpen = onOpen;
+    this.#openMaze = openMaze;
     const input = query(this.#element, "[name=file]", HTMLInputElement);
     input.onchange = () => {
       this.#upload(input.files);
@@ -84,7 +88,10 @@ export class RecordingList {
     clearError();
     // Upload one file at a time, since the server limits parallel uploads. Copy the list of files, since
     // clearing the input empties the list.
-    for (const file of [...(files ?? [])]) await this.#open(api.uploadRecording(file));
+    for (const file of [...(files ?? [])]) {
+      const isRecording = file.name.endsWith(".mcap") || (await file.slice(0, MAGIC.length).text()) === MAGIC;
+      await (isRecording ? this.#open(api.uploadRecording(file)) : this.#openMaze(file).catch(showError));
+    }
   }
 
   /** @param {Promise<string>} id */

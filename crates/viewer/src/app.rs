@@ -1,12 +1,13 @@
 //! What a viewer shows: its configuration, and the state that all HTTP handlers share.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use axum::extract::State;
 use jiff::Timestamp;
-use mmsim_formats::{Catalogue, Entry};
+use mmsim_drawing::thumbnail;
+use mmsim_formats::{Catalogue, Entry, parse_maze};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
@@ -275,6 +276,57 @@ impl MazeEntry {
     }
 }
 
+/// A maze file of the user.
+#[derive(Serialize)]
+pub(crate) struct MazeFile {
+    name: String,
+    readings: Vec<MazeReading>,
+}
+
+/// A maze that a file can be read as.
+#[derive(Serialize)]
+struct MazeReading {
+    /// The options of the command that select this reading.
+    options: String,
+    width: u8,
+    height: u8,
+    shortest_path: Option<u16>,
+    /// The maze as a drawing, from which it is loaded.
+    text: String,
+    /// A thumbnail of the maze as SVG.
+    picture: String,
+}
+
+impl MazeFile {
+    /// Reads a file. The name of the maze is the name of the file without the extension.
+    pub(crate) fn read(file: &str, content: &[u8]) -> ApiResult<Self> {
+        let file = title(file);
+        let maze = parse_maze(content)
+            .map_err(|error| ApiError::bad_request(format!("{file}: {error}")))?;
+        let name = Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into();
+        Ok(Self { name, readings: vec![MazeReading::new(&maze, String::new())] })
+    }
+}
+
+impl MazeReading {
+    fn new(maze: &Maze, options: String) -> Self {
+        Self {
+            options,
+            width: maze.size().width(),
+            height: maze.size().height(),
+            shortest_path: MazeFacts::new(maze).shortest_path,
+            text: maze.to_string(),
+            picture: thumbnail(maze),
+        }
+    }
+}
+
+/// Returns a title for a file of the user: the file name, shortened and without control characters.
+pub(crate) fn title(name: &str) -> String {
+    let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
+    if title.is_empty() { "unnamed".into() } else { title }
+}
+
 fn path(entry: &Entry) -> String {
     entry.path().display().to_string()
 }
@@ -284,6 +336,26 @@ mod tests {
     use axum::http::StatusCode;
 
     use super::*;
+
+    #[test]
+    fn titles_are_short_single_lines() {
+        assert_eq!(title("a\nb\u{1b}[2J.mcap"), "ab[2J.mcap");
+        assert_eq!(title(&"x".repeat(1000)).len(), 100);
+        assert_eq!(title("\n"), "unnamed");
+    }
+
+    #[test]
+    fn a_file_is_named_without_its_extension() {
+        let text = "+---+---+\n| S   G |\n+---+---+\n";
+        let file = MazeFile::read("own.maze\n.txt", text.as_bytes()).unwrap();
+        assert_eq!((&file.name[..], file.readings.len()), ("own.maze", 1));
+        let MazeReading { width, height, shortest_path, text, .. } = &file.readings[0];
+        assert_eq!((*width, *height, *shortest_path), (2, 1, Some(1)));
+        assert_eq!(text, "o---o---o\n| S   G |\no---o---o\n");
+        let error = MazeFile::read("photo.png", b"\x89PNG").err().unwrap();
+        assert!(error.text.starts_with("photo.png: line 1, column 1: "), "{error}");
+        assert_eq!(error.status, StatusCode::BAD_REQUEST);
+    }
 
     #[test]
     fn readable_mazes_have_facts_and_others_have_errors() {

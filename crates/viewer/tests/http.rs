@@ -256,6 +256,39 @@ fn only_listed_mazes_can_be_loaded() {
 }
 
 #[test]
+fn a_maze_file_is_read_and_then_loaded() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let origin = format!("origin: http://{}", watched.host);
+    let read =
+        |content: &[u8]| watched.send("POST", "/api/mazes/read?name=a.num", &[&origin], content);
+    let file = read(b"0 0 1 0 1 1\n1 0 1 1 1 0\n").json();
+    let reading = &file["readings"][0];
+    let drawing = "o---o---o\n|SG   G |\no---o---o\n";
+    assert_eq!(
+        (&file["name"], &reading["width"], &reading["text"]),
+        (&json!("a"), &json!(2), &json!(drawing))
+    );
+    assert!(reading["picture"].as_str().unwrap().starts_with("<svg"));
+    assert_eq!(watched.get("/api/sources/live").json()["title"], "small", "only read");
+    assert_eq!(read(b"rubbish").status, 400);
+    assert_eq!(read(&vec![b'o'; 64 * 1024 + 1]).status, 413);
+    assert_eq!(watched.send("GET", "/api/mazes/read?name=a", &[], b"").status, 405);
+    let foreign = watched.send("POST", "/api/mazes/read?name=a", &["origin: http://evil"], b"");
+    assert_eq!(foreign.status, 403);
+    let load = |text: &str| watched.post("/api/maze", &json!({"name": "a\u{1b}", "text": text}));
+    assert_eq!(load("rubbish").status, 400);
+    for choice in [json!({}), json!({"name": "a"}), json!({"path": "a", "name": "a", "text": "a"})]
+    {
+        let refused = watched.post("/api/maze", &choice);
+        assert_eq!(refused.status, 400, "{choice}");
+        assert_eq!(refused.body, b"expected a path, or a name and a text", "{choice}");
+    }
+    assert_eq!(load(drawing).json(), json!({"run": 2}));
+    assert_eq!(watched.get("/api/sources/live").json()["title"], "a");
+    watched.stop();
+}
+
+#[test]
 fn saved_runs_can_be_opened() {
     let folder = tempfile::tempdir().unwrap();
     let watched = WatchedServer::new("127.0.0.1", Some(folder.path()));

@@ -1,7 +1,9 @@
-//! Searching the list of mazes and loading a maze.
+//! Searching the list of mazes, and loading a maze from the list or from a file of the user.
 
 use fantoccini::key::Key;
+use mmsim_maze::Maze;
 use mmsim_solvers::BundledStrategy;
+use serde_json::json;
 
 use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::Home;
@@ -203,5 +205,92 @@ fn loading_a_maze_asks_for_confirmation_if_there_are_states() {
         let states = simulator.search(&maze, BundledStrategy::FloodFill);
         live.wait_for_run_state(simulator.run_number(), states.len() - 1);
         live.assert_shows(&maze, &states);
+    });
+}
+
+/// Drops files, given as pairs of a name and a text, on the page.
+fn drop_files(browser: &Browser, files: &[(&str, &str)]) {
+    let script = "
+        const dataTransfer = new DataTransfer();
+        for (const [name, text] of arguments[0]) dataTransfer.items.add(new File([text], name));
+        document.body.dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));";
+    browser.run::<()>(script, &[json!(files)]);
+}
+
+#[test]
+fn a_dropped_maze_is_loaded() {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        let live = Panel::live(browser);
+        let is_asking =
+            || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
+        let served = |name: &str, text: &str| {
+            wait_for(name, || (simulator.info().name == name).then_some(()));
+            live.wait_for_run(simulator.run_number());
+            live.wait_until_empty();
+            live.assert_shows(&text.parse().unwrap(), &[]);
+        };
+        live.wait_until_empty();
+        drop_files(browser, &[("long.v2.txt", &LONG.replace('o', "+"))]);
+        served("long.v2", LONG);
+        assert!(!browser.exists("#mazes [aria-current]"));
+
+        // A file that is no maze changes nothing.
+        drop_files(browser, &[("notes.txt", "no maze")]);
+        browser.wait_for_text("#error span", "notes.txt: line 1, column 1: expected ");
+        assert_eq!(simulator.info().name, "long.v2");
+        let errors = browser.take_errors();
+        assert!(errors.len() == 1 && errors[0].message.contains("400 (Bad Request)"), "{errors:?}");
+
+        // Loading deletes states only after confirmation.
+        let size = LONG.parse::<Maze>().unwrap().size();
+        simulator.send(&TestState::new(0, size).message('F', 'F'));
+        let file = simulator.home.write("closed.txt", CLOSED);
+        browser.type_into("#recordings [name=file]", file.to_str().unwrap());
+        wait_for("the dialog", || is_asking().then_some(()));
+        assert_eq!(browser.text("#confirm .name"), "closed");
+        assert_eq!(simulator.info().name, "long.v2");
+        browser.click("#confirm button[value=confirm]");
+        served("closed", CLOSED);
+    });
+}
+
+#[test]
+fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        Panel::live(browser).wait_until_empty();
+        let name = simulator.info().name.clone();
+        // Answers for a file of several mazes.
+        let script = "
+            const { fetch } = window;
+            window.fetch = async (url, init) => {
+              const response = await fetch(url, init);
+              if (!`${url}`.startsWith('/api/mazes/read')) return response;
+              const { name, readings: [one] } = await response.json();
+              const other = { ...one, options: '--rows south', text: arguments[0], shortest_path: null };
+              return Response.json({ name, readings: [{ ...one, options: '--rows north' }, other] });
+            };";
+        browser.run::<()>(script, &[CLOSED.into()]);
+        let is_asking =
+            || browser.run::<bool>("return document.querySelector('#readings').open", &[]);
+        let ask = || {
+            drop_files(browser, &[("two.txt", OPEN)]);
+            wait_for("the dialog", || is_asking().then_some(()));
+        };
+        ask();
+        let script = "return [...document.querySelectorAll('#readings li')]
+            .map((item) => `${item.textContent} ${item.querySelector('img').naturalWidth > 0}`)";
+        wait_for("the pictures", || {
+            let shown: Vec<String> = browser.run(script, &[]);
+            let rows = ["--rows north2 × 1, 1 step", "--rows south2 × 1, goal unreachable"];
+            (shown == rows.map(|row| format!("{row} true"))).then_some(())
+        });
+        browser.press([char::from(Key::Escape)]);
+        wait_for("the dialog to close", || (!is_asking()).then_some(()));
+        assert_eq!(simulator.info().name, name);
+        ask();
+        browser.click("#readings li:nth-child(2) button");
+        wait_for("the maze", || (simulator.info().name == "two").then_some(()));
+        Panel::live(browser).wait_for_run(simulator.run_number());
+        Panel::live(browser).assert_shows(&CLOSED.parse().unwrap(), &[]);
     });
 }

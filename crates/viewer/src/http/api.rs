@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 use std::sync::Arc;
 
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -16,7 +16,7 @@ use mmsim_recording::Block;
 use mmsim_solvers::BundledStrategy;
 use serde::Deserialize;
 
-use crate::app::{AppState, SharedState};
+use crate::app::{AppState, MazeFile, SharedState, title};
 use crate::export::{self, Content};
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
@@ -65,6 +65,7 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/page", get(page_info)),
         ("/api/mazes", get(list_mazes)),
         ("/api/mazes/picture.svg", get(maze_picture)),
+        ("/api/mazes/read", post(read_maze)),
         ("/api/maze", post(load_maze)),
         ("/api/sources/{id}", get(describe_source)),
         ("/api/sources/{id}/drawing.svg", get(page_svg)),
@@ -138,8 +139,24 @@ async fn maze_picture(
 }
 
 #[derive(Deserialize)]
+struct FileName {
+    name: String,
+}
+
+/// Reads a maze file of the user, without loading the maze.
+async fn read_maze(
+    Query(FileName { name }): Query<FileName>,
+    content: Bytes,
+) -> ApiResult<Json<MazeFile>> {
+    run_blocking(move || Ok(Json(MazeFile::read(&name, &content)?))).await
+}
+
+/// The path of a listed maze, or the name and the text of a drawing of a maze.
+#[derive(Deserialize)]
 struct MazeChoice {
-    path: String,
+    path: Option<String>,
+    name: Option<String>,
+    text: Option<String>,
     /// True if the user's own mouse should run in the maze.
     #[serde(default)]
     run: bool,
@@ -147,13 +164,24 @@ struct MazeChoice {
 
 async fn load_maze(
     State(state): SharedState,
-    Json(MazeChoice { path, run }): Json<MazeChoice>,
+    Json(MazeChoice { path, name, text, run }): Json<MazeChoice>,
 ) -> ApiResult<Json<RunNumber>> {
     Arc::clone(&state)
         .mouse_jobs
         .run(move |_| {
             let live = state.search()?;
-            let (name, maze) = state.config.mazes.read(&path)?;
+            let (path, (name, maze)) = match (path, name, text) {
+                (Some(path), None, None) => {
+                    let read = state.config.mazes.read(&path)?;
+                    (path, read)
+                }
+                // The page highlights no listed maze.
+                (None, Some(name), Some(text)) => {
+                    let maze = text.parse().map_err(ApiError::bad_request)?;
+                    (String::new(), (title(&name), maze))
+                }
+                _ => return Err(ApiError::bad_request("expected a path, or a name and a text")),
+            };
             Ok(Json(RunNumber {
                 run: live.load_maze(&path, &name, maze, run, state.limits.stop_time)?,
             }))

@@ -15,7 +15,7 @@ use jiff::Timestamp;
 use mmsim_recording::{Block, Recording, TrailingAnnotations, save as save_recording};
 use serde::{Deserialize, Serialize};
 
-use crate::app::SharedState;
+use crate::app::{SharedState, title};
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
 use crate::http::shares::Connection;
@@ -93,12 +93,6 @@ pub(crate) fn save(source: &StateSource, run: u32, cancel: &CancelToken) -> ApiR
     }
     file.rewind().map_err(failed)?;
     Ok(file)
-}
-
-/// Returns a title for an uploaded file: the file name, shortened and without control characters.
-fn title(name: &str) -> String {
-    let title: String = name.chars().filter(|c| !c.is_control()).take(100).collect();
-    if title.is_empty() { "recording".into() } else { title }
 }
 
 pub(crate) async fn list_recordings(State(state): SharedState) -> ApiResult<Response> {
@@ -195,12 +189,5 @@ mod tests {
             assert!(find(Some(folder.path()), name).is_err(), "{name}");
         }
         assert!(find(None, "a.mcap").is_err());
-    }
-
-    #[test]
-    fn titles_are_short_single_lines() {
-        assert_eq!(title("a\nb\u{1b}[2J.mcap"), "ab[2J.mcap");
-        assert_eq!(title(&"x".repeat(1000)).len(), 100);
-        assert_eq!(title("\n"), "recording");
     }
 }
