@@ -19,34 +19,43 @@ use archive::{Contents, Files};
 use folder::Changes;
 
 pub(super) const FETCH: &str = "\
-Download a public collection of real contest mazes, the maze files of micromouseonline, and write \
-the bundled mazes next to them: text files, and mazes of the two-run trial in its own format.
+Download a public collection of real contest mazes, and write the bundled mazes next to them: text \
+files, and mazes of the two-run trial in its own format.
 
-The collection has no licence: the mazes belong to their authors, and you download them for your \
-own use.
+Collections:
+  mazefiles  the maze files of micromouseonline, classic and half-size; no licence: the mazes belong \
+to their authors, and you download them for your own use (github.com/micromouseonline/mazefiles)
+  maze-data  mazes of Japanese contests by Ryotaro Onuki, many of them half-size; MIT licence \
+(github.com/kerikun11/micromouse-maze-data)
+  maze-tool  older maze files of micromouseonline, each in several formats; MIT licence \
+(github.com/micromouseonline/micromouse_maze_tool)
+  bundled    only the bundled mazes, without a download
 
 The mazes are stored in the subfolder `fetched`. Fetching again replaces mazes that have changed in \
-the collection, removes mazes that were deleted from it, and keeps files that you have added or \
-changed. Nothing outside the subfolder is touched. The environment variables HTTPS_PROXY, HTTP_PROXY \
-and NO_PROXY apply.";
+the collection, removes mazes that are not in it, such as those of another collection, and keeps files \
+that you have added or changed. Nothing outside the subfolder is touched. The environment variables \
+HTTPS_PROXY, HTTP_PROXY and NO_PROXY apply.";
 
 #[derive(Debug, Args)]
 pub(super) struct FetchArgs {
     /// Folder for the mazes [default: ~/.mmsim, where mmsim looks for mazes first]
     #[arg(value_name = "DIR")]
     folder: Option<PathBuf>,
-    /// Archive to fetch instead (.tar.gz, .zip or .tar): an https, http or file URL, or a local
-    /// file; `bundled` writes only the bundled mazes, without a download
-    #[arg(long, value_name = "URL|FILE|bundled")]
-    from: Option<String>,
+    /// Collection to fetch: mazefiles, maze-data, maze-tool or bundled; or an archive (.tar.gz, .zip
+    /// or .tar): an https, http or file URL, or a local file
+    #[arg(long, value_name = "NAME|URL|FILE", default_value = COLLECTIONS[0].0)]
+    from: String,
     /// Print a JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// The URL of the latest version of the maze collection.
-const COLLECTION: &str =
-    "https://github.com/micromouseonline/mazefiles/archive/refs/heads/master.tar.gz";
+/// The names of the collections, and their repositories on GitHub. The first is the default.
+const COLLECTIONS: [(&str, &str); 3] = [
+    ("mazefiles", "micromouseonline/mazefiles"),
+    ("maze-data", "kerikun11/micromouse-maze-data"),
+    ("maze-tool", "micromouseonline/micromouse_maze_tool"),
+];
 
 /// The value of `--from` for the bundled mazes alone.
 const BUNDLED: &str = "bundled";
@@ -68,7 +77,9 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         let fetch = own_command("mazes fetch DIR");
         return Err(format!("cannot find the home folder (name a folder with {fetch})").into());
     };
-    let from = args.from.as_deref().unwrap_or(COLLECTION);
+    let collection = COLLECTIONS.iter().find(|(name, _)| *name == args.from);
+    let address = collection.map(|(_, repository)| archive_url(repository));
+    let from = address.as_deref().unwrap_or(&args.from);
     let cannot_fetch = |why: String| format!("cannot fetch {from}: {why}; nothing was changed");
     let Contents { files, invalid_names, .. } = if from == BUNDLED {
         Contents::default()
@@ -77,7 +88,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     };
     let mut all = files.len() + invalid_names.len();
     let (mut files, mut mazes) = select(files);
-    if from == BUNDLED || (args.from.is_none() && !mazes.is_empty()) {
+    if from == BUNDLED || (collection.is_some() && !mazes.is_empty()) {
         for &(name, content) in mmsim_mazes::FILES {
             let path = format!("mmsim/{name}");
             mazes.push(path.clone());
@@ -111,6 +122,11 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
         print(&format!("serve a maze with {serve}\n"))?;
     }
     Ok(true)
+}
+
+/// Returns the URL of the latest version of a repository on GitHub.
+fn archive_url(repository: &str) -> String {
+    format!("https://github.com/{repository}/archive/HEAD.tar.gz")
 }
 
 /// Prints a message with the number of files and the names of the first three. Prints nothing if
@@ -162,4 +178,22 @@ fn top_folder_bytes(files: &Files) -> usize {
 fn is_about(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or(path).to_lowercase();
     ["readme", "license", "licence", "copying"].iter().any(|start| name.starts_with(start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_lists_all_collections_with_their_licences() {
+        let listed = FETCH.lines().filter(|line| line.starts_with("  "));
+        let names: Vec<_> = listed.map(|line| line.split_whitespace().next().unwrap()).collect();
+        let all = COLLECTIONS.map(|(name, _)| name);
+        assert_eq!(names, [&all[..], &[BUNDLED]].concat());
+        for (name, repository) in COLLECTIONS {
+            let line = FETCH.lines().find(|line| line.trim_start().starts_with(name)).unwrap();
+            assert!(line.ends_with(&format!("(github.com/{repository})")), "{line}");
+            assert!(line.contains("licence"), "{line}");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use serde_json::json;
 use tar::EntryType;
 
 use crate::archives::{Zipped, gz, tar, tar_entry, tar_gz, zip, zip_of};
-use crate::harness::Home;
+use crate::harness::{Home, Output};
 use crate::server::{answer, serve, serve_content};
 use crate::{MAZE, OTHER_MAZE, fetch};
 
@@ -265,6 +265,25 @@ fn concurrent_fetches_leave_a_complete_collection() {
         |number: u32| fs::read_to_string(home.path().join(format!("mazes/fetched/{number}.txt")));
     assert!((0..50).all(|number| read(number).unwrap() == MAZE));
     assert_eq!(fs::read_dir(home.path().join("mazes/fetched")).unwrap().count(), 51);
+}
+
+#[test]
+fn collections_are_fetched_by_name() {
+    let home = Home::new();
+    for (name, repository) in [
+        (None, "micromouseonline/mazefiles"),
+        (Some("mazefiles"), "micromouseonline/mazefiles"),
+        (Some("maze-data"), "kerikun11/micromouse-maze-data"),
+        (Some("maze-tool"), "micromouseonline/micromouse_maze_tool"),
+    ] {
+        let from = name.map_or(vec![], |name| vec!["--from", name]);
+        let mut command = home.command(&[&["mazes", "fetch", "mazes"], &from[..]].concat());
+        // No proxy answers, so nothing is downloaded.
+        let ended = Output::new(command.env("HTTPS_PROXY", "http://127.0.0.1:1"));
+        assert_eq!(ended.code, Some(1));
+        let address = format!("https://github.com/{repository}/archive/HEAD.tar.gz");
+        assert!(ended.stderr.contains(&format!("cannot download {address}: ")), "{ended:?}");
+    }
 }
 
 #[test]
