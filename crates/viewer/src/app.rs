@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use axum::extract::State;
 use jiff::Timestamp;
 use mmsim_drawing::thumbnail;
-use mmsim_formats::{Catalogue, Entry, parse_maze};
+use mmsim_formats::{Catalogue, Choice, Entry, Reading};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
@@ -301,10 +301,19 @@ impl MazeFile {
     /// Reads a file. The name of the maze is the name of the file without the extension.
     pub(crate) fn read(file: &str, content: &[u8]) -> ApiResult<Self> {
         let file = title(file);
-        let maze = parse_maze(content)
-            .map_err(|error| ApiError::bad_request(format!("{file}: {error}")))?;
+        let readings = match Choice::default().read(content) {
+            Ok(parsed) => vec![MazeReading::new(&parsed.maze, String::new())],
+            Err(errors) if errors[0].readings.is_empty() => {
+                return Err(ApiError::bad_request(format!("{file}: {}", errors[0])));
+            }
+            Err(errors) => {
+                let options = |reading: &Reading| reading.encodings[0].to_string();
+                let readings = errors[0].readings.iter();
+                readings.map(|reading| MazeReading::new(&reading.maze, options(reading))).collect()
+            }
+        };
         let name = Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into();
-        Ok(Self { name, readings: vec![MazeReading::new(&maze, String::new())] })
+        Ok(Self { name, readings })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Searching the list of mazes, and loading a maze from the list or from a file of the user.
 
 use fantoccini::key::Key;
+use mmsim_formats::Choice;
 use mmsim_maze::Maze;
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
@@ -259,30 +260,21 @@ fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
     with_page(&["--maze", "harbour"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
         let name = simulator.info().name.clone();
-        // Answers for a file of several mazes.
-        let script = "
-            const { fetch } = window;
-            window.fetch = async (url, init) => {
-              const response = await fetch(url, init);
-              if (!`${url}`.startsWith('/api/mazes/read')) return response;
-              const { name, readings: [one] } = await response.json();
-              const other = { ...one, options: '--rows south', text: arguments[0], shortest_path: null };
-              return Response.json({ name, readings: [{ ...one, options: '--rows north' }, other] });
-            };";
-        browser.run::<()>(script, &[CLOSED.into()]);
+        let digits = "b93\neee\n";
+        let readings = Choice::default().read(digits.as_bytes()).unwrap_err().remove(0).readings;
         let is_asking =
             || browser.run::<bool>("return document.querySelector('#readings').open", &[]);
         let ask = || {
-            drop_files(browser, &[("two.txt", OPEN)]);
+            drop_files(browser, &[("two.txt", digits)]);
             wait_for("the dialog", || is_asking().then_some(()));
         };
         ask();
-        let script = "return [...document.querySelectorAll('#readings li')]
-            .map((item) => `${item.textContent} ${item.querySelector('img').naturalWidth > 0}`)";
+        let script = "return [...document.querySelectorAll('#readings li')].map((item) =>
+            `${item.querySelector('.name').textContent} ${item.querySelector('img').naturalWidth > 0}`)";
         wait_for("the pictures", || {
             let shown: Vec<String> = browser.run(script, &[]);
-            let rows = ["--rows north2 × 1, 1 step", "--rows south2 × 1, goal unreachable"];
-            (shown == rows.map(|row| format!("{row} true"))).then_some(())
+            let expected = readings.iter().map(|reading| format!("{} true", reading.encodings[0]));
+            expected.eq(shown).then_some(())
         });
         browser.press([char::from(Key::Escape)]);
         wait_for("the dialog to close", || (!is_asking()).then_some(()));
@@ -291,6 +283,6 @@ fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
         browser.click("#readings li:nth-child(2) button");
         wait_for("the maze", || (simulator.info().name == "two").then_some(()));
         Panel::live(browser).wait_for_run(simulator.run_number());
-        Panel::live(browser).assert_shows(&CLOSED.parse().unwrap(), &[]);
+        Panel::live(browser).assert_shows(&readings[1].maze, &[]);
     });
 }
