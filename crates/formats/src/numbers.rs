@@ -90,7 +90,7 @@ pub(crate) fn parse_text(
         match size[..] {
             [length] if length.text.parse() != Ok(usual) => notes.push(length.ignored()),
             [length] if below.len() != usual => {
-                return Some(Err(side
+                return Some(Err(length
                     .error(format!("{} lines of numbers below", below.len()))
                     .into()));
             }
