@@ -226,12 +226,14 @@ static inline size_t mmsim_annotate_text(uint8_t *request, size_t capacity, size
     return mmsim_annotate(request, capacity, length, head, 4, text, bytes);
 }
 
-/* Sets the colour of a cell to one of the letters kbacgorwyBCAGRY of the simulator mms, or clears
-   it if `letter` is '-'. */
+/* The letters of the colours of the simulator mms. */
+#define MMSIM_COLOURS "kbacgorwyBCAGORVY"
+
+/* Sets the colour of a cell to one of MMSIM_COLOURS, or clears it if `letter` is '-'. */
 static inline size_t mmsim_annotate_colour(uint8_t *request, size_t capacity, size_t length,
                                            uint8_t x, uint8_t y, char letter) {
     const char head[4] = {'C', (char)x, (char)y, letter};
-    if (letter == 0 || !strchr("kbacgorwyBCAGRY-", letter)) return length;
+    if (letter == 0 || !strchr(MMSIM_COLOURS "-", letter)) return length;
     return mmsim_annotate(request, capacity, length, head, 4, "", 0);
 }
 

@@ -24,6 +24,10 @@ from typing import NamedTuple, Sequence
 import zmq
 
 
+# The letters of the colours of the simulator mms.
+COLOURS = "kbacgorwyBCAGORVY"
+
+
 class Heading(Enum):
     """A heading. The headings are in clockwise order, a quarter turn apart."""
 
@@ -168,9 +172,9 @@ class Simulator:
         self._annotate(b"T" + bytes([x, y]) + _with_length(text))
 
     def colour(self, x: int, y: int, letter: str | None) -> None:
-        """Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it."""
-        if letter is not None and (len(letter) != 1 or letter not in "kbacgorwyBCAGRY"):
-            raise ValueError(f"a colour is one of kbacgorwyBCAGRY, found {letter!r}")
+        """Sets the colour of a cell, one of the letters `COLOURS` of mms, or clears it."""
+        if letter is not None and (len(letter) != 1 or letter not in COLOURS):
+            raise ValueError(f"a colour is one of {COLOURS}, found {letter!r}")
         self._annotate(b"C" + bytes([x, y]) + (letter or "-").encode())
 
     def wall(self, x: int, y: int, heading: Heading, state: str) -> None:

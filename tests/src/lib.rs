@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod malformed;
+mod mms;
 mod wait;
 
 use std::fs;
@@ -16,6 +17,7 @@ use mmsim_solvers::Distances;
 use serde::{Deserialize, Deserializer};
 
 pub use malformed::{good_state, malformed_requests};
+pub use mms::{MMS_COLOURS, MMS_COMMANDS, MMS_REFUSED};
 pub use wait::{
     TIMEOUT, TIMEOUT_MS, output, stop, wait_for, wait_for_exit, wait_with_output, within,
 };

@@ -8,7 +8,7 @@ use clap::Args;
 use mmsim_compare::NamedMaze;
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Theme, frame_indices};
 use mmsim_maze::{KnownMaze, Maze};
-use mmsim_protocol::{Colour, State};
+use mmsim_protocol::State;
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
 use mmsim_run::{MovementRules, RunIndex, Trail};
 use mmsim_solvers::Distances;
@@ -226,7 +226,7 @@ impl<'a> RecordedSearch<'a> {
             .with_mouse(state.pose())
             .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
             .with_texts(|cell| notes.text(cell))
-            .with_colours(|cell| notes.colour(cell).map(Colour::letter))
+            .with_colours(|cell| notes.colour(cell))
             .with_trail(&passages)
             .with_layers(self.layers);
         Ok(draw(scene))

@@ -1,8 +1,10 @@
 //! JSON tables that a web page uses to draw numbers and heat colours.
 
+use mmsim_maze::Colour;
+
 use crate::shapes::{AGES, MIN_FADE, PASSAGE_ARROWS, PASSAGE_LINES};
 use crate::style::colour::Theme;
-use crate::style::data_colours::{COLOURS, INSET, heat_ramp, is_light};
+use crate::style::data_colours::{INSET, cell_colour, heat_ramp, is_light};
 use crate::style::{KNOWN_WIDTH, UNKNOWN_WIDTH};
 use crate::text::{
     ADVANCE, FULL_CHARS, GLYPHS, INFINITY, LINE_CHARS, LINE_OFFSET, MISSING, decimals,
@@ -44,11 +46,15 @@ use crate::text::{
 /// ```
 pub fn page_json() -> String {
     let heat = |theme| list(heat_ramp(theme).into_iter().map(|colour| colour.to_string()));
-    let light: String =
-        COLOURS.iter().filter(|(_, colour)| is_light(*colour)).map(|(letter, _)| letter).collect();
-    let colours = COLOURS.map(|(letter, colour)| format!("\"{letter}\":\"{colour}\"")).join(",");
+    let light = Colour::ALL.into_iter().filter(|&colour| is_light(cell_colour(colour)));
+    let light: String = light.map(Colour::letter).collect();
+    let by_letter = |value: &dyn Fn(Colour) -> String| {
+        Colour::ALL.map(|colour| format!("\"{}\":\"{}\"", colour.letter(), value(colour))).join(",")
+    };
+    let colours = by_letter(&|colour| cell_colour(colour).to_string());
+    let names = by_letter(&|colour| colour.name().to_string());
     format!(
-        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"light_colours":"{light}","walls":{{"known":{KNOWN_WIDTH:?},"unknown":{UNKNOWN_WIDTH:?}}},"trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
+        r#"{{"advance":{},"glyphs":{},"missing":"{MISSING}","infinity":"{INFINITY}","text":{{"line":{LINE_CHARS},"full":{FULL_CHARS},"offset":{LINE_OFFSET}}},"inset":{INSET},"colours":{{{colours}}},"colour_names":{{{names}}},"light_colours":"{light}","walls":{{"known":{KNOWN_WIDTH:?},"unknown":{UNKNOWN_WIDTH:?}}},"trail":{{"ages":{AGES},"min_fade":{MIN_FADE},"lines":{},"arrows":{}}},"heat":{{"light":{},"dark":{}}}}}"#,
         decimals(ADVANCE),
         list(GLYPHS.map(String::from).into_iter()),
         list(PASSAGE_LINES.map(String::from).into_iter()),
@@ -84,8 +90,10 @@ mod tests {
         assert_eq!(json["walls"]["known"], serde_json::json!(KNOWN_WIDTH));
         assert_eq!(json["walls"]["unknown"], serde_json::json!(UNKNOWN_WIDTH));
         assert_eq!((&json["text"], &json["inset"]), (&text, &serde_json::json!(2)));
-        for (letter, colour) in COLOURS {
-            assert_eq!(json["colours"][letter.to_string()], colour.to_string());
+        for colour in Colour::ALL {
+            let letter = colour.letter().to_string();
+            assert_eq!(json["colours"][&letter], cell_colour(colour).to_string());
+            assert_eq!(json["colour_names"][&letter], colour.name());
         }
         for (name, theme) in [("light", Theme::Light), ("dark", Theme::Dark)] {
             let read: Vec<_> = json["heat"][name]

@@ -134,14 +134,14 @@ fn height_px((width, height): (u32, u32), width_px: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
+    use mmsim_maze::{Cell, CellSet, Colour, Heading, KnownMaze, Maze, Pose, WallState, Walls};
 
     use super::*;
     use crate::scene::Layers;
     use crate::shapes::{AGES, centre, units};
     use crate::style::colour::Theme;
     use crate::style::colour::contrast;
-    use crate::style::data_colours::{colour, heat_ramp};
+    use crate::style::data_colours::{cell_colour, heat_ramp};
 
     fn maze() -> Maze {
         "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse().unwrap()
@@ -272,7 +272,7 @@ mod tests {
         let trail = [Pose::new(Cell::new(0, 0), Heading::North)];
         let scene = Scene::from_maze(&maze).with_weights(|_| 1).with_trail(&trail);
         let scene = scene.with_texts(|cell| if cell.x == 0 { "a" } else { "" });
-        let scene = scene.with_colours(|cell| Some('g').filter(|_| cell.y == 0));
+        let scene = scene.with_colours(|cell| Some(Colour::Green).filter(|_| cell.y == 0));
         let all = Layers::ALL;
         let pixels = |layers| scene.clone().with_layers(layers).pixmap(220).unwrap();
         assert!(pixels(all) != pixels(Layers { numbers: false, ..all }));
@@ -301,18 +301,18 @@ mod tests {
         let maze = maze();
         let cell = Cell::new(0, 1);
         for theme in [Theme::Light, Theme::Dark] {
-            for letter in "kbacgorwyBCAGRY".chars() {
+            for colour in Colour::ALL {
                 let scene = Scene::from_maze(&maze)
-                    .with_colours(|at| (at == cell).then_some(letter))
+                    .with_colours(|at| (at == cell).then_some(colour))
                     .with_texts(|at| if at == cell { "l" } else { "" })
                     .with_theme(theme);
                 let beside = at(&scene, 14, 10);
-                assert_eq!(Some(beside), colour(letter), "{theme:?} {letter}");
+                assert_eq!(beside, cell_colour(colour), "{theme:?} {colour:?}");
                 // The pixels across the stem of the letter, with 3 pixels per unit.
                 let pixmap = scene.pixmap(3 * units(scene.size).0).unwrap();
                 let stem = (30..42).map(|x| rgb(pixmap.pixel(x, 36).unwrap()));
                 let contrast = stem.map(|pixel| contrast(pixel, beside)).fold(1.0, f64::max);
-                assert!(contrast >= 4.5, "{theme:?} {letter}: {contrast}");
+                assert!(contrast >= 4.5, "{theme:?} {colour:?}: {contrast}");
                 // The floor between the colour and the walls.
                 assert_eq!(at(&scene, 10, 1), theme.colours().floor);
             }

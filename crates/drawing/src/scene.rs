@@ -4,11 +4,11 @@ pub(crate) mod driven_path;
 
 use std::collections::HashMap;
 
-use mmsim_maze::{Cell, CellSet, KnownMaze, Maze, MazeSize, Pose};
+use mmsim_maze::{Cell, CellSet, Colour, KnownMaze, Maze, MazeSize, Pose};
 
 use crate::scene::driven_path::DrivenPath;
 use crate::style::colour::{Rgb, Theme};
-use crate::style::data_colours::{self, MAX_PATHS};
+use crate::style::data_colours::{MAX_PATHS, cell_colour};
 use crate::text::Label;
 
 /// The contents of a picture: a maze or a client's map, plus the mouse, numbers and the trail. A
@@ -43,8 +43,8 @@ pub struct Scene<'a> {
     labels: Vec<Option<Label>>,
     /// The text of each cell that has one, which replaces the label.
     texts: HashMap<Cell, String>,
-    /// The letter of the colour of each cell that has one.
-    colours: HashMap<Cell, char>,
+    /// The colour of each cell that has one.
+    colours: HashMap<Cell, Colour>,
     /// The passages of the trail, oldest first.
     pub(crate) trail: &'a [Pose],
     pub(crate) shortest_path: Vec<Cell>,
@@ -161,13 +161,9 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// Colours each cell for which `colour` returns the letter of a colour of the simulator mms:
-    /// one of `kbacgorwyBCAGRY`. Other letters are ignored.
-    pub fn with_colours(mut self, colour: impl Fn(Cell) -> Option<char>) -> Self {
-        let letter = |cell| {
-            Some((cell, colour(cell).filter(|&letter| data_colours::colour(letter).is_some())?))
-        };
-        self.colours = self.size.cells().filter_map(letter).collect();
+    /// Colours each cell for which `colour` returns a colour.
+    pub fn with_colours(mut self, colour: impl Fn(Cell) -> Option<Colour>) -> Self {
+        self.colours = self.size.cells().filter_map(|cell| Some((cell, colour(cell)?))).collect();
         self
     }
 
@@ -223,7 +219,7 @@ impl<'a> Scene<'a> {
 
     /// Returns the colour of a cell.
     pub(crate) fn colour(&self, cell: Cell) -> Option<Rgb> {
-        data_colours::colour(*self.colours.get(&cell).filter(|_| self.layers.colours)?)
+        self.colours.get(&cell).filter(|_| self.layers.colours).copied().map(cell_colour)
     }
 
     /// Returns the text of a cell.

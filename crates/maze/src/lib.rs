@@ -47,6 +47,7 @@
 
 mod cell;
 mod cell_set;
+mod colour;
 mod escaped;
 mod heading;
 mod known;
@@ -60,6 +61,7 @@ mod wy_rand;
 
 pub use cell::{Cell, MazeSize, Pose, SizeError};
 pub use cell_set::{CellMap, CellSet, CellSetIter, Row};
+pub use colour::Colour;
 pub use escaped::{Counted, Escaped, Excerpt, counted, needs_escape};
 pub use heading::{Heading, Step};
 pub use known::{Contradiction, KnownMaze, Unknown, WallState};

@@ -1,6 +1,7 @@
 //! Parses the commands of a mouse.
 
-use mmsim_maze::{Cell, Excerpt, Heading, MazeSize};
+use mmsim_fastrun::{Side, TurnKind};
+use mmsim_maze::{Cell, Colour, Excerpt, Heading, MazeSize};
 
 use crate::scores::Stat;
 
@@ -41,8 +42,8 @@ pub enum Command<'a> {
     Colour {
         /// The cell.
         cell: Cell,
-        /// The letter of the colour, one of `kbacgorwyBCAGRY`, or `None` to clear the colour.
-        letter: Option<char>,
+        /// The colour, or `None` to clear it.
+        colour: Option<Colour>,
     },
     /// Clear the colours of all cells.
     ClearAllColours,
@@ -96,9 +97,6 @@ pub fn excerpt(line: &[u8]) -> Excerpt<MAX_EXCERPT> {
     Excerpt::new(line.trim_ascii_end())
 }
 
-/// The letters of the colours in mms.
-const COLOURS: &[u8] = b"kbacgorwyBCAGRY";
-
 impl<'a> Command<'a> {
     /// Parses a command from a mouse in a maze of the given size. The line may end with blanks and
     /// `\r\n`.
@@ -120,7 +118,12 @@ impl<'a> Command<'a> {
     pub fn parse(line: &'a [u8], size: MazeSize) -> Result<Self, CommandError> {
         let words = Words(line.strip_suffix(b"\n").unwrap_or(line));
         let mut parser = Parser { line, size, words };
-        match parser.words.next().unwrap_or_default() {
+        let name = parser.words.next().unwrap_or_default();
+        let is_display = name.starts_with(b"set") || name.starts_with(b"clear");
+        if is_display && !line.starts_with(name) {
+            return Err(parser.invalid_arguments("no blank before this command"));
+        }
+        match name {
             b"mazeWidth" => parser.no_arguments("mazeWidth", Self::MazeWidth),
             b"mazeHeight" => parser.no_arguments("mazeHeight", Self::MazeHeight),
             b"wallFront" => parser.wall(0),
@@ -142,7 +145,7 @@ impl<'a> Command<'a> {
             b"setColor" => parser.colour(),
             b"clearColor" => {
                 let cell = parser.only_cell("clearColor X Y")?;
-                Ok(Self::Colour { cell, letter: None })
+                Ok(Self::Colour { cell, colour: None })
             }
             b"clearAllColor" => parser.no_arguments("clearAllColor", Self::ClearAllColours),
             b"setText" => parser.text(),
@@ -210,18 +213,23 @@ impl<'a> Parser<'a> {
     }
 
     fn colour(mut self) -> Result<Command<'a>> {
-        let expected = "setColor X Y C, where C is one of kbacgorwyBCAGRY";
+        let expected = "setColor X Y C, where C is one of kbacgorwyBCAGORVY";
         let cell = self.cell(expected)?;
-        match (self.words.next(), self.words.next()) {
-            (Some(&[letter]), None) if COLOURS.contains(&letter) => {
-                Ok(Command::Colour { cell: cell?, letter: Some(letter.into()) })
-            }
-            _ => Err(self.invalid_arguments(expected)),
-        }
+        let colour = match (self.words.next(), self.words.next()) {
+            (Some(&[letter]), None) => Colour::from_letter(letter.into()),
+            _ => None,
+        };
+        let colour = colour.ok_or_else(|| self.invalid_arguments(expected))?;
+        Ok(Command::Colour { cell: cell?, colour: Some(colour) })
     }
 
     fn text(mut self) -> Result<Command<'a>> {
-        let cell = self.cell("setText X Y TEXT")??;
+        let expected = "setText X Y TEXT, with one blank before X and Y";
+        let blanks = self.line.split(u8::is_ascii_whitespace);
+        if blanks.skip(1).take(2).any(<[u8]>::is_empty) {
+            return Err(self.invalid_arguments(expected));
+        }
+        let cell = self.cell(expected)??;
         // The first blank is a separator; further ones are part of the text.
         let Words(text) = self.words;
         let text = text.strip_suffix(b"\r").unwrap_or(text);
@@ -354,7 +362,6 @@ mod tests {
         for (line, text) in [
             ("setText 1 2 12\r\n", "12"),
             ("setText 1 2  two words ", " two words "),
-            ("setText  1   2 a", "a"),
             ("setText 1 2 ", ""),
             ("setText 1 2", ""),
             ("clearText 1 2", ""),
@@ -387,10 +394,12 @@ mod tests {
         insta::assert_snapshot!(error(b"clearWall 1 2 N"), @r#"expected clearWall X Y n|e|s|w, found "clearWall 1 2 N""#);
         insta::assert_snapshot!(error(b"setWall 16 0 n"), @r#"expected a cell in a maze of 16x16 cells, found "setWall 16 0 n""#);
         insta::assert_snapshot!(error(b"setWall 16 0 up"), @r#"expected setWall X Y n|e|s|w, found "setWall 16 0 up""#);
-        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor X Y C, where C is one of kbacgorwyBCAGRY, found "setColor 0 0 x""#);
+        insta::assert_snapshot!(error(b"setText  0 0 x"), @r#"expected setText X Y TEXT, with one blank before X and Y, found "setText  0 0 x""#);
+        insta::assert_snapshot!(error(b" clearAllText"), @r#"expected no blank before this command, found " clearAllText""#);
+        insta::assert_snapshot!(error(b"setColor 0 0 x"), @r#"expected setColor X Y C, where C is one of kbacgorwyBCAGORVY, found "setColor 0 0 x""#);
         insta::assert_snapshot!(error(b"clearColor 0 0 r"), @r#"expected clearColor X Y, found "clearColor 0 0 r""#);
         insta::assert_snapshot!(error(b"setText 0 -1 a"), @r#"expected a cell in a maze of 16x16 cells, found "setText 0 -1 a""#);
-        insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText X Y TEXT, found "setText 0""#);
+        insta::assert_snapshot!(error(b"setText 0"), @r#"expected setText X Y TEXT, with one blank before X and Y, found "setText 0""#);
         insta::assert_snapshot!(error(b"getStat"), @r#"expected getStat and the name of a statistic, such as score, found "getStat""#);
         insta::assert_snapshot!(error(b"score 1"), @r#"expected only the name of a statistic, found "score 1""#);
     }

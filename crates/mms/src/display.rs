@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use mmsim_maze::{Cell, CellMap, MazeSize};
+use mmsim_maze::{Cell, CellMap, Colour, MazeSize};
 
 use crate::command::Command;
 
@@ -11,7 +11,7 @@ use crate::command::Command;
 pub struct Display {
     size: MazeSize,
     texts: CellMap<CellText>,
-    colours: CellMap<Option<char>>,
+    colours: CellMap<Option<Colour>>,
 }
 
 impl Display {
@@ -25,8 +25,8 @@ impl Display {
         if self.size.contains(cell) { &self.texts[cell] } else { &CellText::EMPTY }
     }
 
-    /// Returns the letter of the colour of a cell, one of `kbacgorwyBCAGRY`.
-    pub fn colour(&self, cell: Cell) -> Option<char> {
+    /// Returns the colour of a cell, or `None` if the cell has no colour.
+    pub fn colour(&self, cell: Cell) -> Option<Colour> {
         self.size.contains(cell).then(|| self.colours[cell]).flatten()
     }
 
@@ -37,8 +37,8 @@ impl Display {
             Command::Text { cell, text } if self.size.contains(cell) => {
                 self.texts[cell] = CellText::new(text);
             }
-            Command::Colour { cell, letter } if self.size.contains(cell) => {
-                self.colours[cell] = letter;
+            Command::Colour { cell, colour } if self.size.contains(cell) => {
+                self.colours[cell] = colour;
             }
             Command::ClearAllText => self.texts = CellMap::new(CellText::EMPTY),
             Command::ClearAllColours => self.colours = CellMap::new(None),
@@ -143,7 +143,7 @@ mod tests {
         let mut display = Display::new(MazeSize::new(3, 2).unwrap());
         for outside in [Cell::new(3, 0), Cell::new(0, 2)] {
             display.execute(Command::Text { cell: outside, text: b"1" });
-            display.execute(Command::Colour { cell: outside, letter: Some('g') });
+            display.execute(Command::Colour { cell: outside, colour: Some(Colour::Green) });
             assert_eq!((display.text(outside).as_str(), display.colour(outside)), ("", None));
         }
         assert_eq!(display, Display::new(MazeSize::new(3, 2).unwrap()));

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Wall, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
-use mmsim_protocol::{Annotation, Colour};
+use mmsim_protocol::Annotation;
 use mmsim_run::{MovementRules, Phases};
 
 use crate::control::MouseControl;
@@ -177,10 +177,7 @@ fn changes<'n>(before: Option<&SimulatedMouse>, now: &'n SimulatedMouse) -> Vec<
         None => !display.text(cell).is_empty(),
     };
     let mut changes: Vec<_> = cells().filter(is_new).map(text).collect();
-    let colour = |cell| {
-        let letter = display.colour(cell);
-        Annotation::Colour { cell, colour: letter.and_then(Colour::from_letter) }
-    };
+    let colour = |cell| Annotation::Colour { cell, colour: display.colour(cell) };
     let colour_before = |cell| displayed.and_then(|displayed| displayed.colour(cell));
     let has_new_colour = |&cell: &Cell| display.colour(cell) != colour_before(cell);
     changes.extend(cells().filter(has_new_colour).map(colour));
@@ -220,7 +217,7 @@ mod tests {
 
     use mmsim_maze::{CellSet, MazeSize, Walls, WyRand};
     use mmsim_mms::Command;
-    use mmsim_protocol::{MapState, Order, State};
+    use mmsim_protocol::{Colour, MapState, Order, State};
 
     use super::*;
 
@@ -293,7 +290,7 @@ mod tests {
     #[derive(Default)]
     struct Receiver {
         texts: HashMap<Cell, String>,
-        colours: HashMap<Cell, char>,
+        colours: HashMap<Cell, Colour>,
         walls: HashMap<(Cell, Heading), WallState>,
     }
 
@@ -304,7 +301,7 @@ mod tests {
                 Annotation::Text { cell, text } => drop(self.texts.insert(cell, text.into())),
                 Annotation::Colour { cell, colour: None } => drop(self.colours.remove(&cell)),
                 Annotation::Colour { cell, colour: Some(colour) } => {
-                    self.colours.insert(cell, colour.letter());
+                    self.colours.insert(cell, colour);
                 }
                 Annotation::Wall { cell, heading, state: None } => {
                     self.walls.remove(&(cell, heading)).expect("a declared wall");

@@ -16,9 +16,8 @@
 //! line and paragraph separators, and marks that change the direction of text (see
 //! [`needs_escape`](mmsim_maze::needs_escape)).
 
-use mmsim_maze::{Cell, Excerpt, Heading, MazeSize, WallState, needs_escape};
+use mmsim_maze::{Cell, Colour, Excerpt, Heading, MazeSize, WallState, needs_escape};
 
-use crate::colour::Colour;
 use crate::error::RequestError;
 use crate::layout::MAX_ANNOTATIONS_BYTES;
 
@@ -229,7 +228,7 @@ impl<'a> Entries<'a> {
             }
             b'C' => {
                 let cell = self.cell()?;
-                let what = "one of kbacgorwyBCAGRY or - as the colour";
+                let what = "one of kbacgorwyBCAGORVY or - as the colour";
                 let [letter] = self.bytes(what)?;
                 let colour = colour_from_letter(letter)
                     .ok_or_else(|| self.error_at(self.offset - 1, what))?;
@@ -369,8 +368,8 @@ mod tests {
         insta::assert_snapshot!(error(b"AT\x01\x02\x01\x1b"), @r#"expected a text of at most 10 printable characters in UTF-8, found "\x1b" at byte 5"#);
         insta::assert_snapshot!(error(b"AT\x01\x02\x01\xff"), @r#"expected a text of at most 10 printable characters in UTF-8, found "\xff" at byte 5"#);
         insta::assert_snapshot!(error(b"AT\x10\x02\x00"), @"expected a cell in a maze of 16x16 cells, found (16, 2)");
-        insta::assert_snapshot!(error(b"AC\x01\x02x"), @r#"expected one of kbacgorwyBCAGRY or - as the colour, found "x" at byte 4"#);
-        insta::assert_snapshot!(error(b"AC\x01\x02"), @"expected one of kbacgorwyBCAGRY or - as the colour, found the end of the message");
+        insta::assert_snapshot!(error(b"AC\x01\x02x"), @r#"expected one of kbacgorwyBCAGORVY or - as the colour, found "x" at byte 4"#);
+        insta::assert_snapshot!(error(b"AC\x01\x02"), @"expected one of kbacgorwyBCAGORVY or - as the colour, found the end of the message");
         insta::assert_snapshot!(error(b"AD\x01\x02n1"), @r#"expected N, E, S or W as the heading, found "n""#);
         insta::assert_snapshot!(error(b"AD\x01\x02N2"), @r#"expected 1, 0, ? or - as the declared wall, found "2" at byte 5"#);
         insta::assert_snapshot!(error(b"AL\x02\0a\n"), @r#"expected a log line of at most 1000 bytes of tabs and printable characters in UTF-8, found "a\n" at byte 4"#);

@@ -61,7 +61,6 @@ extern crate alloc;
 
 mod annotation_writer;
 mod annotations;
-mod colour;
 mod error;
 #[cfg(feature = "info")]
 mod info;
@@ -73,8 +72,8 @@ mod request;
 mod state;
 
 pub use mmsim_maze::{
-    Cell, CellSet, Contradiction, Excerpt, Heading, KnownMaze, MazeSize, Pose, SizeError, Step,
-    TextPicture, Unknown, WallState, WallsAround,
+    Cell, CellSet, Colour, Contradiction, Excerpt, Heading, KnownMaze, MazeSize, Pose, SizeError,
+    Step, TextPicture, Unknown, WallState, WallsAround,
 };
 
 pub use annotation_writer::{AnnotationError, AnnotationWriter};
@@ -82,7 +81,6 @@ pub use annotations::{
     Annotation, Annotations, MAX_LOG_BYTES, MAX_NAME_BYTES, MAX_TEXT_BYTES, MAX_TEXT_CHARS,
     colour_from_letter, colour_letter, wall_from_letter, wall_letter,
 };
-pub use colour::Colour;
 pub use error::RequestError;
 #[cfg(feature = "info")]
 pub use info::{ANNOTATIONS, Info};

@@ -82,7 +82,8 @@ impl Pending {
     pub(crate) fn colour(&self, cell: Cell, letter: Option<&str>) -> PyResult<()> {
         let colour = letter.map(|text| {
             self::letter(text).and_then(Colour::from_letter).ok_or_else(|| {
-                value_error(format_args!("a colour is one of kbacgorwyBCAGRY, found {text:?}"))
+                let letters = Colour::LETTERS;
+                value_error(format_args!("a colour is one of {letters}, found {text:?}"))
             })
         });
         self.push(Annotation::Colour { cell, colour: colour.transpose()? })

@@ -297,7 +297,7 @@ impl PyConnection {
         self.annotate(Annotation::Text { cell, text: &printable(&text.to_cow()?) })
     }
 
-    /// Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it.
+    /// Sets the colour of a cell, one of the letters kbacgorwyBCAGORVY of mms, or clears it.
     fn colour(
         &self,
         x: &Bound<'_, PyAny>,

@@ -6,12 +6,6 @@ import { PITCH, corner } from "./state.js";
 
 /** @typedef {import("./api.js").DrawingStyle} DrawingStyle */
 
-/** @type {Record<string, string>} */
-const COLOUR_NAMES = {
-  k: "black", b: "blue", a: "grey", c: "cyan", g: "green", o: "orange", r: "red", w: "white", y: "yellow",
-  B: "dark blue", C: "dark cyan", A: "dark grey", G: "dark green", R: "dark red", Y: "dark yellow",
-}; // prettier-ignore
-
 export class CellAnnotations {
   #size;
   #style;
@@ -93,9 +87,6 @@ export function labelClass(letter, { colours, light_colours: light }) {
   if (!letter || !colours[letter]) return "";
   return light.includes(letter) ? "on-light" : "on-dark";
 }
-
-/** @param {string} letter */
-export const colourName = (letter) => COLOUR_NAMES[letter];
 
 /** Returns the SVG path of a line of text, centred on (0, y). @param {string[]} characters @param {DrawingStyle} style */
 export function linePath(characters, { advance, glyphs, missing }, y = 0) {

@@ -38,7 +38,7 @@ const MAX_KEPT_STATES = 20_000;
  *   | "unscored" | "log"} EventKind
  * @typedef {{ states: number, events: { kind: EventKind, count: number, every: number, states: number[] }[] }} RunEvents
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
- *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, light_colours: string,
+ *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, colour_names: Record<string, string>, light_colours: string,
  *   walls: Record<"known" | "unknown", [number, number, number]>,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
  * @typedef {{ text: string, duration: number, gate_to_gate: number, length: number, cells: number, turns: number,

@@ -3,7 +3,7 @@
 // change, since most of the thousands of elements stay the same.
 
 import { setAttributes, svgElement } from "./dom.js";
-import { CellAnnotations, colourName, labelClass, linePath } from "./annotations.js";
+import { CellAnnotations, labelClass, linePath } from "./annotations.js";
 import { HEADINGS, NO_PATH, PITCH, VISITED, centre, corner, reportedWalls } from "./state.js";
 
 /**
@@ -237,8 +237,8 @@ function numberPath(weight, style) {
   return weight === NO_PATH ? style.infinity : linePath([...`${weight}`], style);
 }
 
-/** @param {number} cell @param {Source} source @param {State | undefined} state @param {StateView | undefined} view */
-export function describeCell(cell, { width, start, goals }, state, view) {
+/** @param {number} cell @param {Source} source @param {State | undefined} state @param {StateView | undefined} view @param {DrawingStyle} style */
+export function describeCell(cell, { width, start, goals }, state, view, style) {
   const [x, y] = [cell % width, Math.floor(cell / width)];
   const parts = [`cell (${x}, ${y})`];
   if (x === start[0] && y === start[1]) parts.push("start");
@@ -248,7 +248,7 @@ export function describeCell(cell, { width, start, goals }, state, view) {
     parts.push(weight === NO_PATH ? "weight ∞ (no path)" : `weight ${weight}`);
     const text = view?.texts.find(([at]) => at === cell)?.[1];
     if (text) parts.push(`text “${text}”`);
-    const colour = colourName(view?.colours[cell] ?? "");
+    const colour = style.colour_names[view?.colours[cell] ?? ""];
     if (colour) parts.push(colour);
     if (state.walls[cell] & VISITED) parts.push("visited");
     if (state.x === x && state.y === y) parts.push(`mouse, heading ${HEADINGS[state.heading]}`);

@@ -363,7 +363,7 @@ export class Panel {
     const hint = waiting && !this.source?.robot ? this.hint : "";
     const cell = this.#cell;
     const shown = this.shown;
-    const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view) : hint;
+    const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view, this.#style) : hint;
     setText(this.element, ".readout", text);
   }
 }

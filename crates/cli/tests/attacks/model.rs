@@ -388,7 +388,7 @@ impl Rules {
                 let text = (text.chars().count() <= 10).then_some(text)?;
                 (Entry::Text(self.cell(x, y)?, text), rest)
             }
-            [b'C', x, y, colour, ref rest @ ..] if b"kbacgorwyBCAGRY-".contains(&colour) => {
+            [b'C', x, y, colour, ref rest @ ..] if b"kbacgorwyBCAGORVY-".contains(&colour) => {
                 (Entry::Colour(self.cell(x, y)?, colour), rest)
             }
             [b'D', x, y, side, state, ref rest @ ..] if b"10?-".contains(&state) => {

@@ -98,7 +98,7 @@ impl Requests {
         }
         match letter {
             b'T' => entry.extend(self.text(11, 1)),
-            b'C' => entry.push(self.one_of(b"kbacgorwyBCAGRY-")),
+            b'C' => entry.push(self.one_of(b"kbacgorwyBCAGORVY-")),
             b'D' => entry.extend([self.one_of(b"NESW"), self.one_of(b"10?-")]),
             b'L' if self.rng.chance(0.9) => entry.extend(self.text(40, 2)),
             b'L' => entry.extend(self.text(1002, 2)),

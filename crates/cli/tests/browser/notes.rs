@@ -8,6 +8,7 @@ use mmsim_drawing::Scene;
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, WallState};
 use mmsim_protocol::{Annotation, AnnotationWriter, Colour, MAX_ANNOTATIONS_BYTES, StateMessage};
 use mmsim_recording::Recording;
+use mmsim_tests::MMS_COLOURS;
 use serde_json::json;
 
 use crate::browser::{wait_for, with_browser, with_page};
@@ -20,27 +21,8 @@ use crate::test_state::TestState;
 /// What is displayed in cells, by the name of the cell.
 type Notes = BTreeMap<String, String>;
 
-/// The colours of mms, by letter.
-const COLOURS: [(char, &str); 15] = [
-    ('k', "#000000"),
-    ('b', "#0000b3"),
-    ('a', "#b3b3b3"),
-    ('c', "#006666"),
-    ('g', "#00b300"),
-    ('o', "#b36600"),
-    ('r', "#cc0000"),
-    ('w', "#ffffff"),
-    ('y', "#b3b300"),
-    ('B', "#000033"),
-    ('C', "#003333"),
-    ('A', "#1a1a1a"),
-    ('G', "#004d00"),
-    ('R', "#4d0000"),
-    ('Y', "#333300"),
-];
-
 fn hex(letter: char) -> String {
-    COLOURS.iter().find(|(known, _)| *known == letter).unwrap().1.to_string()
+    MMS_COLOURS.iter().find(|(known, _)| *known == letter).unwrap().1.to_string()
 }
 
 fn name(cell: Cell) -> String {
@@ -88,10 +70,13 @@ fn displayed(live: Panel<'_>, maze: &Maze) -> (Notes, Notes) {
     for (cell, text) in &texts {
         assert_eq!(numbers.get(cell).map_or("", String::as_str), "", "a number below {text}");
     }
-    let letter = |fill: &String| COLOURS.iter().find(|(_, hex)| hex == fill).unwrap().0;
+    let colour = |fill: &String| {
+        let (letter, _) = MMS_COLOURS.iter().find(|(_, hex)| hex == fill)?;
+        Colour::from_letter(*letter)
+    };
     let picture = Scene::from_maze(maze)
         .with_texts(|cell| texts.get(&name(cell)).map_or("", String::as_str))
-        .with_colours(|cell| colours.get(&name(cell)).map(letter))
+        .with_colours(|cell| colours.get(&name(cell)).and_then(colour))
         .page_svg();
     let kinds = [r#"<path class="text"#, r#"<rect class="colour"#];
     let lines = picture.lines().filter(|line| kinds.iter().any(|kind| line.starts_with(kind)));
@@ -146,7 +131,8 @@ pub(crate) fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, N
             let (cell, text) = (cell(step), texts[(number + step) % texts.len()]);
             entries.push(Annotation::Text { cell, text });
             shown.0.insert(name(cell), text.to_string());
-            let colour = Some(Colour::ALL[(3 * number + step) % 15]).filter(|_| step < 2);
+            let colour =
+                Some(Colour::ALL[(3 * number + step) % Colour::ALL.len()]).filter(|_| step < 2);
             entries.push(Annotation::Colour { cell, colour });
             match colour {
                 Some(colour) => shown.1.insert(name(cell), hex(colour.letter())),

@@ -1,5 +1,6 @@
 //! Checks the clients' searches against `mmsim solve flood-fill`, and their error messages.
 
+use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::thread;
@@ -250,7 +251,7 @@ fn the_python_class_sends_annotations() {
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
     insta::assert_snapshot!(stdout, @"
     a text has at most 10 characters, found '12345678901'
-    a colour is one of kbacgorwyBCAGRY, found 'x'
+    a colour is one of kbacgorwyBCAGORVY, found 'x'
     a declared wall is 1, 0, ? or -, found '2'
     a name has at most 100 bytes, found 'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn'
     ");
@@ -378,4 +379,21 @@ fn the_python_class_sends_annotations_only_to_mmsim() {
     assert!(run.starts_with("riASSA"), "{run}");
     // A client of `mmsim run` that connects to another simulator.
     assert_eq!(letters(|_| Some("tcp://127.0.0.1:1")).unwrap(), "rSSS");
+}
+
+#[test]
+fn clients_and_docs_list_the_letters_of_all_colours() {
+    for path in [
+        "README.md",
+        "crates/mms/src/command.rs",
+        "crates/protocol/src/annotations.rs",
+        "crates/python/python/micromouse_sim/_native.pyi",
+        "crates/python/src/connection.rs",
+        "docs/mms.md",
+        "examples/c/mmsim.h",
+        "examples/python/mmsim.py",
+    ] {
+        let text = fs::read_to_string(file(path)).unwrap();
+        assert!(text.contains(Colour::LETTERS), "{path}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Mice that move first and ask later: their known walls bound the shortest path in every state.
 
 use mmsim_maze::{KnownMaze, Maze};
-use mmsim_protocol::WallState;
+use mmsim_protocol::{Colour, WallState};
 use mmsim_recording::{Block, History};
 use mmsim_solvers::{PathBounds, steps_between};
 
@@ -127,7 +127,7 @@ fn a_recording_contains_texts_colours_and_the_log() {
         }
         let context = history.context(index).unwrap();
         let cells = [0, 1, 2, 3, 4].map(|x| Cell::new(x, 0)).map(|cell| {
-            let colour = context.notes().colour(cell).map_or('-', mmsim_protocol::Colour::letter);
+            let colour = context.notes().colour(cell).map_or('-', Colour::letter);
             format!("{}{colour}", context.notes().text(cell))
         });
         let line = format!("{} {}", cells.join(" "), lines.join("; "));
@@ -153,4 +153,19 @@ fn a_recording_contains_texts_colours_and_the_log() {
     0- 1r 2- 3- 4-
     0r 1r 2- 3- 4-
     ");
+}
+
+#[test]
+fn all_colours_of_mms_are_recorded() {
+    let Some(mouse) = mmsim_tests::shared("strangers/mice/mms_colours.py") else { return };
+    let (home, Some(python)) = (Home::new(), python()) else { return };
+    let mouse = mouse.to_str().unwrap();
+    let ended =
+        home.run(&arguments(&[&QUIET[..], &["--record", "seen"]].concat(), &[python, mouse]));
+    assert!(ended.stderr.contains("exited with code 0"), "{ended:?}");
+    assert!(!ended.stderr.contains("mms: line"), "{ended:?}");
+    let recording = recording(&home.path().join("seen"));
+    let context = recording.last_context();
+    let colours = [0, 1].map(|y| context.notes().colour(Cell::new(0, y)));
+    assert_eq!(colours, [Some(Colour::DarkViolet), Some(Colour::DarkOrange)]);
 }

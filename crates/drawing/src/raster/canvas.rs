@@ -165,7 +165,7 @@ impl Tiles {
 mod tests {
     use std::collections::HashMap;
 
-    use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, WallState, Walls};
+    use mmsim_maze::{Cell, CellSet, Colour, Heading, KnownMaze, Maze, Pose, WallState, Walls};
     use proptest::prelude::*;
 
     use super::*;
@@ -177,7 +177,7 @@ mod tests {
     struct Change {
         walls: Vec<(u8, u8, bool)>,
         weights: Vec<(usize, u8)>,
-        notes: Vec<(u8, u8, String, Option<char>)>,
+        notes: Vec<(u8, u8, String, Option<Colour>)>,
         mouse: (u8, u8),
         layers: u8,
     }
@@ -185,7 +185,11 @@ mod tests {
     fn change() -> impl Strategy<Value = Change> {
         let walls = prop::collection::vec(any::<(u8, u8, bool)>(), 0..3);
         let weights = prop::collection::vec((0usize..64, 1u8..200), 0..3);
-        let colour = prop::option::of(prop::sample::select(vec!['k', 'w', 'R']));
+        let colour = prop::option::of(prop::sample::select(vec![
+            Colour::Black,
+            Colour::White,
+            Colour::DarkRed,
+        ]));
         let special = prop::sample::select(vec!['&', '<', '"', '\u{fffe}', '\u{ffff}']);
         let text = prop::collection::vec(prop_oneof![any::<char>(), special], 0..=10)
             .prop_map(String::from_iter);

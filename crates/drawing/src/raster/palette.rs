@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use mmsim_maze::{Cell, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
+use mmsim_maze::{Cell, Colour, Heading, KnownMaze, Maze, MazeSize, Pose, WallState, Walls};
 
 use resvg::tiny_skia::Pixmap;
 
@@ -10,7 +10,7 @@ use crate::raster::{PictureError, rgb};
 use crate::scene::Scene;
 use crate::shapes::units;
 use crate::style::colour::Rgb;
-use crate::style::data_colours::{COLOURS, faint, heat_ramp, path_colours, speed_ramp};
+use crate::style::data_colours::{cell_colour, faint, heat_ramp, path_colours, speed_ramp};
 
 /// The maximum number of colours in a GIF palette, not counting the index for unchanged pixels.
 const MAX_COLOURS: usize = 255;
@@ -47,7 +47,7 @@ impl Palette {
             .map(|heading| sheet.scene(scene, heading).pixmap(side_px));
         let theme = scene.theme;
         let mut chosen = theme.colours().areas();
-        chosen.extend(COLOURS.map(|(_, colour)| colour));
+        chosen.extend(Colour::ALL.map(cell_colour));
         if scene.layers.heat {
             chosen.extend(heat_ramp(theme));
         }
@@ -176,12 +176,13 @@ impl Sheet {
             .with_layers(like.layers)
             .with_theme(like.theme);
         // Each colour is in one cell with a text.
-        let letter = |cell: Cell| {
-            let coloured = COLOURS.get(usize::from(cell.y)).filter(|_| cell.x == cell.y);
-            coloured.map(|&(letter, _)| letter)
+        let colour = |Cell { x, y }: Cell| {
+            let width = self.maze.size().width();
+            let diagonal = usize::from((x + width - y % width) % width);
+            Colour::ALL.get(usize::from(y) + usize::from(width) * diagonal).copied()
         };
-        let text = |cell| if letter(cell).is_some() { "80" } else { "" };
-        scene.with_texts(text).with_colours(letter)
+        let text = |cell| if colour(cell).is_some() { "80" } else { "" };
+        scene.with_texts(text).with_colours(colour)
     }
 }
 
@@ -227,7 +228,7 @@ mod tests {
         for theme in [Theme::Light, Theme::Dark] {
             let scene = Scene::from_maze(&sheet.maze).with_theme(theme).with_layers(Layers::ALL);
             let mut palette = Palette::like(&scene, 648).unwrap();
-            let notes = COLOURS.map(|(_, colour)| colour);
+            let notes = Colour::ALL.map(cell_colour);
             for colour in heat_ramp(theme).into_iter().chain(theme.colours().areas()).chain(notes) {
                 let index = usize::from(palette.index(colour));
                 assert_eq!(palette.colours[index], colour, "{theme:?}");

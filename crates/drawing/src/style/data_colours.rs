@@ -6,6 +6,8 @@
 //! lightness changes steadily, so colour-blind users can read the ramp. The range of lightness of
 //! heat colours is limited, so that numbers drawn on top of them are legible.
 
+use mmsim_maze::Colour;
+
 use crate::style::colour::{Lch, Rgb, Theme, blend, luminance};
 
 /// The number of colours in the ramp of speeds.
@@ -136,28 +138,27 @@ const HEAT_DARK: [Lch; 4] =
 /// and the walls keeps the walls visible beside any colour.
 pub(crate) const INSET: u32 = 2;
 
-/// The colours, each with its letter.
-pub(crate) const COLOURS: [(char, Rgb); 15] = [
-    ('k', Rgb(0, 0, 0)),
-    ('b', Rgb(0, 0, 179)),
-    ('a', Rgb(179, 179, 179)),
-    ('c', Rgb(0, 102, 102)),
-    ('g', Rgb(0, 179, 0)),
-    ('o', Rgb(179, 102, 0)),
-    ('r', Rgb(204, 0, 0)),
-    ('w', Rgb(255, 255, 255)),
-    ('y', Rgb(179, 179, 0)),
-    ('B', Rgb(0, 0, 51)),
-    ('C', Rgb(0, 51, 51)),
-    ('A', Rgb(26, 26, 26)),
-    ('G', Rgb(0, 77, 0)),
-    ('R', Rgb(77, 0, 0)),
-    ('Y', Rgb(51, 51, 0)),
-];
-
-/// Returns the colour with this letter.
-pub(crate) fn colour(letter: char) -> Option<Rgb> {
-    COLOURS.into_iter().find(|&(known, _)| known == letter).map(|(_, colour)| colour)
+/// Returns the colour of a cell as mms shows it.
+pub(crate) const fn cell_colour(colour: Colour) -> Rgb {
+    match colour {
+        Colour::Black => Rgb(0, 0, 0),
+        Colour::Blue => Rgb(0, 0, 179),
+        Colour::Grey => Rgb(179, 179, 179),
+        Colour::Cyan => Rgb(0, 102, 102),
+        Colour::Green => Rgb(0, 179, 0),
+        Colour::Orange => Rgb(179, 102, 0),
+        Colour::Red => Rgb(204, 0, 0),
+        Colour::White => Rgb(255, 255, 255),
+        Colour::Yellow => Rgb(179, 179, 0),
+        Colour::DarkBlue => Rgb(0, 0, 51),
+        Colour::DarkCyan => Rgb(0, 51, 51),
+        Colour::DarkGrey => Rgb(26, 26, 26),
+        Colour::DarkGreen => Rgb(0, 77, 0),
+        Colour::DarkOrange => Rgb(51, 26, 0),
+        Colour::DarkRed => Rgb(77, 0, 0),
+        Colour::DarkViolet => Rgb(51, 0, 51),
+        Colour::DarkYellow => Rgb(51, 51, 0),
+    }
 }
 
 /// Returns the class of labels on a colour: white on dark colours, black on light colours.
@@ -330,18 +331,17 @@ mod tests {
 
     #[test]
     fn labels_are_legible_on_every_colour() {
-        for (letter, colour) in COLOURS {
-            let label = if is_light(colour) { Rgb(0, 0, 0) } else { Rgb(255, 255, 255) };
-            let contrast = contrast(label, colour);
-            assert!(contrast >= 4.5, "{letter}: {contrast:.2}");
+        for colour in Colour::ALL {
+            let area = cell_colour(colour);
+            let label = if is_light(area) { Rgb(0, 0, 0) } else { Rgb(255, 255, 255) };
+            let contrast = contrast(label, area);
+            assert!(contrast >= 4.5, "{colour:?}: {contrast:.2}");
         }
     }
 
     #[test]
-    fn colours_and_letters_are_distinct() {
-        let letters: String = COLOURS.iter().map(|(letter, _)| letter).collect();
-        assert_eq!(letters, "kbacgorwyBCAGRY");
-        assert_eq!(COLOURS.iter().map(|(_, colour)| colour).collect::<BTreeSet<_>>().len(), 15);
-        assert_eq!((colour('w'), colour('x')), (Some(Rgb(255, 255, 255)), None));
+    fn cell_colours_are_distinct() {
+        let colours: BTreeSet<_> = Colour::ALL.into_iter().map(cell_colour).collect();
+        assert_eq!(colours.len(), Colour::ALL.len());
     }
 }

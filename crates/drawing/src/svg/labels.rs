@@ -66,6 +66,8 @@ fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::Colour;
+
     use super::*;
     use crate::scene::{Layers, Scene};
     use crate::style::colour::Theme;
@@ -109,8 +111,10 @@ mod tests {
     fn texts_replace_numbers_and_follow_the_colour_of_the_cell() {
         let maze = maze();
         let text = |cell: Cell| ["1200", "", "<\"é&\"> 12", ""][usize::from(2 * cell.y + cell.x)];
-        let colour =
-            |cell: Cell| ['w', 'B', '?', 'y'].get(usize::from(2 * cell.y + cell.x)).copied();
+        let colour = |cell: Cell| {
+            [Some(Colour::White), Some(Colour::DarkBlue), None, Some(Colour::Yellow)]
+                [usize::from(2 * cell.y + cell.x)]
+        };
         let scene = Scene::from_maze(&maze).with_weights(|_| 7);
         let svg = scene.with_texts(text).with_colours(colour).svg();
         let lines = |start: &str| -> Vec<&str> {

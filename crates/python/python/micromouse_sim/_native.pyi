@@ -292,7 +292,7 @@ class Connection:
         """Sets the text of a cell, at most 10 characters. An empty text clears it."""
 
     def colour(self, x: int, y: int, letter: str | None) -> None:
-        """Sets the colour of a cell, one of the letters kbacgorwyBCAGRY of mms, or clears it."""
+        """Sets the colour of a cell, one of the letters kbacgorwyBCAGORVY of mms, or clears it."""
 
     def wall(self, x: int, y: int, heading: _Heading, state: Literal["1", "0", "?", "-"]) -> None:
         """Declares a wall of a cell, whatever the flags of the states say.

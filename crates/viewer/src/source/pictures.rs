@@ -7,7 +7,6 @@ use axum::response::{IntoResponse, Response};
 use mmsim_drawing::{
     Animation, FRAME_MS, Layers, MAX_FRAMES, PictureError, Scene, Theme, frame_indices,
 };
-use mmsim_protocol::Colour;
 use mmsim_run::{planned_path, shortest_path};
 use serde::Deserialize;
 
@@ -131,7 +130,7 @@ pub(crate) fn draw_state<T>(
         .with_mouse(state.pose())
         .with_weights(|cell| state.weights().at(cell).unwrap_or(0))
         .with_texts(|cell| notes.text(cell))
-        .with_colours(|cell| notes.colour(cell).map(Colour::letter))
+        .with_colours(|cell| notes.colour(cell))
         .with_trail(&passages)
         .with_shortest_path(shortest(is_trial))
         .with_planned_path(options.plan.then(plan).unwrap_or_default());
