@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mmsim_maze::Escaped;
+use mmsim_maze::{Escaped, counted};
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
 use mmsim_run::{Ending, SearchFigures, SearchTimes, Timing};
 use serde::Serialize;
@@ -157,6 +157,7 @@ impl SearchComparison {
         });
         let mice: Vec<MouseSummary> = mice.collect();
         comparison.overview = MouseSummary::rows(&mice);
+        comparison.notes.extend(mice.iter().filter_map(MouseSummary::unfinished));
         Self { comparison: comparison.with_limiting_candidate(), measures, statistics, mice }
     }
 }
@@ -180,9 +181,7 @@ impl MouseSummary {
             reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
             rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
-            failed: searches()
-                .filter(|search| !search.goal_reached && !search.is_rightly_given_up)
-                .count(),
+            failed: searches().filter(|search| search.failure().is_some()).count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
             fastest_run_found: searches()
@@ -194,6 +193,21 @@ impl MouseSummary {
             statistics,
             mazes,
         }
+    }
+
+    /// Returns a note on the mazes in which the mouse has reached the goal but did not finish.
+    fn unfinished(&self) -> Option<String> {
+        let unfinished = self
+            .mazes
+            .iter()
+            .filter_map(|search| Some((&search.maze.path, search.figures.unfinished()?)));
+        let unfinished: Vec<_> = unfinished.collect();
+        let (maze, reason) = unfinished.first()?;
+        let (name, count) = (Escaped(&self.strategy), counted(unfinished.len() as u64, "maze"));
+        let [maze, reason] = [*maze, *reason].map(Escaped);
+        Some(format!(
+            "{name} reached the goal but did not finish in {count}, such as {maze}: {reason}."
+        ))
     }
 
     /// Returns the overview of all mice, with a header.

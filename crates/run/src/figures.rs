@@ -85,17 +85,17 @@ impl SearchFigures {
         Self { goal_reached, error, ending, ..self }
     }
 
-    /// Returns the reason why the mouse did not stop by itself in the goal, unless it correctly
-    /// reported that the goal is unreachable.
+    /// Returns the reason why the mouse failed: it has neither reached the goal nor correctly reported
+    /// that the goal is unreachable.
     pub fn failure(&self) -> Option<String> {
-        let Self { goal_reached, is_rightly_given_up, error, steps_in_all, .. } = self;
-        if *is_rightly_given_up {
-            None
-        } else if *goal_reached {
-            error.as_ref().map(|error| format!("after reaching the goal: {error}"))
-        } else {
-            let limit = || format!("goal not reached after {}", counted(*steps_in_all, "step"));
-            Some(error.clone().unwrap_or_else(limit))
-        }
+        let limit = || format!("goal not reached after {}", counted(self.steps_in_all, "step"));
+        let has_failed = !self.goal_reached && !self.is_rightly_given_up;
+        has_failed.then(|| self.error.clone().unwrap_or_else(limit))
+    }
+
+    /// Returns the reason why a mouse that has reached the goal did not finish: it did not stop by
+    /// itself, or it jumped.
+    pub fn unfinished(&self) -> Option<&str> {
+        self.error.as_deref().filter(|_| self.goal_reached)
     }
 }

@@ -208,11 +208,12 @@ fn a_failure_after_the_goal_is_named() {
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let ended = home.run(&arguments);
     for line in [
-        "a.txt: after reaching the goal: exited with code 1: too happy",
-        "a.txt: after reaching the goal: stopped after 10000 states",
+        "crashes reached the goal but did not finish in 1 maze, such as a.txt: exited with code 1: too happy.",
+        "turns reached the goal but did not finish in 1 maze, such as a.txt: stopped after 10000 states.",
     ] {
         assert!(ended.stdout.contains(line), "{}", ended.stdout);
     }
+    assert!(!ended.stdout.contains("failed in"), "{}", ended.stdout);
     // The numbers of the whole search are not known.
     let reports = home.run(&[&arguments[..], &["--json"]].concat()).json();
     for mouse in 0..2 {

@@ -93,7 +93,10 @@ impl Attempt {
         let performance = Performance::new(planner, maze, figures, speed);
         let runs = performance.runs(rules);
         let has_fast_run = runs.iter().any(|run| run.kind == RunKind::Fast);
-        let error = figures.failure().or_else(|| performance.missing_run(&runs, rules));
+        let unfinished =
+            || figures.unfinished().map(|error| format!("after reaching the goal: {error}"));
+        let missing_run = || performance.missing_run(&runs, rules);
+        let error = figures.failure().or_else(unfinished).or_else(missing_run);
         let scores = runs.iter().map(|run| run.score_s);
         Self {
             score_s: scores.reduce(f64::min),
