@@ -12,6 +12,8 @@ pub enum Command<'a> {
     MazeWidth,
     /// Report the height of the maze in cells.
     MazeHeight,
+    /// Report the goal cells. mms does not know this command.
+    Goals,
     /// Check for a wall or post within the given number of half steps.
     Wall {
         /// The direction relative to the mouse, in eighths of a turn clockwise.
@@ -126,6 +128,7 @@ impl<'a> Command<'a> {
         match name {
             b"mazeWidth" => parser.no_arguments("mazeWidth", Self::MazeWidth),
             b"mazeHeight" => parser.no_arguments("mazeHeight", Self::MazeHeight),
+            b"goals" => parser.no_arguments("goals", Self::Goals),
             b"wallFront" => parser.wall(0),
             b"wallFrontRight" => parser.wall(1),
             b"wallRight" => parser.wall(2),

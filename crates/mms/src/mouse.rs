@@ -148,6 +148,7 @@ impl SimulatedMouse {
         match command {
             Command::MazeWidth => Ok(Some(Response::Count(self.map.size().width().into()))),
             Command::MazeHeight => Ok(Some(Response::Count(self.map.size().height().into()))),
+            Command::Goals => Ok(Some(Response::Cells(Box::new(*self.map.goals())))),
             Command::Wall { turn, half_steps } => {
                 let direction = self.direction.turned(turn);
                 let is_blocked = self.is_blocked_within(direction, half_steps, environment)?;

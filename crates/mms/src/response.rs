@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use mmsim_maze::CellSet;
+
 /// The response to a command. [`Display`](fmt::Display) formats the response as mms does, without a
 /// newline.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Response {
     /// The movement is complete.
     Ack,
@@ -18,17 +20,23 @@ pub enum Response {
     Number(f64),
     /// A statistic that has no value yet, written as -1.
     NoValue,
+    /// Cells, written as their number and then x and y of each cell.
+    Cells(Box<CellSet>),
 }
 
 impl fmt::Display for Response {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
+        match self {
             Self::Ack => f.write_str("ack"),
             Self::Crash => f.write_str("crash"),
             Self::Bool(value) => write!(f, "{value}"),
             Self::Count(count) => write!(f, "{count}"),
-            Self::Number(number) => write!(f, "{}", GeneralFormat(number)),
+            Self::Number(number) => write!(f, "{}", GeneralFormat(*number)),
             Self::NoValue => f.write_str("-1"),
+            Self::Cells(cells) => {
+                write!(f, "{}", cells.len())?;
+                cells.iter().try_for_each(|cell| write!(f, " {} {}", cell.x, cell.y))
+            }
         }
     }
 }
@@ -70,6 +78,8 @@ impl fmt::Display for GeneralFormat {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_maze::MazeSize;
+
     use super::*;
 
     #[test]
@@ -82,8 +92,10 @@ mod tests {
             Response::Count(16),
             Response::Number(2000.),
             Response::NoValue,
+            Response::Cells(Box::new(MazeSize::CLASSIC.central_cells())),
+            Response::Cells(Box::default()),
         ];
-        let texts = ["ack", "crash", "true", "false", "16", "2000", "-1"];
+        let texts = ["ack", "crash", "true", "false", "16", "2000", "-1", "4 7 7 8 7 7 8 8 8", "0"];
         assert_eq!(responses.map(|response| response.to_string()), texts);
     }
 

@@ -37,6 +37,15 @@ fn a_signal_that_kills_the_mouse_sets_the_exit_code() {
 }
 
 #[test]
+fn a_mouse_asks_for_the_goal_cells() {
+    let home = Home::new();
+    home.write("small.txt", SMALL);
+    let mouse = "print(ask('goals'), ask('mazeWidth'), file=sys.stderr)";
+    let Some(ended) = run(&home, &["small.txt"], mouse) else { return };
+    assert!(ended.stderr.contains("\n1 3 2 4\n"), "{ended:?}");
+}
+
+#[test]
 fn the_limit_stops_the_mouse() {
     let home = Home::new();
     home.write("small.txt", SMALL);
