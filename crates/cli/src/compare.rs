@@ -62,6 +62,9 @@ pub(crate) struct CompareArgs {
     /// Seconds per cell and per quarter turn while a mouse searches
     #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT, requires = "vehicle")]
     search_speed: SearchSpeed,
+    /// Stop a mouse of your own when it reaches the goal
+    #[arg(long, requires = "mouse")]
+    stop_at_goal: bool,
     /// Write a report to FILE: one HTML page with tables, charts and pictures
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -83,7 +86,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     args.html.as_deref().map_or(Ok(()), check_folder)?;
     let vehicle = args.vehicle.clone().unwrap_or_else(Vehicle::expert);
-    let figures = args.search.run(&mice, &mazes, vehicle)?;
+    let figures = args.search.run(&mice, &mazes, vehicle, args.stop_at_goal)?;
     let timing = args.vehicle.clone().map(|vehicle| {
         warn_about(&vehicle);
         Timing { vehicle, search_speed: args.search_speed }

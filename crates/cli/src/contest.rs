@@ -90,7 +90,7 @@ impl ContestArgs {
 pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let mice = args.search.select("contest")?;
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
-    let figures = args.search.run(&mice, &mazes, args.vehicle.clone())?;
+    let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), false)?;
     warn_about(&args.vehicle);
     let timing = Timing { vehicle: args.vehicle.clone(), search_speed: args.search_speed };
     let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();

@@ -35,6 +35,9 @@ pub(crate) struct OwnMouseArgs {
     /// Stop the mouse after S seconds, not counting pauses
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     time_limit: Option<Duration>,
+    /// Stop the mouse when it reaches the goal
+    #[arg(long)]
+    stop_at_goal: bool,
     /// Run the mouse again each time its file changes; implies --stay
     #[arg(long)]
     watch: bool,
@@ -74,7 +77,9 @@ impl OwnMouseArgs {
             return Err(UsageError::new(command, message));
         }
         let own = OwnMouse { name: program.name.clone(), has_reset_button };
-        let control = MouseControl::new(self.pace(), Some(own)).with_time_limit(self.time_limit);
+        let control = MouseControl::new(self.pace(), Some(own))
+            .with_time_limit(self.time_limit)
+            .with_stop_at_goal(self.stop_at_goal);
         Ok(Arc::new(control))
     }
 

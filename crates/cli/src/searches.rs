@@ -92,12 +92,14 @@ impl SearchArgs {
     }
 
     /// Runs the mice in all mazes, and shows a progress bar on a terminal. Strategies explore for the
-    /// vehicle. After Ctrl-C, stops the mice of the user and exits.
+    /// vehicle. If `stops_at_goal` is true, the searches of the user's mice end at the goal. After
+    /// Ctrl-C, stops the mice of the user and exits.
     pub(crate) fn run(
         &self,
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         vehicle: Vehicle,
+        stops_at_goal: bool,
     ) -> Result<Vec<Vec<SearchFigures>>, Box<dyn Error>> {
         let has_own = mice.iter().any(ComparedMouse::is_own);
         if has_own {
@@ -109,7 +111,7 @@ impl SearchArgs {
         let bar = progress_bar(Some(length as u64), "{pos} of {len} searches, {eta} left");
         let searches = Searches {
             exploration: &Exploration::new(vehicle, self.tolerance.unwrap_or_default()),
-            limits: SearchLimits { time: self.time_limit, states: self.max_states },
+            limits: SearchLimits { time: self.time_limit, states: self.max_states, stops_at_goal },
             max_states: None,
             jobs: self.jobs,
         };

@@ -147,7 +147,7 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Result<Verdict, Short
             let line = if line.is_empty() { hint } else { format!(": {line}") };
             (Ending::Failed, format!("{}{line}", exit_text(*status)))
         }
-        SearchEnd::Exited(..) | SearchEnd::Idle => (Ending::Finished, hint),
+        SearchEnd::Exited(..) | SearchEnd::Idle | SearchEnd::Goal => (Ending::Finished, hint),
         SearchEnd::TimeLimit => {
             let seconds = limits.time.as_secs_f64();
             (Ending::TimeLimit, format!("stopped after {seconds} s{hint}"))
@@ -213,7 +213,7 @@ mod tests {
 
     fn run(max_states: Option<u32>, is_stopped: bool) -> (Vec<Vec<SearchFigures>>, usize) {
         let exploration = Exploration::new(Vehicle::expert(), Tolerance::ZERO);
-        let limits = SearchLimits { time: Duration::from_secs(1), states: 1 };
+        let limits = SearchLimits { time: Duration::from_secs(1), states: 1, stops_at_goal: false };
         let searches = Searches { exploration: &exploration, limits, max_states, jobs: Some(2) };
         let mice = [BundledStrategy::FloodFill, BundledStrategy::LeftWall];
         let mice = mice.map(ComparedMouse::Bundled);

@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use mmsim_run::Verdict;
+use mmsim_run::{Phases, Verdict};
 use mmsim_zmtp::Waker;
 use serde::Serialize;
 
@@ -41,6 +41,8 @@ pub enum StopReason {
     Restart,
     /// The mouse has reached this time limit.
     TimeLimit(Duration),
+    /// The mouse has reached the goal, at which it must stop.
+    Goal,
     /// The program that serves the page is about to exit.
     Exit,
 }
@@ -53,13 +55,19 @@ impl StopReason {
             Self::NewMaze => "stopped: another maze was loaded".into(),
             Self::Restart => "stopped to run again".into(),
             Self::TimeLimit(limit) => format!("stopped after {} s", limit.as_secs_f64()),
+            Self::Goal => "stopped at the goal".into(),
             Self::Exit => "stopped by Ctrl-C".into(),
         }
     }
 
-    /// Returns the exit code of a program whose mouse was stopped: 130 after Ctrl-C, or else 1.
+    /// Returns the exit code of a program whose mouse was stopped: 0 at the goal, 130 after Ctrl-C, or
+    /// else 1.
     pub const fn exit_code(self) -> i32 {
-        if matches!(self, Self::Exit) { 130 } else { 1 }
+        match self {
+            Self::Goal => 0,
+            Self::Exit => 130,
+            _ => 1,
+        }
     }
 }
 
@@ -113,6 +121,7 @@ const DEFAULT_RATE: f64 = 20.0;
 pub struct MouseControl {
     own: Option<OwnMouse>,
     time_limit: Option<Duration>,
+    stops_at_goal: bool,
     state: Mutex<ControlState>,
     changed: Condvar,
     /// The servers that hold a reply until the mouse may take its next step.
@@ -191,12 +200,24 @@ impl MouseControl {
             is_closed: false,
         };
         let (state, changed, wakers) = (Mutex::new(state), Condvar::new(), Mutex::default());
-        Self { own, time_limit: None, state, changed, wakers }
+        Self { own, time_limit: None, stops_at_goal: false, state, changed, wakers }
     }
 
     /// Limits the time of each run of the user's own mouse. Pauses do not count.
     pub fn with_time_limit(self, time_limit: Option<Duration>) -> Self {
         Self { time_limit, ..self }
+    }
+
+    /// Sets whether a run of the user's own mouse ends when the mouse reaches the goal.
+    pub fn with_stop_at_goal(self, stops_at_goal: bool) -> Self {
+        Self { stops_at_goal, ..self }
+    }
+
+    /// Notes what the user's own mouse has done, and stops it if it must stop at the goal.
+    pub(crate) fn note_progress(&self, phases: &Phases) {
+        if self.stops_at_goal && phases.is_goal_reached() {
+            self.change(|state| state.request_stop(StopReason::Goal));
+        }
     }
 
     /// Returns the user's own mouse.

@@ -261,6 +261,7 @@ impl Forwarder {
         let (answer, is_activity) = monitor.answer(None, request, frames)?;
         *reply = answer;
         tracker.observe(decoded, reply);
+        control.note_progress(&tracker.progress.phases);
         match decoded.filter(|_| reply == b"ok") {
             Some(Request::Reset) => state.name_mouse()?,
             Some(Request::State(_)) if !self.may_step(run, now) => {

@@ -88,7 +88,7 @@ impl<'a> Runs<'a> {
             if end.was_started {
                 note(format_args!("mouse {}", end.outcome.text));
             }
-            let stop = control.end(end.outcome);
+            let stop = control.end(end.outcome).filter(|stop| *stop != StopReason::Goal);
             let has_failed = reason == StartReason::First && !end.was_started && watched.is_none();
             if has_failed || stop == Some(StopReason::Exit) {
                 return Ok(code);

@@ -38,6 +38,8 @@ pub struct SearchLimits {
     pub time: Duration,
     /// The maximum number of poses.
     pub states: u32,
+    /// True if the search ends when the mouse reaches the goal.
+    pub stops_at_goal: bool,
 }
 
 /// What a search has shown.
@@ -65,7 +67,7 @@ pub fn search(
     must_stop: &dyn Fn() -> bool,
 ) -> SearchReport {
     let (wake, woken) = mpsc::channel();
-    let progress = Arc::new(Mutex::new(SearchProgress::new(Judge::new(maze), limits.states, wake)));
+    let progress = Arc::new(Mutex::new(SearchProgress::new(Judge::new(maze), limits, wake)));
     let end = RunningMouse::start(program, maze, &progress).map(|mut running| {
         let mut end = running.wait(limits, &progress, &woken, release, must_stop);
         let RunningMouse { process, last_line, endpoint, .. } = running;
@@ -191,9 +193,10 @@ mod tests {
 
     const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
-    fn start(max_states: u32) -> (Maze, SharedProgress, Receiver<()>) {
+    fn start(states: u32) -> (Maze, SharedProgress, Receiver<()>) {
         let ((wake, woken), maze) = (mpsc::channel(), MAZE.parse().unwrap());
-        let progress = SearchProgress::new(Judge::new(&maze), max_states, wake);
+        let limits = SearchLimits { time: Duration::MAX, states, stops_at_goal: false };
+        let progress = SearchProgress::new(Judge::new(&maze), limits, wake);
         (maze, Arc::new(Mutex::new(progress)), woken)
     }
 

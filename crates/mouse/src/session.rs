@@ -198,6 +198,7 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
 
     fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), ExitCause> {
         self.crashes += u64::from(reply == Response::Crash);
+        self.session.control.note_progress(&self.simulator.phases);
         // The limit counts what the mouse does, so it does not depend on the rules for scores.
         let cost = mouse.scores_by(ScoreRules::Cells).total().cost();
         match self.session.limit {

@@ -114,7 +114,8 @@ impl Competition<'_> {
     ) -> PyResult<Vec<Vec<SearchFigures>>> {
         let max_states = limit(self.max_states.as_ref())?;
         let time = seconds(self.time_limit)?;
-        let limits = SearchLimits { time, states: max_states.unwrap_or(MAX_STATES) };
+        let states = max_states.unwrap_or(MAX_STATES);
+        let limits = SearchLimits { time, states, stops_at_goal: false };
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;

@@ -221,6 +221,13 @@ fn a_failure_after_the_goal_is_named() {
         assert_eq!(statistics["steps_to_goal"]["mazes"], 1);
         assert_eq!(statistics["turns"]["mazes"], 0);
     }
+    // A mouse that is stopped at the goal has finished.
+    let reports = home.run(&[&arguments[..], &["--json", "--stop-at-goal"]].concat()).json();
+    for mouse in 0..2 {
+        let (report, search) = (&reports[mouse], &reports[mouse]["mazes"][0]);
+        assert_eq!((&search["ending"], &search["error"]), (&"finished".into(), &Value::Null));
+        assert_eq!((&search["states"], &report["goal_reached"]), (&4.into(), &1.into()));
+    }
 }
 
 #[test]

@@ -184,6 +184,42 @@ fn mms_agrees_on_each_mouse() {
 }
 
 #[test]
+fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
+    let Some((home, Mice { mice, .. }, [client, mms])) = home() else { return };
+    for mouse in mice.iter().filter(|mouse| mouse.goal_reached) {
+        // Whatever the mouse does after it has reached the goal.
+        let name = if mouse.has_jumped() { &mouse.name } else { "hangs" };
+        let stopped = |program: &Path, way: &str| {
+            let command = mouse.command(program, way);
+            [&command[..command.len() - 1], &[name.into()]].concat()
+        };
+        let client = stopped(&client, &mouse.poses);
+        let options = ["--port", "0", "--no-viewer", "--stop-at-goal", "--time-limit", "600"];
+        let run = |command, more: &[&str], mouse: &[String]| {
+            home.run(&[&[command, "maze.txt"], &options[..], more, &["--"], &strs(mouse)].concat())
+        };
+        let ended = run("run", &[], &client);
+        assert_eq!(ended.code, Some(0), "{}: {ended:?}", mouse.name);
+        assert!(ended.stderr.contains("stopped at the goal; goal reached, "), "{ended:?}");
+        let verdict = json!({ "goal_reached": true, "ending": "finished", "error": null });
+        let check = |place: &str, found: &Value| {
+            for (key, value) in verdict.as_object().unwrap() {
+                assert_eq!(&found[key], value, "{} in {place}: {found}", mouse.name);
+            }
+        };
+        let own = format!("one='{}'", client.join("' '"));
+        let compare = ["compare", "maze.txt", "--strategies", "none", "--json", "--stop-at-goal"];
+        let ended = home.run(&[&compare[..], &["--mouse", &own, "--time-limit", "600"]].concat());
+        check("compare", &ended.json()[0]["mazes"][0]);
+        if let Some(commands) = &mouse.commands {
+            let ended = run("mms", &["--json"], &stopped(&mms, commands));
+            assert_eq!(ended.code, Some(0), "{}: {ended:?}", mouse.name);
+            check("mms", &ended.json());
+        }
+    }
+}
+
+#[test]
 fn the_page_agrees_on_each_mouse() {
     let Some((home, Mice { mice, .. }, [client, _])) = home() else { return };
     thread::scope(|scope| {

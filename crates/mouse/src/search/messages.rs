@@ -20,6 +20,7 @@ use crate::commands::{CommandSource, InvalidLine, Line, execute_all, read_line};
 use crate::endpoint::refuse;
 use crate::lock;
 use crate::process::Shortage;
+use crate::search::SearchLimits;
 
 /// The number of bytes without a command after which a mouse is stopped.
 pub const MAX_INVALID_BYTES: usize = 4 << 20;
@@ -40,6 +41,8 @@ pub enum SearchEnd {
     Exited(ExitStatus, String),
     /// The mouse does not move after it has reached the goal.
     Idle,
+    /// The mouse has reached the goal, where the search ends.
+    Goal,
     /// The mouse has reached the time limit.
     TimeLimit,
     /// The mouse has reached the limit of poses.
@@ -64,7 +67,7 @@ pub(super) struct SearchProgress {
     pub(super) fault: Option<String>,
     /// The number of poses.
     pub(super) states: u32,
-    max_states: u32,
+    limits: SearchLimits,
     /// The number of commands and requests.
     pub(super) messages: u64,
     pub(super) moved: Instant,
@@ -81,13 +84,13 @@ pub(super) type SharedProgress = Arc<Mutex<SearchProgress>>;
 impl SearchProgress {
     /// Returns the progress of a search that begins. `wake` is notified when the output or the search
     /// ends.
-    pub(super) fn new(judge: Judge, max_states: u32, wake: Sender<()>) -> Self {
+    pub(super) fn new(judge: Judge, limits: SearchLimits, wake: Sender<()>) -> Self {
         Self {
             judge: Some(judge),
             kind: None,
             fault: None,
             states: 0,
-            max_states,
+            limits,
             messages: 0,
             moved: Instant::now(),
             has_output_ended: false,
@@ -107,7 +110,7 @@ impl SearchProgress {
     /// Adds a pose. Returns false if the search is over.
     pub(super) fn add(&mut self, pose: Pose, is_restart: bool) -> bool {
         match &mut self.judge {
-            Some(judge) if self.states < self.max_states => judge.add(pose, is_restart),
+            Some(judge) if self.states < self.limits.states => judge.add(pose, is_restart),
             _ => {
                 self.end(SearchEnd::StepLimit);
                 return false;
@@ -116,6 +119,14 @@ impl SearchProgress {
         self.states += 1;
         self.moved = Instant::now();
         true
+    }
+
+    /// Ends the search if the mouse has reached the goal and the search ends there.
+    fn end_at_goal(&mut self) {
+        let is_reached = |judge: &Judge| judge.phases().is_goal_reached();
+        if self.limits.stops_at_goal && self.judge.as_ref().is_some_and(is_reached) {
+            self.end(SearchEnd::Goal);
+        }
     }
 
     /// Ends the search, unless it must already end for another reason.
@@ -212,6 +223,7 @@ impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, 
         if reply == Response::Crash {
             self.environment().judge.as_mut().map(Judge::crash);
         }
+        self.environment().end_at_goal();
         // Writing may take a long time.
         self.locked = None;
         let _ = writeln!(self.replies, "{reply}");
@@ -294,6 +306,7 @@ impl Service for Requests {
                 if !progress.add(state.pose(), mem::take(&mut self.is_reset)) {
                     return refuse(reply, OVER);
                 }
+                progress.end_at_goal();
             }
             Ok(_) => {}
             Err(error) => progress.fault = Some(format!("last refused request: {error}")),
