@@ -8,6 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_client::Transport;
+use mmsim_fastrun::Vehicle;
 use mmsim_maze::KnownMaze;
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
@@ -152,8 +153,10 @@ fn search(
     known: &KnownSimulator,
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
+    let own_vehicle = args.own.server.viewer.vehicle.first();
     let session = Session {
         program,
+        vehicle: &own_vehicle.cloned().unwrap_or_else(Vehicle::expert),
         maze: &known.map,
         rules: args.scores,
         limit: args.limit,

@@ -11,7 +11,8 @@ use crate::turn::{Side, TurnKind};
 /// straight.
 ///
 /// [`Display`](fmt::Display) writes the run as text: the first direction, then the number of
-/// lattice steps straight on between the turns, and each turn with its side and speed in mm/s.
+/// lattice steps straight on between the turns, and each turn with its side and, if it has been chosen,
+/// its speed in mm/s.
 ///
 /// ```
 /// use mmsim_fastrun::FastRun;
@@ -39,7 +40,7 @@ pub struct Turn {
     pub kind: TurnKind,
     /// The side to which the mouse turns.
     pub side: Side,
-    /// The speed, in mm/s.
+    /// The speed in mm/s, or 0 if it has not been chosen (see [`FastRun::with_fastest_speeds`]).
     pub speed: f64,
 }
 
@@ -190,7 +191,7 @@ fn go_straight(
 }
 
 fn parse_turn(word: &str) -> Option<Turn> {
-    let (turn, speed) = word.split_once('@')?;
+    let (turn, speed) = word.split_once('@').unwrap_or((word, "0"));
     let mut characters = turn.chars();
     let letter = characters.next_back()?;
     let side = Side::ALL.into_iter().find(|side| side.letter() == letter)?;
@@ -203,7 +204,10 @@ impl fmt::Display for FastRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.direction)?;
         for Turn { straight, kind, side, speed } in &self.turns {
-            write!(f, " {straight} {kind}{}@{speed}", side.letter())?;
+            write!(f, " {straight} {kind}{}", side.letter())?;
+            if *speed != 0.0 {
+                write!(f, "@{speed}")?;
+            }
         }
         write!(f, " {}", self.last)
     }
@@ -233,7 +237,12 @@ mod tests {
     #[test]
     fn text_reads_back() {
         let start = Cell::new(0, 0);
-        for text in ["N 0", "E 2 s90R@500 0 s90L@500 1", "N 1 45inR@1400 3 45outL@902.5 2"] {
+        for text in [
+            "N 0",
+            "E 2 s90R@500 0 s90L@500 1",
+            "E 2 s90R 0 s90L@500 1",
+            "N 1 45inR@1400 3 45outL@902.5 2",
+        ] {
             assert_eq!(FastRun::parse(start, text).unwrap().to_string(), text);
         }
         let error = |text| FastRun::parse(start, text).unwrap_err().to_string();

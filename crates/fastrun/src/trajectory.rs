@@ -83,6 +83,61 @@ impl FastRun {
         Ok(total)
     }
 
+    /// Returns the same straights and turns with the speeds at which the vehicle needs the least time.
+    ///
+    /// ```
+    /// use mmsim_fastrun::{FastRun, Vehicle};
+    /// use mmsim_maze::Cell;
+    /// let run = FastRun::parse(Cell::new(0, 0), "N 2 45inR 2 45outL 0").unwrap();
+    /// let run = run.with_fastest_speeds(&Vehicle::expert())?;
+    /// assert_eq!(run.to_string(), "N 2 45inR@1400 2 45outL@1300 0");
+    /// # Ok::<(), mmsim_fastrun::TrajectoryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Returns an error if the vehicle cannot drive the run at any speeds.
+    pub fn with_fastest_speeds(&self, vehicle: &Vehicle) -> Result<Self, TrajectoryError> {
+        let parameters = vehicle.parameters();
+        let (mut entry, mut is_diagonal) = (parameters.start_offset, false);
+        let mut exits = alloc::vec![Exit { speed: 0.0, time: 0.0, before: 0 }];
+        // The exits before each turn.
+        let mut earlier = Vec::with_capacity(self.turns().len());
+        let too_short = |exits: &[Exit], turn, distance, to| {
+            let (vehicle, from) = (vehicle.name().into(), exits.last().map_or(0.0, |it| it.speed));
+            TrajectoryError::Straight { vehicle, turn, distance, from, to }
+        };
+        for (index, &Turn { straight, kind, speed, .. }) in self.turns().iter().enumerate() {
+            let fitted = vehicle.arc(kind).ok_or_else(|| {
+                let vehicle = vehicle.name().into();
+                TrajectoryError::Turn { vehicle, index, kind, speed }
+            })?;
+            let distance = entry + vehicle.straight(straight, is_diagonal) + fitted.before;
+            let (limits, speeds) = (vehicle.limits(is_diagonal), vehicle.speeds(kind));
+            let reach = |&speed: &f64| {
+                let straight = Exit::after_straight(&exits, limits, distance, speed)?;
+                Some(Exit { time: straight.time + fitted.arc.length / speed, ..straight })
+            };
+            let next: Vec<Exit> = speeds.iter().filter_map(reach).collect();
+            if next.is_empty() {
+                let slowest = speeds.last().copied().unwrap_or_default();
+                return Err(too_short(&exits, Some(index), distance, slowest));
+            }
+            earlier.push(core::mem::replace(&mut exits, next));
+            (entry, is_diagonal) = (fitted.after, kind.ends_diagonal());
+        }
+        let distance = entry + vehicle.straight(self.last(), is_diagonal) + parameters.stop_offset;
+        let end = Exit::after_straight(&exits, vehicle.limits(is_diagonal), distance, 0.0)
+            .ok_or_else(|| too_short(&exits, None, distance, 0.0))?;
+        let (mut turns, mut index) = (self.turns().to_vec(), end.before);
+        for (turn, before) in turns.iter_mut().zip(earlier).rev() {
+            if let Some(exit) = exits.get(index) {
+                (turn.speed, index) = (exit.speed, exit.before);
+            }
+            exits = before;
+        }
+        Ok(Self::new(self.start(), self.direction(), turns, self.last()))
+    }
+
     /// Returns the run in time, as driven by the vehicle.
     ///
     /// # Errors
@@ -154,6 +209,31 @@ impl FastRun {
             is_diagonal = kind.ends_diagonal();
         }
         straight(None, self.last(), is_diagonal, entry, parameters.stop_offset, 0.0, None)
+    }
+}
+
+/// The least time in which a mouse can end a turn at a speed.
+#[derive(Clone, Copy)]
+struct Exit {
+    speed: f64,
+    time: f64,
+    /// The index of the exit of the turn before.
+    before: usize,
+}
+
+impl Exit {
+    /// Returns the fastest end of a straight at a speed, or `None` if the straight is too short.
+    fn after_straight(
+        exits: &[Self],
+        limits: &StraightLimits,
+        distance: f64,
+        speed: f64,
+    ) -> Option<Self> {
+        let ends = exits.iter().enumerate().filter_map(|(before, exit)| {
+            let time = exit.time + limits.time(distance, exit.speed, speed)?;
+            Some(Self { speed, time, before })
+        });
+        ends.min_by(|a, b| a.time.total_cmp(&b.time))
     }
 }
 

@@ -99,9 +99,14 @@ impl TurnKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
+    /// Returns the angle by which the mouse turns, in eighths of a full turn.
+    pub const fn eighths(self) -> i8 {
+        self.geometry().eighths
+    }
+
     /// Returns the angle by which the mouse turns, in radians.
     pub fn angle(self) -> f64 {
-        FRAC_PI_4 * f64::from(self.geometry().eighths)
+        FRAC_PI_4 * f64::from(self.eighths())
     }
 
     /// Returns true if the turn begins on a diagonal.

@@ -31,6 +31,13 @@ pub enum Command<'a> {
         /// The angle in eighths of a turn, clockwise if positive.
         eighths: i8,
     },
+    /// Drive a slalom turn. mms does not know this command.
+    Slalom {
+        /// The turn.
+        kind: TurnKind,
+        /// The side to which the mouse turns.
+        side: Side,
+    },
     /// Mark a wall as present or absent.
     MarkWall {
         /// The cell whose side is marked.
@@ -143,6 +150,8 @@ impl<'a> Command<'a> {
             b"turnLeft" | b"turnLeft90" => parser.turn(-2),
             b"turnRight45" => parser.turn(1),
             b"turnLeft45" => parser.turn(-1),
+            b"slalomLeft" => parser.slalom(Side::Left),
+            b"slalomRight" => parser.slalom(Side::Right),
             b"setWall" => parser.mark_wall("setWall X Y n|e|s|w", true),
             b"clearWall" => parser.mark_wall("clearWall X Y n|e|s|w", false),
             b"setColor" => parser.colour(),
@@ -201,6 +210,15 @@ impl<'a> Parser<'a> {
 
     fn turn(self, eighths: i8) -> Result<Command<'a>> {
         self.no_arguments("a turn command without arguments", Command::Turn { eighths })
+    }
+
+    fn slalom(mut self, side: Side) -> Result<Command<'a>> {
+        let kind =
+            self.words.next().and_then(|name| TurnKind::from_name(str::from_utf8(name).ok()?));
+        match (kind, self.words.next()) {
+            (Some(kind), None) => Ok(Command::Slalom { kind, side }),
+            _ => Err(self.invalid_arguments("the name of a slalom turn, such as slalomLeft s90")),
+        }
     }
 
     fn mark_wall(mut self, expected: &'static str, is_present: bool) -> Result<Command<'a>> {

@@ -32,6 +32,7 @@
 
 mod command;
 mod display;
+mod driven_run;
 mod mouse;
 mod response;
 mod scores;

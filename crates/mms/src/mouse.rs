@@ -2,12 +2,14 @@
 
 use std::convert::Infallible;
 
+use mmsim_fastrun::{FastRun, Side, TurnKind};
 use mmsim_maze::{
     Cell, CellSet, Direction, Heading, KnownMaze, MazeSize, Point, Pose, Wall, WallState, Walls,
 };
 
 use crate::command::Command;
 use crate::display::Display;
+use crate::driven_run::DrivenRun;
 use crate::response::Response;
 use crate::scores::{ScoreRules, Scores};
 
@@ -65,6 +67,7 @@ pub struct SimulatedMouse {
     /// The scores by all rules, in the order of [`ScoreRules::ALL`].
     scores: [Scores; ScoreRules::ALL.len()],
     is_reset_pressed: bool,
+    run: DrivenRun,
 }
 
 impl SimulatedMouse {
@@ -81,6 +84,7 @@ impl SimulatedMouse {
             rules: ScoreRules::default(),
             scores: ScoreRules::ALL.map(Scores::new),
             is_reset_pressed: false,
+            run: DrivenRun::new(start),
         }
     }
 
@@ -129,6 +133,12 @@ impl SimulatedMouse {
         &self.scores[rules as usize]
     }
 
+    /// Returns the latest fast run of the mouse, without speeds: it drove from the centre of the start
+    /// cell to the centre of a goal cell, straight on or with slalom turns only.
+    pub const fn fast_run(&self) -> Option<&FastRun> {
+        self.run.latest()
+    }
+
     /// Presses the reset button, which the mouse polls with `wasReset`.
     pub const fn press_reset(&mut self) {
         self.is_reset_pressed = true;
@@ -159,13 +169,16 @@ impl SimulatedMouse {
                 self.direction = self.direction.turned(eighths);
                 self.score(Scores::add_turn);
                 self.update_run();
+                self.end_drive();
                 environment.on_pose_change(self).map(|()| Some(Response::Ack))
             }
+            Command::Slalom { kind, side } => self.drive_turn(kind, side, environment).map(Some),
             Command::WasReset => Ok(Some(Response::Bool(self.is_reset_pressed))),
             Command::AckReset => {
                 self.point = Point::centre(self.map.start().cell);
                 self.direction = Direction::North;
                 self.is_reset_pressed = false;
+                self.run.begin(self.direction);
                 self.score(Scores::reset);
                 environment.on_restart(self).map(|()| Some(Response::Ack))
             }
@@ -199,18 +212,90 @@ impl SimulatedMouse {
             if moved == 0 && is_at_start {
                 self.score(Scores::begin_run);
             }
-            let before = self.cell();
-            (self.point, moved) = (point, moved + 1);
-            if self.cell() != before {
-                self.map.visit(self.cell());
-                environment.on_pose_change(self)?;
-            }
+            moved += 1;
+            self.run.add_straight(1);
+            self.advance(point, self.direction, environment)?;
+        }
+        let is_complete = moved > 0 && moved == half_steps;
+        if !is_complete {
+            self.end_drive();
         }
         if moved > 0 {
             self.score(|scores| scores.add_movement(half_steps, moved));
             self.update_run();
         }
-        Ok(if moved > 0 && moved == half_steps { Response::Ack } else { Response::Crash })
+        Ok(if is_complete { Response::Ack } else { Response::Crash })
+    }
+
+    /// Drives a slalom turn. If a wall is in the way, or if no such turn can begin here, the mouse stays
+    /// where it is.
+    fn drive_turn<E: Environment>(
+        &mut self,
+        kind: TurnKind,
+        side: Side,
+        environment: &mut E,
+    ) -> Result<Response, E::Error> {
+        let (from, direction) = (self.point, self.direction);
+        let end = kind.end(from, direction, side);
+        let end = end.filter(|_| kind.begins_at(from, direction, side));
+        let Some((end, _)) = end else { return Ok(self.crash_turn()) };
+        let mut points = Vec::new();
+        for wall in kind.walls(from, direction, side) {
+            match wall {
+                Some(wall) if self.is_free(wall, environment)? => points.push(wall),
+                _ => return Ok(self.crash_turn()),
+            }
+        }
+        // Not all turns end at the middle of a wall.
+        points.extend(end.cell().map(|_| end));
+        if self.cell() == self.map.start().cell {
+            self.score(Scores::begin_run);
+        }
+        let eighths = if side == Side::Left { -kind.eighths() } else { kind.eighths() };
+        let count = i8::try_from(points.len()).unwrap_or(i8::MAX);
+        for (number, &point) in (1..=count).zip(&points) {
+            self.advance(point, direction.turned(eighths * number / count), environment)?;
+        }
+        self.run.add_turn(kind, side);
+        self.score(Scores::add_turn);
+        let half_steps = points.len() as u64;
+        self.score(|scores| scores.add_movement(half_steps, half_steps));
+        self.update_run();
+        Ok(Response::Ack)
+    }
+
+    fn crash_turn(&mut self) -> Response {
+        self.end_drive();
+        Response::Crash
+    }
+
+    /// Notes that the mouse stands still after a crash or a turn in place. At the centre of the start
+    /// cell, a fast run can begin.
+    fn end_drive(&mut self) {
+        if self.point == Point::centre(self.map.start().cell) {
+            self.run.begin(self.direction);
+        } else {
+            self.run.stop();
+        }
+    }
+
+    /// Puts the mouse at the next point of a movement.
+    fn advance<E: Environment>(
+        &mut self,
+        point: Point,
+        direction: Direction,
+        environment: &mut E,
+    ) -> Result<(), E::Error> {
+        let (before, from) = (self.pose(), self.point);
+        (self.point, self.direction) = (point, direction);
+        // The cell that contains the middle of the way.
+        let [x, y] = [(from.i, point.i), (from.j, point.j)].map(|(a, b)| a.midpoint(b) / 2);
+        self.map.visit(Cell::new(x, y));
+        if self.pose() == before {
+            return Ok(());
+        }
+        self.map.visit(self.cell());
+        environment.on_pose_change(self)
     }
 
     /// Completes or cancels the current run, depending on the cell in which the movement or
@@ -219,6 +304,9 @@ impl SimulatedMouse {
         let cell = self.cell();
         if self.map.goals().contains(cell) {
             self.score(Scores::complete_run);
+            if self.point.cell().is_some() && !self.direction.is_diagonal() {
+                self.run.reach_goal();
+            }
         } else if cell == self.map.start().cell {
             self.score(Scores::cancel_run);
         }
@@ -254,12 +342,20 @@ impl SimulatedMouse {
         environment: &mut E,
     ) -> Result<Option<Point>, E::Error> {
         let Some(next) = point.advanced(direction, 1) else { return Ok(None) };
-        let is_free = match (next.cell(), next.wall()) {
+        Ok(self.is_free(next, environment)?.then_some(next))
+    }
+
+    /// Returns true if neither a wall nor a post is at the point.
+    fn is_free<E: Environment>(
+        &mut self,
+        point: Point,
+        environment: &mut E,
+    ) -> Result<bool, E::Error> {
+        Ok(match (point.cell(), point.wall()) {
             (Some(cell), _) => self.map.size().contains(cell),
             (None, Some((cell, side))) => !self.sense_wall(Wall::new(cell, side), environment)?,
             (None, None) => false,
-        };
-        Ok(is_free.then_some(next))
+        })
     }
 
     /// Returns true if the wall is present, and records the result on the map.
@@ -285,6 +381,8 @@ const fn wall_state(is_present: bool) -> WallState {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_fastrun::{Planner, Vehicle};
+
     use super::*;
 
     const MAZE: &str = "\
@@ -360,6 +458,93 @@ o---o---o---o
         |   .   .   |
         o   o . o . o
         | S |   .   |
+        o---o---o---o
+        ");
+    }
+
+    /// Returns the commands that drive a run.
+    fn commands(run: &FastRun) -> Vec<String> {
+        let heading = run.direction() as usize;
+        let mut lines = vec!["turnRight45".to_string(); heading];
+        let forward = |straight: u8| (straight > 0).then(|| format!("moveForwardHalf {straight}"));
+        for turn in run.turns() {
+            lines.extend(forward(turn.straight));
+            lines.push(format!("slalom{:?} {}", turn.side, turn.kind));
+        }
+        lines.extend(forward(run.last()));
+        lines
+    }
+
+    #[test]
+    fn planned_runs_are_driven_in_the_planned_time() {
+        let mazes = mmsim_mazes::FILES.iter();
+        let mazes = mazes.filter_map(|(name, text)| Some((name, text.parse().ok()?)));
+        let mazes: Vec<(_, mmsim_maze::Maze)> = mazes.collect();
+        assert!(mazes.len() > 10);
+        for (name, maze) in mazes {
+            let (walls, start) = (maze.walls(), maze.start().cell);
+            for vehicle in Vehicle::PRESETS.map(|name| Vehicle::preset(name).unwrap()) {
+                let mut planner = Planner::new(vehicle.clone());
+                let Ok(run) = planner.plan(walls, start, maze.goals()) else { continue };
+                let mut mouse = SimulatedMouse::new(maze.size(), start, *maze.goals());
+                let mut environment = LoggedWalls { walls: walls.clone(), poses: Vec::new() };
+                for line in commands(run) {
+                    let command = Command::parse(line.as_bytes(), maze.size()).unwrap();
+                    let Ok(reply) = mouse.execute(command, &mut environment);
+                    assert_eq!(reply, Some(Response::Ack), "{name}: {line}");
+                }
+                let driven = mouse.fast_run().unwrap();
+                assert_eq!(driven.cells(), run.cells(), "{name}");
+                let driven = driven.with_fastest_speeds(&vehicle).unwrap();
+                let difference = driven.time(&vehicle).unwrap() - run.time(&vehicle).unwrap();
+                assert!(difference.abs() < 1e-9, "{name} {}: {difference}", vehicle.name());
+                assert!(run.cells().iter().all(|&cell| mouse.map().visited().contains(cell)));
+                for wall in run.points().into_iter().filter_map(Point::wall) {
+                    assert_eq!(mouse.map().wall(wall.0, wall.1), WallState::Absent, "{name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_blocked_slalom_turn_crashes_and_moves_nothing() {
+        let replies = |lines: &[&str]| {
+            let (mouse, poses) = execute(lines);
+            (mouse.point(), mouse.direction, poses.len(), mouse.fast_run().is_some())
+        };
+        let at = |i, j| Point { i, j };
+        // A wall after the first cell, no room for such a turn, and then turns in place.
+        for line in ["slalomLeft l90", "slalomRight s90", "slalomRight v90", "slalomLeft 180"] {
+            assert_eq!(replies(&[line]), (at(1, 1), Direction::North, 0, false), "{line}");
+        }
+        let goal = ["moveForwardHalf 2", "slalomRight l90", "moveForward"];
+        assert_eq!(replies(&goal), (at(5, 5), Direction::East, 5, true));
+        let crashed = ["moveForwardHalf 2", "slalomLeft l90", "slalomRight l90", "moveForward"];
+        assert!(!replies(&crashed).3, "the mouse has run into a wall on the way");
+        for crash in ["slalomLeft l90", "slalomRight s90"] {
+            let crashed = [crash, "moveForward", "slalomRight l90", "moveForward"];
+            assert!(
+                replies(&crashed).3,
+                "{crash}: the mouse stays at the centre of the start cell"
+            );
+        }
+        let crashed = ["turnLeft", "moveForward", "turnRight", "moveForward", "slalomRight l90"];
+        assert!(replies(&[&crashed[..], &["moveForward"]].concat()).3);
+        let turned = ["moveForward 2", "turnRight", "moveForward 2"];
+        assert!(!replies(&turned).3, "the mouse has turned in place");
+    }
+
+    #[test]
+    fn a_mouse_between_two_cells_knows_the_walls_that_it_has_passed() {
+        let (mouse, _) = execute(&["moveForwardHalf 3", "slalomRight s90"]);
+        assert_eq!((mouse.point(), mouse.direction), (Point { i: 2, j: 5 }, Direction::East));
+        insta::assert_snapshot!(mouse.map().picture().with_mouse(mouse.pose()), @"
+        o---o---o---o
+        |     > . G |
+        o   o . o . o
+        |   .   .   |
+        o   o . o . o
+        | S .   .   |
         o---o---o---o
         ");
     }

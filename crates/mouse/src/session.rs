@@ -12,11 +12,13 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use mmsim_client::{RunError, Transport};
+use mmsim_fastrun::{FastRun, Vehicle};
 use mmsim_maze::{KnownMaze, counted};
 use mmsim_mms::{
     GeneralFormat, Response, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats, excerpt,
 };
-use mmsim_run::{Phases, Verdict};
+use mmsim_protocol::MAX_LOG_BYTES;
+use mmsim_run::{DRIVEN_RUN, Phases, Verdict, tenth_of_ms};
 use serde::Serialize;
 
 use crate::commands::{
@@ -49,6 +51,8 @@ pub struct Session<'a> {
     pub rules: ScoreRules,
     /// The mouse is stopped when its number of turns plus its distance in cells exceeds this limit.
     pub limit: Option<u32>,
+    /// The vehicle that drives the fast runs of the mouse.
+    pub vehicle: &'a Vehicle,
     /// True if the simulator accepts annotations.
     pub has_annotations: bool,
     /// True if the simulator is another process, which may not reply.
@@ -72,29 +76,35 @@ impl Session<'_> {
         let mut simulator = Simulator::new(transport, maze, control, annotator)?;
         let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals())
             .with_score_rules(self.rules);
-        let (cause, crashes, refused) = match Pipes::open(program, log.as_ref()) {
+        let (cause, counts) = match Pipes::open(program, log.as_ref()) {
             Ok(pipes) => self.execute(&mut mouse, &mut simulator, pipes),
-            Err(error) => (ExitCause::NotStarted(error), 0, 0),
+            Err(error) => (ExitCause::NotStarted(error), Counts::default()),
         };
-        Ok(MouseExit { mouse, cause, crashes, refused, phases: simulator.phases })
+        Ok(MouseExit { mouse, cause, counts, phases: simulator.phases })
     }
 
-    /// Executes the commands of the mouse until it exits. Returns the number of crashes and of invalid
-    /// lines too.
+    /// Executes the commands of the mouse until it exits. Also returns what was counted.
     fn execute(
         &self,
         mouse: &mut SimulatedMouse,
         simulator: &mut Simulator<'_, impl Transport>,
         pipes: Pipes,
-    ) -> (ExitCause, u64, u64) {
-        let (lines, invalid_lines) = (0, InvalidLines::default());
-        let mut commands =
-            SessionCommands { session: self, simulator, pipes, lines, crashes: 0, invalid_lines };
+    ) -> (ExitCause, Counts) {
+        let (lines, counts, invalid_lines) = (0, Counts::default(), InvalidLines::default());
+        let mut commands = SessionCommands {
+            session: self,
+            simulator,
+            pipes,
+            lines,
+            counts,
+            latest_run: None,
+            invalid_lines,
+        };
         let executed = match commands.simulator.update(mouse) {
             Ok(()) => execute_all(mouse, &mut commands),
             Err(cause) => Err(cause),
         };
-        let SessionCommands { simulator, mut pipes, crashes, invalid_lines, .. } = commands;
+        let SessionCommands { simulator, mut pipes, counts, invalid_lines, .. } = commands;
         let mut cause = match executed {
             Ok(()) => {
                 // Closes the stdin of the mouse after all replies have been written.
@@ -116,7 +126,7 @@ impl Session<'_> {
                 cause = error;
             }
         }
-        (cause, crashes, invalid_lines.total())
+        (cause, Counts { refused: invalid_lines.total(), ..counts })
     }
 }
 
@@ -126,8 +136,21 @@ struct SessionCommands<'a, 's, T> {
     simulator: &'a mut Simulator<'s, T>,
     pipes: Pipes,
     lines: u64,
-    crashes: u64,
+    counts: Counts,
+    /// The latest fast run of the mouse.
+    latest_run: Option<FastRun>,
     invalid_lines: InvalidLines,
+}
+
+/// What is counted while a mouse runs.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    /// The number of movements that ended in a crash.
+    crashes: u64,
+    /// The number of invalid commands.
+    refused: u64,
+    /// The fast run that takes the least time, and this time in s.
+    fastest_run: Option<(FastRun, f64)>,
 }
 
 impl<T: Transport> SessionCommands<'_, '_, T> {
@@ -138,6 +161,31 @@ impl<T: Transport> SessionCommands<'_, '_, T> {
             self.report(&format!("mms: line {line}: waiting for a newline after {start}"));
         } else if let Some(report) = self.invalid_lines.take_withheld() {
             self.report(&report);
+        }
+    }
+
+    /// Logs a fast run that the mouse has just completed, and reports its time.
+    fn note_fast_run(&mut self, run: &FastRun) {
+        let vehicle = self.session.vehicle;
+        let line = format!("{DRIVEN_RUN}{run}");
+        if line.len() <= MAX_LOG_BYTES {
+            self.simulator.add_to_log(&line);
+        } else {
+            let turns = run.turns().len();
+            self.report(&format!("mms: the page cannot play the fast run of {turns} turns"));
+        }
+        let timed = run.with_fastest_speeds(vehicle).and_then(|run| {
+            let time = run.time(vehicle)?;
+            Ok((run, time))
+        });
+        match timed {
+            Ok((run, time)) => {
+                self.report(&format!("mms: fast run in {time:.4} s with {}", vehicle.name()));
+                if self.counts.fastest_run.as_ref().is_none_or(|&(_, least)| time < least) {
+                    self.counts.fastest_run = Some((run, time));
+                }
+            }
+            Err(error) => self.report(&format!("mms: fast run without a time: {error}")),
         }
     }
 
@@ -197,7 +245,14 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
     }
 
     fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), ExitCause> {
-        self.crashes += u64::from(reply == Response::Crash);
+        self.counts.crashes += u64::from(reply == Response::Crash);
+        if mouse.fast_run() != self.latest_run.as_ref() {
+            self.latest_run = mouse.fast_run().cloned();
+            // A run without slalom turns is no news.
+            if let Some(run) = self.latest_run.clone().filter(|run| !run.turns().is_empty()) {
+                self.note_fast_run(&run);
+            }
+        }
         self.session.control.note_progress(&self.simulator.phases);
         // The limit counts what the mouse does, so it does not depend on the rules for scores.
         let cost = mouse.scores_by(ScoreRules::Cells).total().cost();
@@ -290,10 +345,7 @@ pub struct MouseExit {
     pub(crate) mouse: SimulatedMouse,
     /// The reason why it is not running.
     pub cause: ExitCause,
-    /// The number of movements that ended in a crash.
-    pub(crate) crashes: u64,
-    /// The number of invalid commands.
-    pub(crate) refused: u64,
+    pub(crate) counts: Counts,
     /// What the mouse did.
     pub(crate) phases: Phases,
 }
@@ -305,8 +357,8 @@ impl MouseExit {
             0 => String::new(),
             count => format!("; {}", counted(count, noun)),
         };
-        let crashes = count(self.crashes, "crashed movement");
-        let invalid = count(self.refused, "invalid line");
+        let crashes = count(self.counts.crashes, "crashed movement");
+        let invalid = count(self.counts.refused, "invalid line");
         let score = GeneralFormat(self.mouse.scores().score());
         self.cause.end(&self.phases, &format!(", score {score}{crashes}{invalid}"))
     }
@@ -324,7 +376,7 @@ impl MouseExit {
 
     /// Returns the output of `mms --json`. `maze` is the name of the maze, if it is known.
     pub fn report<'m>(&self, maze: Option<&'m str>) -> MouseReport<'m> {
-        let scores = self.mouse.scores();
+        let (scores, run) = (self.mouse.scores(), self.counts.fastest_run.as_ref());
         let (exit_code, signal) = match &self.cause {
             ExitCause::Exited(status) => (status.code(), signal(*status)),
             _ => (None, None),
@@ -337,8 +389,10 @@ impl MouseExit {
             chosen: ScoreReport::new(scores),
             scores_by: ScoreRules::ALL.map(by).into(),
             visited_cells: self.mouse.map().visited().len(),
-            crashes: self.crashes,
-            refused_lines: self.refused,
+            crashes: self.counts.crashes,
+            refused_lines: self.counts.refused,
+            fast_run: run.map(|(run, _)| run.to_string()),
+            fast_run_time_s: run.map(|&(_, time)| tenth_of_ms(time)),
             exit_code,
             signal,
         }
@@ -359,6 +413,8 @@ pub struct MouseReport<'m> {
     visited_cells: usize,
     crashes: u64,
     refused_lines: u64,
+    fast_run: Option<String>,
+    fast_run_time_s: Option<f64>,
     exit_code: Option<i32>,
     signal: Option<i32>,
 }

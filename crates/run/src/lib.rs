@@ -47,7 +47,8 @@ pub use search::search;
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
 pub use times::{
-    SearchSpeed, SearchTimes, Timing, loss, plan, return_time, tenth_of_ms, time_at_start,
+    DRIVEN_RUN, SearchSpeed, SearchTimes, Timing, loss, plan, return_time, tenth_of_ms,
+    time_at_start,
 };
 pub use trail::Trail;
 pub use verdict::{Ending, Goal, Verdict};

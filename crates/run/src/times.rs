@@ -9,6 +9,9 @@ use serde::Serialize;
 
 use crate::figures::{SearchFigures, SearchOutcome};
 
+/// The start of a log line with a fast run that a mouse has driven, as text without speeds.
+pub const DRIVEN_RUN: &str = "fast run: ";
+
 /// The times of a mouse with a vehicle. The field names are JSON keys and CSV column names. All
 /// values except that of the search and the fastest run of the maze are `None` unless the mouse
 /// reached the goal and completed its search.

@@ -46,7 +46,7 @@ const MAX_KEPT_STATES = 20_000;
  *   time: number, distance: number, x: number, y: number, heading: number, speed: number, duration: number,
  *   length: number, exit_speed: number,
  *   pieces: [duration: number, speed: number, acceleration: number, jerk: number][] }[] }} TimedRun
- * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls", run: TimedRun | null,
+ * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls" | "driven", run: TimedRun | null,
  *   error: string | null }} RouteRun
  * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
  * @typedef {{ at: number, reached: boolean }} FoundState
@@ -185,11 +185,12 @@ export const runEvents = (source, signal) => get(source, "events", signal);
 /** @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RouteRun[]>} */
 export const fastRuns = (source, vehicle, signal) => get(source, `fast-runs/${encodeURIComponent(vehicle)}`, signal);
 /**
- * Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
- * @param {Source} source @param {string} vehicle @param {number} at @param {AbortSignal} signal @returns {Promise<RouteRun>}
+ * Returns the fastest run over the walls that the mouse knows in the state with the index `at` and, if there is one, the
+ * latest fast run that it has driven until then.
+ * @param {Source} source @param {string} vehicle @param {number} at @param {AbortSignal} signal @returns {Promise<RouteRun[]>}
  */
-export const knownFastRun = (source, vehicle, at, signal) =>
-  get(source, `known-fast-run/${encodeURIComponent(vehicle)}`, signal, { at });
+export const mouseFastRuns = (source, vehicle, at, signal) =>
+  get(source, `mouse-fast-runs/${encodeURIComponent(vehicle)}`, signal, { at });
 /**
  * Finds the first state after a number of steps since the start or since a leg began, as described for `StateView.leg`.
  * @param {Source} source @param {number} steps @param {number} [leg] @returns {Promise<FoundState>}

@@ -21,7 +21,10 @@ const ROUTES = {
   "fewest-cells": ["Fewest cells", "The fastest run along a route with the fewest cells"],
   "fewest-turns": ["Fewest turns", "The fastest run along a route with the fewest turns"],
   "known-walls": ["Known walls", "The fastest run over the walls that the mouse knows"],
+  driven: ["Driven", "The latest run that the mouse has driven with slalom turns"],
 };
+/** The routes that depend on the shown state. @type {RouteName[]} */
+const OF_MOUSE = ["known-walls", "driven"];
 /** Mazes of more cells than this on a side are driven by the half-size vehicle by default. */
 const MAX_CLASSIC = 16;
 /** Minimum time between requests for the run over known walls, in milliseconds. */
@@ -119,8 +122,8 @@ export class FastRun {
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
       if (signal.aborted) return;
-      // The run over known walls may have arrived first.
-      const known = this.#knownAt < 0 ? [] : this.#routes.filter(({ name }) => name === "known-walls");
+      // The runs of the mouse may have arrived first.
+      const known = this.#knownAt < 0 ? [] : this.#routes.filter(({ name }) => OF_MOUSE.includes(name));
       this.#routes = [...runs.map(routeState), ...known];
       this.#draw(source.truth ? "" : "The true maze of this recording is unknown.");
       await this.#updateKnown();
@@ -148,12 +151,13 @@ export class FastRun {
     const { signal } = this.#abort;
     this.#isLoadingKnown = true;
     try {
-      const run = await api.knownFastRun(source, this.#vehicle.value, index, signal);
+      const runs = await api.mouseFastRuns(source, this.#vehicle.value, index, signal);
       if (!signal.aborted) {
         this.#knownAt = index;
-        const others = this.#routes.filter(({ name }) => name !== run.route);
-        this.#routes = [...others, routeState(run)];
-        if (!source.truth) this.#select(run.route);
+        const wasDriven = this.#routes.some(({ name }) => name === "driven");
+        this.#routes = [...this.#routes.filter(({ name }) => !OF_MOUSE.includes(name)), ...runs.map(routeState)];
+        if (!wasDriven && runs.some(({ route }) => route === "driven")) this.#select("driven");
+        else if (!source.truth && !wasDriven) this.#select("known-walls");
         else this.#draw();
       }
     } catch (error) {
@@ -211,7 +215,7 @@ export class FastRun {
     list.dataset.routes = names;
     this.#routes.forEach(({ name, trajectory, error }, i) => {
       const row = /** @type {HTMLElement} */ (list.children[i]);
-      const at = name === "known-walls" ? ` in state ${this.#knownAt + 1}` : "";
+      const at = OF_MOUSE.includes(name) ? ` in state ${this.#knownAt + 1}` : "";
       setAttributes(row, { title: error || ROUTES[name][1] + at });
       setText(row, ".duration", trajectory ? `${trajectory.run.duration.toFixed(3)} s` : "none");
       const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.run.duration / fastest - 1) : null;

@@ -192,9 +192,9 @@ fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) ->
             responses.push((path(&format!("/fast-runs/{}", vehicle.name())), runs));
         }
         if let Some(last) = states.checked_sub(1) {
-            let known = json(&fast_runs::over_known_walls(source, run, last, vehicle)?)?;
-            let path = path(&format!("/known-fast-run/{}", vehicle.name()));
-            responses.push((path, known.to_string()));
+            let runs = json(&fast_runs::of_mouse(source, run, last, vehicle, cancel)?)?;
+            let path = path(&format!("/mouse-fast-runs/{}", vehicle.name()));
+            responses.push((path, runs.to_string()));
         }
     }
     Ok(responses.into_iter().collect())

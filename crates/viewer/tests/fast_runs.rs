@@ -78,12 +78,12 @@ fn requests_without_an_answer_are_explained() {
     };
     let unknown = "no vehicle has the name \"tank\" (expected ukmars, ares, expert, kerise)";
     assert_eq!(reply("live/fast-runs/tank?run=1"), (404, unknown.into()));
-    assert_eq!(reply("live/known-fast-run/tank?run=1&at=0"), (404, unknown.into()));
+    assert_eq!(reply("live/mouse-fast-runs/tank?run=1&at=0"), (404, unknown.into()));
     assert_eq!(reply("live/fast-runs/expert?run=2").0, 410);
-    assert_eq!(reply("live/known-fast-run/expert?run=2&at=0").0, 410);
+    assert_eq!(reply("live/mouse-fast-runs/expert?run=2&at=0").0, 410);
     assert_eq!(reply("live/fast-runs/expert").0, 400);
     assert_eq!(reply("7/fast-runs/expert?run=0").0, 404);
-    assert_eq!(reply("live/known-fast-run/expert?run=1&at=0").0, 404);
+    assert_eq!(reply("live/mouse-fast-runs/expert?run=1&at=0").0, 404);
     // GET changes nothing, and there is nothing to change.
     assert_eq!(watched.post("/api/sources/live/fast-runs/expert?run=1", &json!({})).status, 405);
 
@@ -101,7 +101,8 @@ fn the_run_over_known_walls_follows_what_the_mouse_has_read() {
     let watched = WatchedServer::new("127.0.0.1", None);
     let client = connect(&watched.server, zmq::REQ);
     let known = |at: usize| {
-        watched.get(&format!("/api/sources/live/known-fast-run/ares?run=1&at={at}")).json()
+        watched.get(&format!("/api/sources/live/mouse-fast-runs/ares?run=1&at={at}")).json()[0]
+            .clone()
     };
     let mut cells = [0; 6];
     // The mouse reads the walls of one cell after the other, on its way to the goal.
@@ -121,6 +122,38 @@ fn the_run_over_known_walls_follows_what_the_mouse_has_read() {
     assert_eq!((&last["error"], &last["run"]["cells"]), (&json!(null), &json!(4)));
     let runs = watched.get("/api/sources/live/fast-runs/ares?run=1").json();
     assert_eq!(last["run"], runs[0]["run"]);
+    watched.stop();
+}
+
+#[test]
+fn a_run_in_the_log_is_a_route() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let client = connect(&watched.server, zmq::REQ);
+    let mut cells = [0; 6];
+    cells[0] = 15;
+    let state = [b"S\0\0NC\0\0\0\0\0\0C", &cells[..]].concat();
+    let log = |line: &str| {
+        let length = u16::try_from(line.len()).unwrap().to_le_bytes();
+        assert_eq!(ask(&client, &[b"AL", &length[..], line.as_bytes()].concat()), b"ok");
+        assert_eq!(ask(&client, &state), b"ok");
+    };
+    for line in ["hello", "fast run: N 1 s90R 2 s90R 1", "fast run: N 255", "fast run: x"] {
+        log(line);
+    }
+    let driven = |at: usize, vehicle: &str| {
+        let path = format!("/api/sources/live/mouse-fast-runs/{vehicle}?run=1&at={at}");
+        watched.get(&path).json()[1].clone()
+    };
+    assert_eq!(driven(0, "expert"), json!(null));
+    for (vehicle, text) in
+        [("expert", "N 1 s90R@1050 2 s90R@1050 1"), ("ukmars", "N 1 s90R@500 2 s90R@500 1")]
+    {
+        let run = driven(1, vehicle);
+        assert_eq!((&run["route"], &run["run"]["text"]), (&json!("driven"), &json!(text)));
+    }
+    for (at, error) in [(2, "the run leaves the lattice"), (3, "word 1: expected a direction")] {
+        assert!(driven(at, "expert")["error"].as_str().unwrap().starts_with(error), "{at}");
+    }
     watched.stop();
 }
 

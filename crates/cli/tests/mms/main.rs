@@ -7,6 +7,7 @@ mod harness;
 mod annotations;
 mod ending;
 mod known_walls;
+mod slalom;
 
 use std::fs;
 use std::io::Write;

@@ -90,7 +90,7 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/sources/{id}/log", get(search::log_lines)),
         ("/api/sources/{id}/find", get(search::find_state)),
         ("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs)),
-        ("/api/sources/{id}/known-fast-run/{vehicle}", get(known_fast_run)),
+        ("/api/sources/{id}/mouse-fast-runs/{vehicle}", get(mouse_fast_runs)),
         ("/api/sources/{id}/recording.mcap", get(save_recording)),
         ("/api/sources/{id}/page.html", get(|run| export_run(run, Content::Page))),
         ("/api/sources/{id}/data.html", get(|run| export_run(run, Content::Data))),
@@ -258,14 +258,15 @@ async fn true_fast_runs(
     .await
 }
 
-/// Returns the fastest run over the walls that the mouse knows in a state.
-async fn known_fast_run(
+/// Returns the fast runs that depend on what the mouse has done until a state.
+async fn mouse_fast_runs(
     run: RequestedRun,
     Path((_, vehicle)): Path<(String, String)>,
     Query(StateIndex { at }): Query<StateIndex>,
-) -> ApiResult<Json<RouteRun>> {
+) -> ApiResult<Json<Vec<RouteRun>>> {
     let vehicle = run.state.config.vehicles.find(&vehicle)?;
-    run.read(move |source, run, _| fast_runs::over_known_walls(source, run, at, &vehicle)).await
+    run.read(move |source, run, cancel| fast_runs::of_mouse(source, run, at, &vehicle, cancel))
+        .await
 }
 
 async fn page_svg(RequestedRun { source, run, .. }: RequestedRun) -> ApiResult<Response> {

@@ -4,9 +4,11 @@ use mmsim_fastrun::{
     FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
 use mmsim_maze::{CellSet, Maze, Unknown};
+use mmsim_recording::LogEnd;
+use mmsim_run::DRIVEN_RUN;
 use serde::Serialize;
 
-use crate::http::jobs::{ApiError, ApiResult};
+use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::StateSource;
 
 /// The presets, and vehicles of the user. The page selects the user's first one.
@@ -80,7 +82,7 @@ impl Default for Vehicles {
 /// angles in radians, rounded to millionths.
 #[derive(Serialize)]
 pub(crate) struct RouteRun {
-    /// `fastest`, `known-walls` or the name of a [`Route`].
+    /// `fastest`, `known-walls`, `driven` or the name of a [`Route`].
     route: &'static str,
     run: Option<TimedRun>,
     error: Option<String>,
@@ -130,8 +132,43 @@ struct SegmentView {
     pieces: Vec<[f64; 4]>,
 }
 
-/// Returns the fastest run over the walls that the mouse knows in the state with the index `at`.
-pub(crate) fn over_known_walls(
+/// Returns the runs that depend on the state with the index `at`: the fastest run over the walls that the
+/// mouse knows and, if there is one, the latest fast run that the mouse has driven until then.
+pub(crate) fn of_mouse(
+    source: &StateSource,
+    run: u32,
+    at: usize,
+    vehicle: &Vehicle,
+    cancel: &CancelToken,
+) -> ApiResult<Vec<RouteRun>> {
+    let known = over_known_walls(source, run, at, vehicle)?;
+    Ok([Some(known), driven(source, run, at, vehicle, cancel)?].into_iter().flatten().collect())
+}
+
+/// Returns the latest fast run in the log of the mouse. The vehicle chooses its speeds.
+fn driven(
+    source: &StateSource,
+    run: u32,
+    at: usize,
+    vehicle: &Vehicle,
+    cancel: &CancelToken,
+) -> ApiResult<Option<RouteRun>> {
+    let description = source.describe(run)?;
+    let known = &description.unexplored;
+    let is_run = |line: &str| line.starts_with(DRIVEN_RUN);
+    let lines = source.log(run, &(0..=at), LogEnd::Last, 1, cancel, is_run)?;
+    let text = lines.first().and_then(|line| line.text.strip_prefix(DRIVEN_RUN));
+    Ok(text.map(|text| {
+        let parsed = FastRun::parse(known.start().cell, text).map_err(|error| error.to_string());
+        let found = parsed.and_then(|run| match run.goal() {
+            Some(_) => run.with_fastest_speeds(vehicle).map_err(|error| error.to_string()),
+            None => Err("the run leaves the lattice".into()),
+        });
+        RouteRun::new("driven", found.as_ref().map_err(String::clone), vehicle, known.goals())
+    }))
+}
+
+fn over_known_walls(
     source: &StateSource,
     run: u32,
     at: usize,
