@@ -222,6 +222,8 @@ for line in [
         "refused_lines": 0,
         "ending": "finished",
         "exit_code": 0,
+        "fast_run": null,
+        "fast_run_time_s": null,
         "signal": null,
         "error": null,
     });

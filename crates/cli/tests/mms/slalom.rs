@@ -8,13 +8,13 @@ use super::*;
 /// A maze with one path from the start to the goal, and dead ends.
 const PATH: &str = "\
 o---o---o---o---o---o
-|     G |           |
-o---o---o   o---o   o
-|           |   |   |
-o   o---o---o   o   o
-|   |           |   |
-o   o   o   o---o   o
-| S |   |           |
+|           |     G |
+o   o---o   o   o---o
+|   |       |       |
+o   o   o---o---o   o
+|   |   |           |
+o   o   o   o---o---o
+| S |               |
 o---o---o---o---o---o
 ";
 
