@@ -52,6 +52,10 @@ export class FastRun {
   #shown = new Set(/** @type {RouteName[]} */ (["fastest", "fewest-cells", "fewest-turns"]));
   /** The route that is coloured by speed. @type {RouteName} */
   #selected = "fastest";
+  /** True if the user has chosen a route. */
+  #isChosen = false;
+  /** The last source whose driven run was selected. @type {api.Source | null} */
+  #drivenOf = null;
   /** The index of the state of the run over known walls, or -1. */
   #knownAt = -1;
   #isLoadingKnown = false;
@@ -154,10 +158,11 @@ export class FastRun {
       const runs = await api.mouseFastRuns(source, this.#vehicle.value, index, signal);
       if (!signal.aborted) {
         this.#knownAt = index;
-        const wasDriven = this.#routes.some(({ name }) => name === "driven");
         this.#routes = [...this.#routes.filter(({ name }) => !OF_MOUSE.includes(name)), ...runs.map(routeState)];
-        if (!wasDriven && runs.some(({ route }) => route === "driven")) this.#select("driven");
-        else if (!source.truth && !wasDriven) this.#select("known-walls");
+        if (!this.#isChosen && this.#drivenOf !== source && runs.some(({ route }) => route === "driven")) {
+          this.#drivenOf = source;
+          this.#select("driven");
+        } else if (!source.truth && !this.#current) this.#select("known-walls");
         else this.#draw();
       }
     } catch (error) {
@@ -178,6 +183,7 @@ export class FastRun {
 
   /** @param {RouteName} name */
   #toggleRoute(name) {
+    this.#isChosen = true;
     if (!this.#shown.delete(name)) this.#shown.add(name);
     this.#draw();
   }
@@ -236,7 +242,10 @@ export class FastRun {
     const show = query(row, "[name=show]", HTMLInputElement);
     show.setAttribute("aria-label", `Show ${ROUTES[name][0]}`);
     show.onchange = () => this.#toggleRoute(name);
-    query(row, "[name=select]").onclick = () => this.#select(name);
+    query(row, "[name=select]").onclick = () => {
+      this.#isChosen = true;
+      this.#select(name);
+    };
     // Otherwise, the space bar would press the button again instead of playing.
     for (const name of ["show", "select"]) {
       query(row, `[name=${name}]`).onmousedown = (event) => event.preventDefault();

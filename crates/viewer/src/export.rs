@@ -230,7 +230,7 @@ fn json(value: &impl serde::Serialize) -> ApiResult<Value> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::io::Cursor;
     use std::ops::ControlFlow;
     use std::sync::LazyLock;
@@ -267,7 +267,7 @@ mod tests {
         (String::from_utf8(page).unwrap(), progress)
     });
 
-    fn recording() -> Recording {
+    pub(crate) fn recording() -> Recording {
         Recording::read(&RECORDED[..]).unwrap()
     }
 

@@ -65,6 +65,8 @@ struct RunCache {
     events: Option<Arc<Mutex<EventFinder>>>,
     /// The times of the states, which may be older than the newest state.
     times: Times,
+    /// The number of states whose log was searched for driven runs, and the line of the latest one.
+    driven: (usize, Option<LogLine>),
     index: Option<Arc<RunIndex>>,
 }
 
@@ -393,6 +395,30 @@ impl StateSource {
         Ok(lines)
     }
 
+    /// Returns the latest log line of a driven run until the state with the index `at` and, if this is
+    /// the last one, after it. Reads only states that were not searched before.
+    pub(crate) fn driven_run(
+        &self,
+        run: u32,
+        at: usize,
+        cancel: &CancelToken,
+        is_run: impl Fn(&str) -> bool,
+    ) -> ApiResult<Option<LogLine>> {
+        // The lines after the last state belong to the number of states.
+        let last = at + usize::from(at.saturating_add(1) == self.states(run)?);
+        let (searched, latest) = self.cache(run, |cache| cache.driven.clone());
+        let is_later = latest.as_ref().is_some_and(|line| line.state > last);
+        let first = if is_later { 0 } else { searched.min(at.saturating_add(1)) };
+        let found = self.log(run, &(first..=last), LogEnd::Last, 1, cancel, is_run)?.pop();
+        let found = found.or(latest.filter(|_| !is_later));
+        self.cache(run, |cache| {
+            if at >= cache.driven.0 {
+                cache.driven = (at + 1, found.clone());
+            }
+        });
+        Ok(found)
+    }
+
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the
     /// cache.
     fn cache<T>(&self, run: u32, access: impl FnOnce(&mut RunCache) -> T) -> T {
@@ -406,11 +432,39 @@ impl StateSource {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use mmsim_maze::MazeSize;
     use mmsim_protocol::Annotations;
     use mmsim_recording::{History, UpdateTracker};
 
     use super::*;
+
+    #[test]
+    fn the_log_of_a_state_is_searched_once_for_driven_runs() {
+        let source = StateSource::recording("run", crate::export::tests::recording());
+        let cancel = CancelToken::default();
+        let lines = |state: usize| state / 100 + 1;
+        let read = Cell::new(0);
+        let find = |at, is_run: bool| {
+            let filter = |_: &str| {
+                read.set(read.get() + 1);
+                is_run
+            };
+            let line = source.driven_run(RECORDED_RUN, at, &cancel, filter).unwrap();
+            (line.map(|line| line.state), read.take())
+        };
+        assert_eq!(find(250, false), (None, lines(250)));
+        assert_eq!(find(250, false), (None, 0));
+        assert_eq!(find(120, true), (None, 0));
+        assert_eq!(find(420, false), (None, lines(420) - lines(250)));
+        assert_eq!(find(520, true), (Some(500), 1));
+        assert_eq!(find(530, false), (Some(500), 0));
+        assert_eq!(find(520, false), (Some(500), 0));
+        // Earlier runs are not kept.
+        assert_eq!(find(499, true).0, Some(400));
+        assert_eq!(find(650, false), (Some(500), 1));
+    }
 
     #[test]
     fn the_cache_is_limited_in_blocks_and_bytes() {

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs::File;
 
-use mmsim_fastrun::{Planner, Route, Trajectory, Vehicle, fastest};
+use mmsim_fastrun::{FastRun, Planner, Route, Trajectory, Vehicle, fastest};
 use mmsim_maze::{Heading, Maze, Walls};
+use mmsim_protocol::Annotation;
+use mmsim_run::DRIVEN_RUN;
 use mmsim_solvers::BundledStrategy;
 use serde_json::json;
 
@@ -13,6 +15,7 @@ use crate::browser::{wait_for, with_browser, with_page};
 use crate::clock::Clock;
 use crate::harness::{Home, recorded};
 use crate::layout::{LAPTOP, PHONE, SMALL, assert_in_sight, assert_no_sideways_scrolling, resize};
+use crate::notes::annotations;
 use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled};
 use crate::test_state::{TestState, VISITED};
@@ -280,6 +283,52 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
         assert!(!browser.is_visible(&live.part(".facts")));
         assert_eq!(live.attribute("[name=drive]", "disabled"), "");
         assert!(!browser.is_visible("#error"));
+    });
+}
+
+#[test]
+fn a_run_that_the_mouse_has_driven_is_played_on_its_curves() {
+    with_page(&["--maze", "two-roads"], |browser, simulator| {
+        let (live, maze, vehicle) =
+            (Panel::live(browser), bundled("10-two-roads.txt"), Vehicle::expert());
+        live.wait_until_empty();
+        simulator.search(&maze, BundledStrategy::FloodFill);
+        let planned = fastest(maze.walls(), maze.start().cell, maze.goals(), &Vehicle::ares());
+        let text = planned.unwrap().to_string();
+        simulator.send(&annotations(&[Annotation::Log(&format!("{DRIVEN_RUN}{text}"))]));
+        live.click("[name=fast-run]");
+        let run = FastRun::parse(maze.start().cell, &text).unwrap();
+        let run = run.with_fastest_speeds(&vehicle).unwrap().drive(&vehicle).unwrap();
+        let runs = Runs(live);
+        runs.wait_for_duration("driven", run.duration());
+        for ms in [500, 1000, 1500] {
+            runs.slide_to(ms);
+            runs.assert_are_at(&maze, &[("driven", run.clone())], f64::from(ms) / 1000.0);
+        }
+        assert!(!browser.is_visible("#error"));
+    });
+}
+
+#[test]
+fn a_driven_run_does_not_replace_the_route_that_the_user_has_chosen() {
+    with_page(&["--maze", "two-roads"], |browser, simulator| {
+        let (live, maze) = (Panel::live(browser), bundled("10-two-roads.txt"));
+        live.wait_until_empty();
+        live.click("[name=fast-run]");
+        let runs = Runs(live);
+        let driven = trajectories(&maze, &Vehicle::expert());
+        runs.wait_for_duration("fewest-turns", driven[2].1.duration());
+        live.click("[data-route=fewest-turns] [name=select]");
+        simulator.search(&maze, BundledStrategy::FloodFill);
+        let planned = fastest(maze.walls(), maze.start().cell, maze.goals(), &Vehicle::ares());
+        let text = format!("{DRIVEN_RUN}{}", planned.unwrap());
+        simulator.send(&annotations(&[Annotation::Log(&text)]));
+        simulator.send(&TestState::new(0, maze.size()).message('F', 'F'));
+        wait_for("the driven run", || {
+            browser.exists(&live.part(".routes [data-route=driven]")).then_some(())
+        });
+        let selected = ".routes [data-route=fewest-turns] [name=select]";
+        assert_eq!(live.attribute(selected, "aria-pressed"), "true");
     });
 }
 

@@ -4,7 +4,6 @@ use mmsim_fastrun::{
     FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
 use mmsim_maze::{CellSet, Maze, Unknown};
-use mmsim_recording::LogEnd;
 use mmsim_run::DRIVEN_RUN;
 use serde::Serialize;
 
@@ -156,8 +155,8 @@ fn driven(
     let description = source.describe(run)?;
     let known = &description.unexplored;
     let is_run = |line: &str| line.starts_with(DRIVEN_RUN);
-    let lines = source.log(run, &(0..=at), LogEnd::Last, 1, cancel, is_run)?;
-    let text = lines.first().and_then(|line| line.text.strip_prefix(DRIVEN_RUN));
+    let line = source.driven_run(run, at, cancel, is_run)?;
+    let text = line.as_ref().and_then(|line| line.text.strip_prefix(DRIVEN_RUN));
     Ok(text.map(|text| {
         let parsed = FastRun::parse(known.start().cell, text).map_err(|error| error.to_string());
         let found = parsed.and_then(|run| match run.goal() {
