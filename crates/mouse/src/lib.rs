@@ -26,6 +26,7 @@ mod gateway;
 mod guard;
 mod log;
 mod process;
+mod published;
 mod robot;
 mod runs;
 mod search;
@@ -41,6 +42,7 @@ pub use gateway::{Gateway, GatewayRun, Progress};
 #[cfg(unix)]
 pub use guard::{ONE_ARENA, guard_mice, use_guard};
 pub use process::{ExitCause, MouseProcess, Program, RunEnd, Shortage, StartError, exit_text};
+pub use published::PythonError;
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;
 pub use search::{MAX_INVALID_BYTES, MouseKind, SearchEnd, SearchLimits, SearchReport, search};

@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, ErrorKind, PipeReader, PipeWriter, Read,
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use std::{env, iter, thread};
 
 use mmsim_client::RunError;
@@ -16,6 +16,9 @@ use mmsim_run::{Ending, Goal, Phases, Verdict};
 use crate::commands::MAX_LINE_BYTES;
 use crate::control::{MouseControl, Outcome, StopReason};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE};
+
+/// The maximum size of the output of a command that is read, in bytes.
+const MAX_OUTPUT_BYTES: u64 = 1 << 16;
 
 /// The maximum interval between checks whether a mouse has exited or must stop.
 pub(crate) const CHECK_INTERVAL: Duration = Duration::from_millis(50);
@@ -48,16 +51,21 @@ impl Program {
         } else {
             Some(program).filter(|path| path.is_file())
         };
-        let mut name = if let Some(file) = file.and_then(Path::file_name) {
-            file.to_string_lossy().into_owned()
+        let words: Vec<&OsStr> = if let Some(name) = file.and_then(Path::file_name) {
+            vec![name]
         } else {
             let program = program.file_name().unwrap_or_default();
-            let words = iter::once(program).chain(command.iter().skip(1).map(AsRef::as_ref));
-            words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+            iter::once(program).chain(command.iter().skip(1).map(AsRef::as_ref)).collect()
         };
+        Self::named(command.to_vec(), file, &words)
+    }
+
+    /// Returns the mouse in a file, with the words of its name.
+    pub(crate) fn named(command: Vec<OsString>, file: Option<&Path>, words: &[&OsStr]) -> Self {
+        let mut name = words.join(OsStr::new(" ")).to_string_lossy().into_owned();
         name.retain(|c| !needs_escape(c));
         cut(&mut name, MAX_NAME_BYTES);
-        Self { command: command.to_vec(), file: file.map(Path::to_path_buf), name }
+        Self { command, file: file.map(Path::to_path_buf), name }
     }
 
     /// Returns the path of the program if it is not installed and does not exist.
@@ -376,6 +384,32 @@ impl LastLine {
     }
 }
 
+/// Runs a command with an empty stdin, and kills it and its descendants after `limit`. Returns its
+/// stdout if it succeeds before, or else `None`.
+pub(crate) fn output(command: Command, limit: Duration) -> Option<String> {
+    let (child, group) = system::spawn(command, None, [Stdio::piped(), Stdio::null()]).ok()?;
+    let mut process = MouseProcess { child, group };
+    let mut stdout = process.child.stdout.take()?.take(MAX_OUTPUT_BYTES);
+    let (sender, output) = mpsc::channel();
+    let read = move || {
+        let mut bytes = Vec::new();
+        let _ = stdout.read_to_end(&mut bytes).map(|_| sender.send(bytes));
+    };
+    spawn("stdout", read).ok()?;
+    let start = Instant::now();
+    let status = loop {
+        match process.status().ok()? {
+            Some(status) => break status,
+            None if start.elapsed() < limit => thread::sleep(Duration::from_millis(1)),
+            None => return None,
+        }
+    };
+    // Kills what keeps the pipe open.
+    drop(process);
+    let bytes = output.recv_timeout(LAST_LINE_TIMEOUT).ok().filter(|_| status.success())?;
+    Some(String::from_utf8_lossy(&bytes).into_owned())
+}
+
 /// Starts a thread that ends when a pipe of the mouse ends.
 pub(crate) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), String> {
     let spawned = thread::Builder::new().name(name.into()).spawn(work);
@@ -576,6 +610,18 @@ mod tests {
             assert_eq!(read_last_line(output.as_bytes(), Some(&mut copy)), last);
             assert_eq!(copy, output.as_bytes());
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_command_that_does_not_end_has_no_output() {
+        let run = |script: &str, limit| output(program(&["sh", "-c", script]).command(), limit);
+        let limit = Duration::from_secs(60);
+        assert_eq!(run("echo 3.11 0", limit), Some("3.11 0\n".into()));
+        assert_eq!(run("echo 3.11 0; exit 1", limit), None);
+        assert_eq!(run("sleep 1000 & echo 3.11 0", limit), Some("3.11 0\n".into()));
+        assert_eq!(run("while :; do echo endless; done", limit), None);
+        assert_eq!(run("echo 3.11 0; sleep 1000; echo late", CHECK_INTERVAL), None);
     }
 
     #[test]

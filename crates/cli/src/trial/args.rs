@@ -1,11 +1,12 @@
 //! Arguments of `mmsim trial`.
 
+use std::error::Error;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::builder::{PossibleValue, TypedValueParser};
-use clap::{ArgGroup, Args};
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, ValueHint};
 use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
 use mmsim_drawing::Theme;
 use mmsim_mouse::Program;
@@ -18,9 +19,6 @@ use crate::args::{
 };
 use crate::picture::{PictureFile, PictureFormat, parse_picture, themes};
 
-/// The program that runs a robot with the published interface.
-const PUBLISHED_ROBOT: &str = include_str!("published_robot.py");
-
 const AFTER_HELP: &str = "\
 Examples:
   mmsim trial harbour                             run a robot in a bundled maze
@@ -30,13 +28,22 @@ Examples:
   mmsim trial mazes/ --compare --charts out       compare robots in tables and bar charts
   mmsim trial harbour --serve --open              watch a robot in a browser
   mmsim trial mazes/ --published my_robot.py      run a robot with the published interface
+  mmsim trial mazes/ --published my_robot.py dfs  give it a word of the published command line
   mmsim trial mazes/ -- ./my-robot                run your own robot, in any language
 
 The exit code is 0 if each robot scored or correctly reported an unreachable goal. With --serve and
 without --once, it is 0 after Ctrl-C.";
 
+/// clap would put the mazes after `--published`, where they would be words of the robot.
+const USAGE: &str = "mmsim trial <MAZE>... [OPTIONS] [-- <COMMAND>...]";
+
+const PUBLISHED_HELP: &str = "\
+    Run a robot.py with the published interface, which has a class Robot. Put the mazes before \
+    this option: each WORD after FILE follows the maze in the sys.argv of the robot. May be \
+    repeated";
+
 #[derive(Debug, Args)]
-#[command(after_help = AFTER_HELP)]
+#[command(after_help = AFTER_HELP, override_usage = USAGE)]
 #[command(group(ArgGroup::new("pictures").multiple(true)))]
 #[command(group(ArgGroup::new("own").multiple(true)))]
 pub(crate) struct TrialArgs {
@@ -54,9 +61,11 @@ pub(crate) struct TrialArgs {
     /// answers to stdout, see docs/robots.md
     #[arg(last = true, value_name = "COMMAND", group = "own")]
     command: Vec<OsString>,
-    /// Run a robot.py with the published interface, which has a class Robot; may be repeated
-    #[arg(long, value_name = "FILE", group = "own")]
-    published: Vec<PathBuf>,
+    #[command(flatten)]
+    published: PublishedArgs,
+    /// Python for the robots of --published [default: the Python 3 or 2 on the PATH that accepts the file]
+    #[arg(long, value_name = "EXE", requires = "published")]
+    python: Option<PathBuf>,
     /// Stop your own robot if an answer takes longer than S seconds
     #[arg(long, value_name = "S", default_value = "10", requires = "own", value_parser = parse_seconds)]
     answer_limit: Duration,
@@ -108,6 +117,41 @@ pub(crate) struct TrialArgs {
     pub(crate) watch: WatchArgs,
 }
 
+/// Each robot of `--published FILE [WORD]...`. The option may be repeated, so `derive` would join the
+/// words of all robots.
+#[derive(Debug)]
+struct PublishedArgs(Vec<Vec<OsString>>);
+
+impl Args for PublishedArgs {
+    fn augment_args(command: Command) -> Command {
+        let published = Arg::new("published")
+            .long("published")
+            .value_names(["FILE", "WORD"])
+            .num_args(1..)
+            .action(ArgAction::Append)
+            .value_parser(clap::value_parser!(OsString))
+            .value_hint(ValueHint::FilePath)
+            .group("own")
+            .help(PUBLISHED_HELP);
+        command.arg(published)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for PublishedArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let robots = matches.get_occurrences("published").into_iter().flatten();
+        Ok(Self(robots.map(|words| words.cloned().collect()).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        Self::from_arg_matches(matches).map(|robots| *self = robots)
+    }
+}
+
 /// Options for `--serve`.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options for --serve")]
@@ -139,8 +183,9 @@ impl TrialArgs {
     /// line.
     ///
     /// # Errors
-    /// Returns a usage error if an option does not match the robots or if a robot's file is missing.
-    pub(crate) fn robots(&self) -> Result<Vec<TrialRobot>, UsageError> {
+    /// Returns a usage error if an option does not match the robots or if a robot's file is missing, and
+    /// another error if there is no Python for a robot.
+    pub(crate) fn robots(&self) -> Result<Vec<TrialRobot>, Box<dyn Error>> {
         let mut own = self.own_robots()?;
         let mut robots = each_once(&self.robot);
         if robots.is_empty() && own.is_empty() {
@@ -157,7 +202,7 @@ impl TrialArgs {
             && !robots.iter().any(|robot| robot.has_key_points())
         {
             let message = "--key-points and --variant require a robot: swing, swing-as-published or swing-timed";
-            return Err(UsageError::new("trial", message));
+            return Err(UsageError::new("trial", message).into());
         }
         let bundled = |robot| TrialRobot { kind: RobotKind::Bundled(robot), settings };
         let mut robots: Vec<TrialRobot> = robots.into_iter().map(bundled).collect();
@@ -173,19 +218,21 @@ impl TrialArgs {
     }
 
     /// Returns the user's robots.
-    pub(crate) fn own_robots(&self) -> Result<Vec<TrialRobot>, UsageError> {
+    pub(crate) fn own_robots(&self) -> Result<Vec<TrialRobot>, Box<dyn Error>> {
         let mut programs = Vec::new();
         if !self.command.is_empty() {
             programs.push(Program::new(&self.command));
         }
-        for file in &self.published {
+        for robot in &self.published.0 {
+            let Some((file, words)) = robot.split_first() else { continue };
+            let (file, python) = (Path::new(file), self.python.as_deref().map(Path::as_os_str));
             if !file.is_file() {
                 let message = format!("--published: {} is not a file", file.display());
-                return Err(UsageError::new("trial", message));
+                return Err(UsageError::new("trial", message).into());
             }
-            let python = if cfg!(windows) { "python" } else { "python3" };
-            let words = [python.into(), "-c".into(), PUBLISHED_ROBOT.into(), file.into()];
-            programs.push(Program::new(&words));
+            let program = Program::from_published_robot(file, words, python)
+                .map_err(|error| format!("cannot run {}: {error}", file.display()))?;
+            programs.push(program);
         }
         let named = |(index, program): (usize, &Program)| {
             let same = programs[..index].iter().filter(|other| other.name == program.name).count();

@@ -1,10 +1,10 @@
 //! Robots of the user in the two-run trial: `mmsim trial MAZE -- COMMAND` and `--published`.
 
 use std::ffi::OsStr;
-#[cfg(unix)]
 use std::fs;
+use std::process::Command;
 #[cfg(unix)]
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use mmsim_tests::shared;
 #[cfg(unix)]
@@ -14,38 +14,43 @@ use serde_json::Value;
 use crate::client;
 use crate::harness::{Home, Output};
 
-/// A robot for the published tester, which goes where it has been least often.
-const PUBLISHED: &str = r"
-import random
+/// Copies the robots with the published interface to a folder of the home folder, whose name has a blank.
+fn write_robots(home: &Home) {
+    for file in fs::read_dir(client::file("tests/strangers/robots")).unwrap() {
+        let file = file.unwrap().path();
+        let name = file.file_name().unwrap().to_str().unwrap();
+        if file.is_file() {
+            home.write(&format!("my robots/{name}"), fs::read(&file).unwrap());
+        }
+    }
+}
 
-class Robot(object):
-    def __init__(self, maze_dim):
-        self.location, self.heading = [0, 0], 'up'
-        self.maze_dim, self.racing = maze_dim, False
-        self.visits, self.exits = {}, {}
-        print('a robot for', maze_dim)
+/// Returns the path of a copied robot.
+fn robot_file(name: &str) -> String {
+    format!("my robots/{name}")
+}
 
-    def next_move(self, sensors):
-        headings = ['up', 'right', 'down', 'left']
-        steps = {'up': (0, 1), 'right': (1, 0), 'down': (0, -1), 'left': (-1, 0)}
-        here, middle = tuple(self.location), self.maze_dim // 2
-        if not self.racing and all(side in (middle - 1, middle) for side in here):
-            self.location, self.heading, self.racing = [0, 0], 'up', True
-            return 'Reset', 'Reset'
-        self.visits[here] = self.visits.get(here, 0) + 1
-        choices = []
-        for rotation, seen in zip((-90, 0, 90), sensors):
-            heading = headings[(headings.index(self.heading) + rotation // 90) % 4]
-            beyond = (here[0] + steps[heading][0], here[1] + steps[heading][1])
-            if seen > 0 and (not self.racing or self.exits[here] == heading):
-                choices.append((self.visits.get(beyond, 0), abs(rotation), rotation, heading, beyond))
-        if not choices:
-            self.heading = headings[(headings.index(self.heading) + 1) % 4]
-            return 90, 0
-        _, _, rotation, self.heading, beyond = min(choices)
-        self.exits[here], self.location = self.heading, list(beyond)
-        return rotation, 1.0
-";
+/// Returns the path of an interpreter, or `None` if none of the commands prints it.
+fn interpreter(commands: &[&[&str]]) -> Option<String> {
+    commands.iter().find_map(|command| {
+        let output = Command::new(command[0]).args(&command[1..]).output().ok()?;
+        let path = String::from_utf8(output.stdout).unwrap().lines().next()?.to_string();
+        output.status.success().then_some(path)
+    })
+}
+
+/// Returns the path of Python 3, or `None` if there is none.
+fn python3() -> Option<String> {
+    let name = client::python_with("sys")?.get_program().to_str().unwrap().to_string();
+    interpreter(&[&[&name, "-c", "import sys; print(sys.executable)"]])
+}
+
+/// Returns the path of Python 2.7, which `mmsim` finds too, or `None` if there is none.
+fn python2() -> Option<String> {
+    let print = ["-c", "import sys; print(sys.executable)"];
+    let python2 = ["python2.7", "python2"].map(|name| [name, print[0], print[1]]);
+    interpreter(&[&python2[0], &python2[1], &["pyenv", "whence", "--path", "python2.7"]])
+}
 
 /// Returns the folders with mazes of the trial: the bundled ones, and the published ones if they are
 /// available.
@@ -99,27 +104,138 @@ fn the_example_robots_score_in_each_maze_of_the_trial() {
 
 #[test]
 fn a_robot_with_the_published_interface_scores_and_is_compared() {
-    if client::python().is_none() {
+    if python3().is_none() {
         return;
     }
     let home = Home::new();
-    home.write("robots/robot.py", PUBLISHED);
+    write_robots(&home);
     let mazes = maze_folders(&home);
     let mazes: Vec<&str> = mazes.iter().map(String::as_str).collect();
-    let published = ["--published", "robots/robot.py"];
+    let file = robot_file("python3.py");
+    let published = ["--published", &file];
     let ended = home.run(&[&["trial"], &mazes[..], &published, &["--json"]].concat());
-    assert_scores(&ended, "robot.py");
+    assert_scores(&ended, "python3.py");
     // With bundled robots in one table. What the robot prints is shown only if it runs alone.
     let bundled = ["--robot", "swing", "--as-published"];
     let ended = home.run(&[&["trial", mazes[0]], &published[..], &bundled].concat());
     let robots: Vec<_> =
         ended.stdout.lines().skip(1).filter_map(|line| line.split_whitespace().nth(1)).collect();
-    assert_eq!((robots, &ended.stderr[..]), (vec!["swing-as-published", "robot.py"], ""));
+    assert_eq!((robots, &ended.stderr[..]), (vec!["swing-as-published", "python3.py"], ""));
     let ended = home.run(&[&["trial", mazes[0]], &published[..]].concat());
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), "a robot for 12\n"));
     let ended = home.run(&[&["trial", mazes[0], "--compare"], &published[..]].concat());
     let robots = ended.stdout.split("\n\n").find(|table| table.starts_with("Robots ")).unwrap();
-    assert!(robots.lines().any(|line| line.starts_with("robot.py ") && line.contains(" = ")));
+    assert!(robots.lines().any(|line| line.starts_with("python3.py ") && line.contains(" = ")));
+}
+
+#[test]
+fn robots_find_the_words_after_their_file_and_the_files_beside_it() {
+    if python3().is_none() {
+        return;
+    }
+    let home = Home::new();
+    write_robots(&home);
+    let (word, data) = (robot_file("word.py"), robot_file("data_file.py"));
+    let left = ["--published", &word, "left", "--published", &word, "right", "more"];
+    let arguments = [&["trial", "orchard", "--json"], &left[..], &["--published", &data]].concat();
+    let ended = home.run(&arguments);
+    assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
+    let report = ended.json();
+    let trials = report.as_array().unwrap().iter();
+    let names: Vec<_> = trials.clone().map(|trial| trial["robot"].as_str().unwrap()).collect();
+    assert_eq!(names, ["word.py left", "word.py right more", "data_file.py"]);
+    // The words change what the robot does.
+    let scores: Vec<_> = trials.map(|trial| &trial["score"]).collect();
+    assert!(scores.iter().all(|score| score.is_f64()) && scores[0] != scores[1], "{scores:?}");
+    let ended = home.run(&["trial", "orchard", "--json", "--published", &word]);
+    let error = ended.json()[0]["error"].as_str().unwrap().to_string();
+    assert_eq!(error, "step 1: exited with code 1: IndexError: list index out of range");
+}
+
+#[test]
+fn robots_in_python_2_run_in_python_2() {
+    let Some(python2) = python2() else { return };
+    let home = Home::new();
+    write_robots(&home);
+    home.write("my robots/broken.py", "print 'Python 2'\nimport no_such_module\n");
+    for name in ["python2_print.py", "python2_names.py", "python2_module.py"] {
+        let ended = home.run(&["trial", "orchard", "--json", "--published", &robot_file(name)]);
+        assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
+        assert_eq!(ended.json()[0]["ending"], "scored");
+        let file = robot_file(name);
+        let mut command = home.command(&["trial", "orchard", "--published", &file]);
+        let ended = Output::new(command.args(["--python", &python2]).env("PATH", ""));
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+    }
+    // A missing module counts less than syntax.
+    let ended = home.run(&["trial", "orchard", "--json", "--published", &robot_file("broken.py")]);
+    let error = ended.json()[0]["error"].as_str().unwrap().to_string();
+    assert_eq!(error, "step 1: exited with code 1: ImportError: No module named no_such_module");
+}
+
+#[test]
+fn python_checks_a_robot_without_running_anything() {
+    let Some(python3) = python3() else { return };
+    let home = Home::new();
+    let robot = "class Robot(object):\n    def __init__(self, maze_dim): pass\n    \
+                 def next_move(self, sensors): return 0, 0\n";
+    let check = |name: &str, start: &str| {
+        home.write(&format!("robots/{name}.py"), format!("{start}\n{robot}"));
+        let file = client::file("crates/mouse/src/check_robot.py");
+        let mut command = Command::new(&python3);
+        command.args(["-c", &fs::read_to_string(file).unwrap(), &format!("{name}.py")]);
+        let ended = Output::new(command.current_dir(home.path().join("robots")));
+        assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
+        ended.stdout.trim_end().split_once(' ').unwrap().1.to_string()
+    };
+    // Modules beside the robot that Python imports itself, and one that warns.
+    for module in ["ast", "os", "builtins", "linecache", "tokenize", "re", "warnings", "traceback"]
+    {
+        home.write(&format!("robots/{module}.py"), "open('executed', 'w')\n");
+    }
+    assert_eq!(check("warned", "WARNED = '\\d' is 1\nimport re, linecache"), "0");
+    assert!(!home.path().join("robots/executed").exists());
+    // A package, a module that is missing, and more terms than Python compiles.
+    home.write("robots/package/__init__.py", "");
+    assert_eq!(check("packages", "import package\nimport no_such_module"), "1");
+    assert_eq!(check("long", &format!("x = 1{}", "+1".repeat(9000))), "0");
+    // A robot never runs as the program, and may not call its functions.
+    home.write("robots/tester.py", "print 'Python 2'\n");
+    assert_eq!(check("main", "if __name__ == '__main__':\n    import tester"), "0");
+    assert_eq!(check("late", "def test():\n    import tester"), "1");
+    assert!(check("early", "import tester").starts_with("1000 tester.py, line 1: "));
+}
+
+#[test]
+fn a_missing_python_is_reported_before_the_trial() {
+    let home = Home::new();
+    write_robots(&home);
+    let file = robot_file("python2_print.py");
+    let run = |path: &str| {
+        let mut command = home.command(&["trial", "orchard", "--published", &file]);
+        let ended = Output::new(command.env("PATH", path));
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "{ended:?}");
+        ended.stderr
+    };
+    // Windows also finds its launcher `py` if the PATH is empty.
+    let error = run("");
+    assert!(error.starts_with("mmsim: cannot run my robots/python2_print.py: "), "{error}");
+    assert!(error.contains("Python 2 ") && error.lines().count() == 1, "{error}");
+    #[cfg(unix)]
+    if let Some(python3) = python3() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        // A python2 of pyenv, if no version is selected.
+        let shim =
+            home.write("bin/python2", "#!/bin/sh\necho pyenv: command not found >&2\nexit 127\n");
+        fs::set_permissions(&shim, fs::Permissions::from_mode(0o755)).unwrap();
+        symlink(python3, home.path().join("bin/python3")).unwrap();
+        let error = run(home.path().join("bin").to_str().unwrap());
+        let place = "python2_print.py: it is not Python 3 (python2_print.py, line 8: Missing paren";
+        assert!(error.contains(place), "{error}");
+        let step =
+            "), and no Python 2 was found (install it, or give its path with --python EXE)\n";
+        assert!(error.ends_with(step) && error.lines().count() == 1, "{error}");
+    }
 }
 
 /// Returns the error of a robot in a small maze, which must fail.
@@ -162,14 +278,13 @@ fn robots_that_fail_are_reported_with_the_step() {
 
 #[test]
 fn robots_with_the_published_interface_fail_as_in_the_published_tester() {
-    if client::python().is_none() {
-        return;
-    }
+    let Some(python) = python3() else { return };
     let home = Home::new();
     home.write("oblong.txt", "o---o---o\n| S   G |\no---o---o\n");
     let run = |maze: &str, robot: &str| {
         home.write("robot.py", robot);
-        let ended = home.run(&["trial", maze, "--published", "robot.py", "--json"]);
+        let published = ["--published", "robot.py", "--python", &python];
+        let ended = home.run(&[&["trial", maze, "--json"], &published[..]].concat());
         ended.json()[0]["error"].as_str().map(str::to_string)
     };
     let class = |body: &str| {

@@ -1,8 +1,8 @@
 """Runs the robot in a robot.py of the project "plot and navigate a virtual maze" in `mmsim trial`.
 
-`mmsim trial MAZE --published robot.py` starts this adapter with the path of the robot. It uses the
-published interface: `Robot(maze_dim)`, and `next_move(sensors)`, which returns a rotation in degrees
-and a movement in cells, or 'Reset', 'Reset'. It runs in Python 2.7 and 3.
+`mmsim trial MAZE --published robot.py WORD...` starts this adapter with the path of the robot and the
+words. It uses the published interface: `Robot(maze_dim)`, and `next_move(sensors)`, which returns a
+rotation in degrees and a movement in cells, or 'Reset', 'Reset'. It runs in Python 2.7 and 3.
 """
 import os
 import sys
@@ -10,8 +10,10 @@ import sys
 
 def load(path):
     """Loads the file as the module robot."""
-    # The robot may import files in its folder.
-    sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
+    # The published tester runs in the folder of the robot, as `python tester.py maze.txt WORD...`.
+    sys.argv[:2] = ["tester.py", "maze.txt"]
+    os.chdir(os.path.dirname(path))
+    sys.path.insert(0, os.getcwd())
     try:
         from importlib.machinery import SourceFileLoader
         from importlib.util import module_from_spec, spec_from_loader
@@ -43,7 +45,7 @@ def main():
     width, height = lines.readline().split()[1:3]
     if width != height:
         sys.exit("the published interface has only square mazes, found %sx%s" % (width, height))
-    robot = load(sys.argv[1]).Robot(int(width))
+    robot = load(os.path.abspath(sys.argv[1])).Robot(int(width))
     for line in iter(lines.readline, ""):
         rotation, movement = robot.next_move([int(word) for word in line.split()])
         answers.write(answer(rotation, movement) + "\n")
