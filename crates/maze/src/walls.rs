@@ -136,6 +136,19 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
+    /// Returns true if the cells are neighbours with a wall between them.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, MazeSize, Walls};
+    /// let walls = Walls::closed(MazeSize::CLASSIC);
+    /// assert!(walls.separate(Cell::new(1, 0), Cell::new(0, 0)));
+    /// assert!(!walls.separate(Cell::new(2, 0), Cell::new(0, 0)), "they are not neighbours");
+    /// ```
+    pub fn separate(&self, one: Cell, other: Cell) -> bool {
+        let mut sides = Heading::ALL.into_iter();
+        sides.any(|side| one.neighbour(side) == Some(other) && self.has(one, side))
+    }
+
     /// Returns the straight runs of walls between posts in row `y`, from west to east. Post (x, y) is
     /// the south-west corner of cell (x, y); a run leads from the post in column `start` to the post in
     /// column `end`.
