@@ -2,11 +2,12 @@
 
 use core::convert::Infallible;
 
-use mmsim_maze::{Contradiction, Maze, Pose, Step, WallState, WallsAround};
+use mmsim_maze::{Cell, Contradiction, Maze, Pose, Step, WallState, WallsAround};
 
 use crate::mouse::{Crash, Mouse};
 use crate::stats::SearchStats;
 use crate::strategy::{Move, Phase, SearchError, Strategy};
+use crate::wall_votes::WallVotes;
 
 /// Drives a [`Mouse`] through a maze, one decision at a time, and counts its steps and turns.
 ///
@@ -33,6 +34,8 @@ use crate::strategy::{Move, Phase, SearchError, Strategy};
 #[must_use = "a driver does nothing until `advance` is called"]
 pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
+    /// The votes of a mouse that recovers from wrong readings.
+    votes: Option<&'m mut WallVotes>,
     max_states: u32,
     states: u32,
     /// The last decision, or `None` once the mouse has acted on it.
@@ -55,16 +58,60 @@ pub enum DriveError<E> {
     /// The strategy cannot continue.
     #[error(transparent)]
     Search(SearchError),
-    /// The strategy chose a step through a side that is not known to be open.
+    /// The strategy chose a step through a side that is not known to be open, or a wall has blocked the
+    /// mouse.
     #[error(transparent)]
     Crash(Crash),
 }
+
+/// The maximum number of readings around a pose, for a mouse that reads doubtful walls again.
+const MAX_READINGS: u32 = 9;
 
 impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// Creates a driver that ends the search after `max_states` decisions.
     pub fn new(mouse: &'m mut Mouse<S>, max_states: u32) -> Self {
         let (phase, stats) = (Phase::SearchRun, SearchStats::default());
-        Self { mouse, max_states, states: 0, decision: None, error: None, phase, stats }
+        Self {
+            mouse,
+            votes: None,
+            max_states,
+            states: 0,
+            decision: None,
+            error: None,
+            phase,
+            stats,
+        }
+    }
+
+    /// Lets the mouse recover from wrong readings, unless `votes` is `None`.
+    ///
+    /// - The majority of the readings of a wall counts. In each cell, the mouse reads the walls again
+    ///   until the majority of each wall leads by two.
+    /// - A wall that has blocked the mouse, and an opening that it has driven through, are certain.
+    /// - If the goal is unreachable, the mouse tries to drive through the walls around the cells that it
+    ///   can reach, those with the fewest readings first.
+    /// - A mouse that a wall has blocked drives the path of its fast run once as part of the search,
+    ///   and returns to the start, before the fast run.
+    ///
+    /// ```
+    /// use mmsim_maze::{KnownMaze, Maze, Misreadings, WallSensor};
+    /// use mmsim_solvers::{FloodFill, Mouse, SearchDriver, WallVotes};
+    ///
+    /// let maze: Maze = "o---o---o\n|   | G |\no   o   o\n| S     |\no---o---o\n".parse()?;
+    /// let misreadings = Misreadings { probability: 0.2, seed: 1, are_fixed: true };
+    /// let (mut sensor, mut at) = (WallSensor::new(misreadings, &maze), maze.start().cell);
+    /// let (map, mut votes) = (KnownMaze::unexplored(&maze), WallVotes::new());
+    /// let mut mouse = Mouse::new(FloodFill::new(), map, maze.start());
+    /// let mut driver = SearchDriver::new(&mut mouse, 100).recovering(Some(&mut votes));
+    /// while driver.advance_unless_blocked(|pose| {
+    ///     Ok::<_, std::io::Error>(sensor.around_from(maze.walls(), &mut at, pose))
+    /// })? {}
+    /// assert!(driver.stats().goal_reached());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn recovering(mut self, votes: Option<&'m mut WallVotes>) -> Self {
+        self.votes = votes;
+        self
     }
 
     /// Takes the step that the strategy chose in the previous call (if any). Then reads the walls
@@ -83,6 +130,20 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         &mut self,
         mut read_walls: impl FnMut(Pose) -> Result<WallsAround, E>,
     ) -> Result<bool, DriveError<E>> {
+        self.advance_unless_blocked(|pose| read_walls(pose).map(Some))
+    }
+
+    /// Does the same as [`advance`](Self::advance), but `read_walls` may return `None`: a wall has
+    /// blocked the mouse on its way to this pose.
+    ///
+    /// # Errors
+    /// Returns the same errors as [`advance`](Self::advance), and an error if a wall has blocked the
+    /// mouse, unless it has moved, [recovers](Self::recovering) and is not on its fast run.
+    #[inline]
+    pub fn advance_unless_blocked<E>(
+        &mut self,
+        mut read_walls: impl FnMut(Pose) -> Result<Option<WallsAround>, E>,
+    ) -> Result<bool, DriveError<E>> {
         if let Some(error) = self.error {
             return Err(DriveError::Search(error));
         }
@@ -94,14 +155,22 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         if self.states >= self.max_states {
             return Ok(false);
         }
+        let from = self.mouse.pose().cell;
+        let mut is_blocked = false;
         if let Some(step) = step {
             self.take(step).map_err(DriveError::Crash)?;
         } else if self.states == 0 && self.is_unknown_behind() {
-            let around = read_walls(self.mouse.turned_round()).map_err(DriveError::Sensor)?;
-            self.mouse.see_behind(around).map_err(DriveError::Contradiction)?;
+            is_blocked = !self.see(self.mouse.turned_round(), &mut read_walls)?;
         }
-        let around = read_walls(self.mouse.pose()).map_err(DriveError::Sensor)?;
-        self.mouse.see(around).map_err(DriveError::Contradiction)?;
+        let pose = self.mouse.pose();
+        if is_blocked || !self.see(pose, &mut read_walls)? {
+            if step.is_none() {
+                return Err(DriveError::Crash(self.mouse.bounce(from)));
+            }
+            self.crash(from).map_err(DriveError::Crash)?;
+        } else if let (Some(votes), Some(_)) = (&mut self.votes, step) {
+            votes.pass(from, pose.heading);
+        }
         self.decide();
         Ok(true)
     }
@@ -149,14 +218,82 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Ok(())
     }
 
+    /// Reads the walls around a pose. Returns false if a wall has blocked the mouse.
+    #[inline]
+    fn see<E>(
+        &mut self,
+        pose: Pose,
+        read_walls: &mut impl FnMut(Pose) -> Result<Option<WallsAround>, E>,
+    ) -> Result<bool, DriveError<E>> {
+        for _ in 0..MAX_READINGS {
+            let around = read_walls(pose).map_err(DriveError::Sensor)?;
+            let Some(around) = around else { return Ok(false) };
+            let (map, strategy) = self.mouse.parts_mut();
+            let Some(votes) = &mut self.votes else {
+                map.observe(pose, around).map_err(DriveError::Contradiction)?;
+                break;
+            };
+            let reading = votes.read(map, pose, around).map_err(DriveError::Contradiction)?;
+            if reading.has_changed {
+                strategy.reconsider();
+            }
+            if reading.is_clear {
+                break;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Puts the mouse back into the cell that it has tried to leave. Returns an error if it does not
+    /// recover.
+    #[cold]
+    fn crash(&mut self, from: Cell) -> Result<(), Crash> {
+        let crash = self.mouse.bounce(from);
+        self.stats.count_crash(self.phase);
+        let (map, strategy) = self.mouse.parts_mut();
+        map.set_wall(crash.cell, crash.heading, WallState::Present);
+        match &mut self.votes {
+            Some(votes) if self.phase != Phase::FastRun => {
+                votes.touch(crash.cell, crash.heading);
+                strategy.reconsider();
+                Ok(())
+            }
+            _ => Err(crash),
+        }
+    }
+
+    /// Asks the strategy for the next move of a mouse that recovers, until its map allows one.
+    fn decide_recovering(&mut self) -> Result<Move, SearchError> {
+        let mut decision = self.mouse.decide();
+        let Some(votes) = &mut self.votes else { return decision };
+        let cell = self.mouse.pose().cell;
+        loop {
+            match decision {
+                Err(SearchError::GoalUnreachable { .. } | SearchError::BoxedIn { .. })
+                    if votes.doubt_barrier(self.mouse.parts_mut().0, cell) => {}
+                Ok(Move::Stop) if votes.is_wary() && self.mouse.phase() == Phase::FastRun => {
+                    votes.trust_path();
+                }
+                _ => return decision,
+            }
+            self.mouse.parts_mut().1.reconsider();
+            decision = self.mouse.decide();
+        }
+    }
+
     fn decide(&mut self) {
-        match self.mouse.decide() {
+        match self.decide_recovering() {
             Ok(decision) => self.decision = Some(decision),
             Err(error) => self.error = Some(error),
         }
         self.states += 1;
         if self.phase != Phase::FastRun {
-            self.phase = self.mouse.phase();
+            self.phase = match self.mouse.phase() {
+                Phase::FastRun if self.votes.as_ref().is_some_and(|votes| votes.is_wary()) => {
+                    Phase::ReturnRun
+                }
+                phase => phase,
+            };
         }
         if self.mouse.map().goals().contains(self.mouse.pose().cell) {
             let steps = self.stats.steps();
@@ -336,6 +473,52 @@ mod tests {
         assert_eq!((crash.cell, crash.heading), (Cell::new(0, 1), Heading::West));
         assert_eq!(crash.state, WallState::Present);
         assert_eq!((driver.mouse().pose(), driver.stats().steps()), (maze.start(), 0));
+    }
+
+    #[test]
+    fn a_misread_wall_ends_the_search_of_a_mouse_that_does_not_recover() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        let (goal, start) = (Cell::new(0, 2), maze.start());
+        let read_walls = |pose: Pose| {
+            Ok::<_, Infallible>((pose.cell != goal).then(|| maze.walls().around(pose)))
+        };
+        let steps = [Step::Front, Step::Back, Step::Front];
+        let mut mouse = mouse(&maze, search_run(steps));
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        assert_eq!(driver.advance_unless_blocked(read_walls), Ok(true));
+        let Err(DriveError::Crash(crash)) = driver.advance_unless_blocked(read_walls) else {
+            panic!("no crash")
+        };
+        assert_eq!((crash.cell, crash.heading), (start.cell, Heading::North));
+        assert_eq!(crash.state, WallState::Present);
+        assert_eq!((driver.stats().steps(), driver.stats().crashes), (0, 1));
+
+        let mut mouse = self::mouse(&maze, search_run(steps));
+        let mut votes = WallVotes::new();
+        let mut driver = SearchDriver::new(&mut mouse, 1000).recovering(Some(&mut votes));
+        let found = [(); 3].map(|()| {
+            assert_eq!(driver.advance_unless_blocked(read_walls), Ok(true));
+            (driver.mouse().pose().cell, driver.stats().steps())
+        });
+        assert_eq!(found, [(start.cell, 0), (start.cell, 0), (Cell::new(0, 0), 1)]);
+        assert_eq!((driver.stats().turns(), driver.stats().crashes), (2, 1));
+        assert_eq!(mouse.map().wall(start.cell, Heading::North), WallState::Present);
+    }
+
+    #[test]
+    fn a_mouse_that_has_not_moved_cannot_recover_from_a_crash() {
+        let maze: Maze = CORRIDOR.parse().unwrap();
+        for blocked in [Heading::South, Heading::North] {
+            let mut mouse = mouse(&maze, search_run([]));
+            let mut votes = WallVotes::new();
+            let mut driver = SearchDriver::new(&mut mouse, 1000).recovering(Some(&mut votes));
+            let read_walls = |pose: Pose| {
+                Ok::<_, Infallible>((pose.heading != blocked).then(|| maze.walls().around(pose)))
+            };
+            let advanced = driver.advance_unless_blocked(read_walls);
+            assert!(matches!(advanced, Err(DriveError::Crash(_))), "{advanced:?}");
+            assert_eq!(driver.stats(), &SearchStats::default());
+        }
     }
 
     #[test]

@@ -165,6 +165,10 @@ impl Objective for LeastTime {
         self.route.pop();
     }
 
+    fn reconsider(&mut self) {
+        (self.bounds, self.samples) = (RunBounds::default(), SampledRuns::default());
+    }
+
     fn fast_move(&mut self, _: &KnownMaze, pose: Pose, _: &DownhillPlan) -> Option<Move> {
         let Some(next) = self.route.pop() else { return Some(Move::Stop) };
         let leads_there = |step: &Step| pose.after(*step).is_some_and(|to| to.cell == next);

@@ -47,6 +47,10 @@ impl Strategy for FloodFill {
             .ok_or(SearchError::GoalUnreachable { cell: pose.cell })
     }
 
+    fn reconsider(&mut self) {
+        self.has_begun = false;
+    }
+
     fn weight(&self, cell: Cell) -> Option<u16> {
         self.distances.at(cell)
     }

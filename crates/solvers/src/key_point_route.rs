@@ -83,6 +83,13 @@ impl KeyPointRoute {
         route
     }
 
+    /// Returns the route from its end back to its last key point, the start of
+    /// [`there_and_back`](Self::there_and_back).
+    pub(crate) const fn back(mut self) -> Self {
+        self.ahead = self.ahead.end - 1..self.ahead.end;
+        self
+    }
+
     /// Marks a cell as passed. The route skips corners that have been passed.
     pub fn pass(&mut self, cell: Cell) {
         self.passed.insert(cell);

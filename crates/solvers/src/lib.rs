@@ -60,6 +60,7 @@ mod shortest_path_search;
 mod stats;
 mod strategy;
 mod swing;
+mod wall_votes;
 mod weight_increment;
 
 pub use a_star::ShortestPath;
@@ -80,6 +81,7 @@ pub use shortest_path_search::ShortestPathSearch;
 pub use stats::{PhaseStats, SearchStats};
 pub use strategy::{Move, Phase, SearchError, Strategy, open_steps};
 pub use swing::Swing;
+pub use wall_votes::WallVotes;
 pub use weight_increment::WeightIncrement;
 
 /// Tests the code in the README of this crate.

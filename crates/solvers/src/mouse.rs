@@ -123,6 +123,20 @@ impl<S: Strategy> Mouse<S> {
     }
 }
 
+impl<S> Mouse<S> {
+    /// Returns the map and the strategy, to correct them after wrong readings.
+    pub(crate) const fn parts_mut(&mut self) -> (&mut KnownMaze, &mut S) {
+        (&mut self.map, &mut self.strategy)
+    }
+
+    /// Puts the mouse back into the cell that it has tried to leave through a wall.
+    pub(crate) const fn bounce(&mut self, cell: Cell) -> Crash {
+        let heading = self.pose.heading;
+        self.pose.cell = cell;
+        Crash { cell, heading, state: WallState::Present }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use mmsim_maze::MazeSize;

@@ -47,6 +47,9 @@ pub(crate) trait Objective {
     /// Plans the fast run, which begins at the start.
     fn plan_fast_run(&mut self, map: &KnownMaze, plan: &mut DownhillPlan);
 
+    /// Forgets what was concluded from walls that have turned out to be wrong.
+    fn reconsider(&mut self) {}
+
     /// Returns the next move of the fast run, or `None` if the mouse is boxed in.
     fn fast_move(&mut self, map: &KnownMaze, pose: Pose, plan: &DownhillPlan) -> Option<Move>;
 }
@@ -185,6 +188,17 @@ impl<O: Objective> Strategy for ProvingSearch<O> {
         };
         let step = self.plan.step(map, pose, preferences);
         step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
+    }
+
+    fn reconsider(&mut self) {
+        self.objective.reconsider();
+        self.visited = CellSet::EMPTY;
+        self.target = None;
+        self.plan.distances = Distances::unreachable(MazeSize::CLASSIC);
+        self.stage = match self.stage {
+            ProofStage::ToGoal | ProofStage::GiveUp => ProofStage::ToGoal,
+            ProofStage::Explore | ProofStage::Return | ProofStage::FastRun => ProofStage::Explore,
+        };
     }
 
     fn weight(&self, cell: Cell) -> Option<u16> {

@@ -26,6 +26,8 @@ pub struct SearchStats {
     /// The number of steps in all phases until the mouse first entered a goal cell, or `None` if it
     /// has not entered one.
     pub steps_to_goal: Option<u32>,
+    /// The number of steps that a wall blocked.
+    pub crashes: u32,
 }
 
 /// The steps and turns in one phase.
@@ -68,13 +70,23 @@ impl SearchStats {
 
     /// Counts a step.
     pub(crate) const fn count(&mut self, phase: Phase, step: Step) {
-        let phase = match (phase, self.goal_reached()) {
+        let phase = self.phase_mut(phase);
+        phase.steps += 1;
+        phase.turns += quarter_turns(step);
+    }
+
+    /// Counts the last step as a turn and a crash.
+    pub(crate) const fn count_crash(&mut self, phase: Phase) {
+        self.phase_mut(phase).steps -= 1;
+        self.crashes += 1;
+    }
+
+    const fn phase_mut(&mut self, phase: Phase) -> &mut PhaseStats {
+        match (phase, self.goal_reached()) {
             (Phase::FastRun, _) => &mut self.fast_run,
             (_, false) => &mut self.search_run,
             (_, true) => &mut self.return_run,
-        };
-        phase.steps += 1;
-        phase.turns += quarter_turns(step);
+        }
     }
 }
 
@@ -130,6 +142,7 @@ mod tests {
             return_run: PhaseStats { steps: 3, turns: 5 },
             fast_run: PhaseStats { steps: 5, turns: 2 },
             steps_to_goal: Some(2),
+            crashes: 0,
         };
         assert_eq!(stats, expected);
         assert_eq!(stats.to_string(), "10 steps (search run 2, return run 3, fast run 5)");

@@ -35,6 +35,11 @@ pub trait Strategy {
     /// Returns an error if the search cannot continue.
     fn next_move(&mut self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError>;
 
+    /// Forgets what the strategy has concluded from walls that have turned out to be wrong. Such walls
+    /// exist only if the mouse [recovers from wrong readings](crate::SearchDriver::recovering). A
+    /// strategy that concludes nothing needs no implementation.
+    fn reconsider(&mut self) {}
+
     /// Returns the number that a viewer shows in `cell` after the last
     /// [`next_move`](Self::next_move), for example a distance in steps or a number of visits.
     /// Returns `None` if the viewer should show nothing.
@@ -54,6 +59,10 @@ macro_rules! forward_strategy {
     ($self:ident => $other:expr) => {
         fn next_move(&mut $self, map: &KnownMaze, pose: Pose) -> Result<Move, SearchError> {
             $other.next_move(map, pose)
+        }
+
+        fn reconsider(&mut $self) {
+            $other.reconsider();
         }
 
         fn weight(&$self, cell: Cell) -> Option<u16> {

@@ -89,6 +89,14 @@ impl Strategy for Swing {
         step.map(Move::Step).ok_or(SearchError::BoxedIn { cell })
     }
 
+    fn reconsider(&mut self) {
+        self.plan = None;
+        if self.phase == Phase::FastRun {
+            self.route = self.route.take().map(KeyPointRoute::back);
+            self.phase = Phase::ReturnRun;
+        }
+    }
+
     fn weight(&self, cell: Cell) -> Option<u16> {
         self.distances.at(cell)
     }
