@@ -1,19 +1,20 @@
 //! Checks complete searches over real sockets and in memory.
 
 use std::collections::HashMap;
+use std::convert::Infallible;
 use std::fs;
 use std::ops::ControlFlow;
 use std::thread;
 
-use mmsim_client::{Exchange, Timeout, Zmq, search_run};
+use mmsim_client::{BrokenRun, Exchange, SearchRun, Timeout, Zmq, search_run, search_run_with};
 use mmsim_formats::Catalogue;
-use mmsim_maze::{Cell, KnownMaze, Maze, Unknown};
+use mmsim_maze::{Cell, KnownMaze, Maze, Misreadings, Pose, Unknown, WallSensor};
 use mmsim_protocol::{MazeSize, Request};
 use mmsim_run::{MovementRules, Phases, RunFigures};
 use mmsim_server::{Server, Simulation};
 use mmsim_solvers::{
     BundledStrategy, Distances, MazeFacts, Mouse, Move, PathBounds, Phase, SearchDriver,
-    SearchError, ShortestPathSearch, Swing,
+    SearchError, ShortestPathSearch, Swing, WallVotes,
 };
 use mmsim_tests::{TIMEOUT, known_distance, serve, shared, stop, within};
 
@@ -119,6 +120,74 @@ fn phases_of_poses_equal_those_of_the_strategies() {
         }
     }
     assert!(complete > 20, "{complete} searches with a fast run");
+}
+
+/// The same seed gives the same wrong readings, so a mouse does the same over a socket as in memory.
+#[test]
+fn wrong_readings_are_the_same_over_a_socket_and_in_memory() {
+    let (mut recovered, mut failed, mut crashes) = (0, 0, 0);
+    for (name, maze) in mazes() {
+        let strategies = [BundledStrategy::FloodFill, BundledStrategy::ShortestPathSearch];
+        let kinds =
+            [false, true].map(|are_fixed| Misreadings { probability: 0.03, seed: 7, are_fixed });
+        for ((strategy, misreadings), recovers) in strategies
+            .into_iter()
+            .flat_map(|strategy| kinds.map(|kind| (strategy, kind)))
+            .flat_map(|search| [false, true].map(|recovers| (search, recovers)))
+        {
+            let text = format!("{strategy} in {name} with {misreadings:?}");
+            let (start, max_states) = (maze.start(), strategy.max_states());
+            let mouse = || Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), start);
+            let (mut mouse, mut same) = (mouse(), mouse());
+            let simulation = Simulation::new("misread", maze.clone()).with_misreadings(misreadings);
+            let server = Server::bind("127.0.0.1", 0).unwrap().spawn(simulation);
+            let mut poses = Vec::new();
+            let (run, again) = {
+                let mut transport = TRANSPORTS[0](server.address());
+                let mut search = |mouse: &mut Mouse<_>, poses: &mut Vec<Pose>| {
+                    let observe = |mouse: &Mouse<_>, _: &_| {
+                        poses.push(mouse.pose());
+                        ControlFlow::Continue(())
+                    };
+                    let mut votes = recovers.then(WallVotes::new);
+                    let driver = SearchDriver::new(mouse, max_states).recovering(votes.as_mut());
+                    search_run_with(&mut transport, driver, observe)
+                };
+                let run = search(&mut mouse, &mut poses);
+                let mut second = Vec::new();
+                let mut other =
+                    Mouse::new(strategy.strategy(), KnownMaze::unexplored(&maze), start);
+                let again = search(&mut other, &mut second);
+                assert_eq!(second, poses, "{text}: a reset restores the seed");
+                (run, again)
+            };
+            stop(server);
+            let (mut sensor, mut at) = (WallSensor::new(misreadings, &maze), start.cell);
+            let mut votes = recovers.then(WallVotes::new);
+            let mut driver = SearchDriver::new(&mut same, max_states).recovering(votes.as_mut());
+            let mut in_memory = Vec::new();
+            let error = loop {
+                let read =
+                    |pose| Ok::<_, Infallible>(sensor.around_from(maze.walls(), &mut at, pose));
+                match driver.advance_unless_blocked(read) {
+                    Ok(true) => in_memory.push(driver.mouse().pose()),
+                    Ok(false) => break None,
+                    Err(error) => break Some(error.to_string()),
+                }
+            };
+            assert_eq!(in_memory, poses, "{text}");
+            let error_of =
+                |run: &Result<SearchRun, BrokenRun>| run.as_ref().err().map(ToString::to_string);
+            assert_eq!([error_of(&run), error_of(&again)], [error.clone(), error], "{text}");
+            let stats = *driver.stats();
+            assert_eq!(run.unwrap_or_else(|broken| broken.run).stats, stats, "{text}");
+            assert_eq!((same.map(), same.pose()), (mouse.map(), mouse.pose()), "{text}");
+            crashes += stats.crashes;
+            recovered += u32::from(recovers && stats.goal_reached());
+            failed += u32::from(!recovers && !stats.goal_reached());
+        }
+    }
+    assert!(recovered > 60 && failed > 20 && crashes > 20, "{recovered} {failed} {crashes}");
 }
 
 #[test]

@@ -8,8 +8,9 @@ use bytesize::ByteSize;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use mmsim_fastrun::Vehicle;
-use mmsim_maze::{Cell, MazeSize};
+use mmsim_maze::{Cell, MazeSize, Misreadings};
 use mmsim_recording::NewMessages;
+use mmsim_solvers::Tolerance;
 
 use crate::recordings::messages_unless;
 use crate::vehicle::parse_vehicle;
@@ -97,6 +98,31 @@ pub(crate) struct ReadingArgs {
     pub(crate) history_limit: Option<u64>,
 }
 
+/// Options for wrong wall readings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub(crate) struct MisreadArgs {
+    /// Misread walls with probability P, such as 1% or 0.01. Outer walls are never misread
+    #[arg(long, value_name = "P", value_parser = parse_probability)]
+    misread: Option<f64>,
+    /// Misread the same walls each time, instead of deciding anew for each reading
+    #[arg(long, requires = "misread")]
+    misread_fixed: bool,
+    /// Random seed for wrong readings; the same seed gives the same wrong readings
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "misread")]
+    misread_seed: u64,
+}
+
+impl MisreadArgs {
+    /// Returns the misreadings.
+    pub(crate) fn misreadings(self) -> Misreadings {
+        Misreadings {
+            probability: self.misread.unwrap_or(0.0),
+            seed: self.misread_seed,
+            are_fixed: self.misread_fixed,
+        }
+    }
+}
+
 /// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
@@ -110,6 +136,8 @@ pub(crate) struct ServerArgs {
     /// with a reachable goal]
     #[arg(long = "maze", value_name = "WORDS")]
     pub(crate) words: Vec<String>,
+    #[command(flatten)]
+    pub(crate) misread: MisreadArgs,
     #[command(flatten)]
     pub(crate) retention: RetentionArgs,
     #[command(flatten)]
@@ -184,6 +212,12 @@ pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
     seconds.ok_or_else(|| "expected a number of seconds greater than 0".into())
 }
 
+/// Parses a probability from 0 to 1, or from 0% to 100%.
+fn parse_probability(text: &str) -> Result<f64, &'static str> {
+    let ratio = text.parse().map(Tolerance::ratio);
+    ratio.map_err(|_| "expected a probability from 0 to 100%, such as 1% or 0.01")
+}
+
 /// Parses a positive number of bytes, such as `2GiB`.
 fn parse_bytes(text: &str) -> Result<ByteSize, String> {
     let bytes = text.parse().ok().filter(|&bytes| bytes > ByteSize(0));
@@ -231,6 +265,15 @@ mod tests {
     fn parses_seconds() {
         assert_eq!(parse_seconds("0.5"), Ok(Duration::from_millis(500)));
         assert!(["0", "-1", "nan", "1e99", "soon"].map(parse_seconds).iter().all(Result::is_err));
+    }
+
+    #[test]
+    fn parses_probabilities() {
+        assert_eq!(
+            ["0.1%", "0.01", "1", "100%"].map(parse_probability),
+            [Ok(0.001), Ok(0.01), Ok(1.0), Ok(1.0)]
+        );
+        assert!(["2", "-1%", "nan", "often"].map(parse_probability).iter().all(Result::is_err));
     }
 
     #[test]

@@ -91,7 +91,8 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         warn_about(&vehicle);
         Timing { vehicle, search_speed: args.search_speed }
     });
-    let report = SearchComparison::new(&mice, &mazes, figures, timing.as_ref());
+    let senses = args.search.senses();
+    let report = SearchComparison::new(&mice, &mazes, figures, timing.as_ref(), &senses);
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {

@@ -4,8 +4,8 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use clap::Args;
-use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run};
-use mmsim_solvers::{BundledStrategy, Mouse};
+use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run_with};
+use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, WallVotes};
 use mmsim_viewer::ViewerConfig;
 
 use crate::args::{CommandResult, ServerArgs};
@@ -33,10 +33,11 @@ const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
     let collection = Collection::at(args.server.mazes.as_deref())?;
     let selected = collection.select(&args.server.words.join(" "))?;
-    let ServerArgs { port, retention, viewer, .. } = &args.server;
+    let ServerArgs { port, retention, viewer, misread, .. } = &args.server;
     let viewer = (!args.once).then_some(viewer);
     let config = ViewerConfig::default().with_mazes(collection.catalogue);
-    let ready = prepare(selected, config, (HOST, *port), retention, viewer, None)?;
+    let (misreadings, address) = (misread.misreadings(), (HOST, *port));
+    let ready = prepare(selected, misreadings, config, address, retention, viewer, None)?;
     let (server, interrupt) = (ready.server.spawn(ready.simulation), ready.interrupt);
     let address = server.address();
     let result = search(args, address, &interrupt);
@@ -65,7 +66,10 @@ fn search(
     let mut screen = Screen::new(STRATEGY, true);
     let pace = pace(args.pace);
     let (mut interrupted, mut shown) = (false, Ok(()));
-    let result = search_run(&mut transport, &mut mouse, STRATEGY.max_states(), |mouse, run| {
+    let misreads = args.server.misread.misreadings().probability > 0.0;
+    let mut votes = misreads.then(WallVotes::new);
+    let driver = SearchDriver::new(&mut mouse, STRATEGY.max_states()).recovering(votes.as_mut());
+    let result = search_run_with(&mut transport, driver, |mouse, run| {
         shown = screen.show(mouse, run);
         interrupted = interrupt.wait_for(pace);
         if interrupted || shown.is_err() {

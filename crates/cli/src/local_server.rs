@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use mmsim_client::{InMemory, Transport};
 use mmsim_compare::NamedMaze;
+use mmsim_maze::Misreadings;
 use mmsim_mouse::MouseControl;
 use mmsim_protocol::{DEFAULT_PORT, ERROR_PREFIX};
 use mmsim_recording::Recorder;
@@ -51,10 +52,11 @@ pub(crate) fn in_process(monitor: &Monitor) -> impl Transport + '_ {
 /// that of the server.
 pub(crate) type MouseSetup = (Arc<MouseControl>, Option<String>);
 
-/// Prepares a server for the selected maze, prints the server's address, and starts catching
-/// Ctrl-C. Unless `viewer` is `None`, also serves the viewer page.
+/// Prepares a server for the selected maze, whose walls clients may misread, prints the server's
+/// address, and starts catching Ctrl-C. Unless `viewer` is `None`, also serves the viewer page.
 pub(crate) fn prepare(
     selected: NamedMaze,
+    misreadings: Misreadings,
     config: ViewerConfig,
     (host, port): (&str, Option<u16>),
     retention: &RetentionArgs,
@@ -87,7 +89,9 @@ pub(crate) fn prepare(
         .with_address(address)
         .with_recordings(retention.record.clone())
         .with_budget(limits.recordings);
-    let simulation = Simulation::new(&name, maze).with_history_limit(limits.history);
+    let simulation = Simulation::new(&name, maze)
+        .with_misreadings(misreadings)
+        .with_history_limit(limits.history);
     recordings::report(retention, &simulation);
     let page = viewer.map(|args| page::serve(bound, config, args)).transpose()?.flatten();
     Ok(ReadyServer { server: server.with_recorder(recorder), simulation, interrupt, page })

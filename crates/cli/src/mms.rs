@@ -9,7 +9,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_client::Transport;
 use mmsim_fastrun::Vehicle;
-use mmsim_maze::KnownMaze;
+use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
 use mmsim_server::Served;
@@ -76,6 +76,9 @@ struct RemoteArgs {
             "watch",
             "port",
             "words",
+            "misread",
+            "misread_fixed",
+            "misread_seed",
             "record",
             "history_limit",
             "viewer_port",
@@ -115,18 +118,21 @@ fn run_locally(args: &MmsArgs, program: &Program) -> Result<i32, Box<dyn Error>>
         return Err(UsageError::new("mms", "--size and --goal require --connect").into());
     }
     let control = args.own.control("mms", program, true)?;
-    args.own.serve(program, &control, args.own.server.port, None, |monitor| {
+    // The mouse misreads walls, but this process, its client, must not.
+    let (server, exact) = (&args.own.server, Misreadings::default());
+    args.own.serve(program, &control, server.port, None, exact, |monitor| {
         press_on_input(Arc::clone(&control));
         let control = &control;
         Ok(move || {
             let Served { info, maze, .. } = monitor.served()?;
+            let sensor = WallSensor::new(server.misread.misreadings(), &maze);
             let known = KnownSimulator {
                 name: Some(info.name),
                 map: KnownMaze::unexplored(&maze),
                 start: maze.start(),
                 has_annotations: true,
             };
-            search(args, program, in_process(&monitor), &known, control)
+            search(args, program, in_process(&monitor), &known, Some(&sensor), control)
         })
     })
 }
@@ -142,7 +148,7 @@ fn run_remotely(endpoint: &str, args: &MmsArgs, program: &Program) -> Result<i32
     let closing = Arc::clone(&control);
     Interrupt::catch()?.then(move || closing.close());
     Runs::new(&control, endpoint, |text| note(text))
-        .run(|| search(args, program, &mut transport, &known, &control))
+        .run(|| search(args, program, &mut transport, &known, None, &control))
 }
 
 /// Runs the mouse once in the maze, and reports the outcome.
@@ -151,6 +157,7 @@ fn search(
     program: &Program,
     transport: impl Transport,
     known: &KnownSimulator,
+    sensor: Option<&WallSensor>,
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let own_vehicle = args.own.server.viewer.vehicle.first();
@@ -158,6 +165,7 @@ fn search(
         program,
         vehicle: &own_vehicle.cloned().unwrap_or_else(Vehicle::expert),
         maze: &known.map,
+        sensor,
         rules: args.scores,
         limit: args.limit,
         has_annotations: known.has_annotations,

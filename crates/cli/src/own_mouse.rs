@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
+use mmsim_maze::Misreadings;
 use mmsim_mouse::{MouseControl, OwnMouse, Pace, Program, RunEnd, Runs};
 use mmsim_server::Monitor;
 use mmsim_viewer::ViewerConfig;
@@ -91,14 +92,15 @@ impl OwnMouseArgs {
     }
 
     /// Serves the selected maze and runs the mouse there. Clients connect to `address`, or to the
-    /// address of the server. `begin` returns the function that runs the mouse once. Returns the
-    /// exit code.
+    /// address of the server, and have these misreadings. `begin` returns the function that runs the
+    /// mouse once. Returns the exit code.
     pub(crate) fn serve<R: FnMut() -> Result<RunEnd, Box<dyn Error>>>(
         &self,
         program: &Program,
         control: &Arc<MouseControl>,
         port: Option<u16>,
         address: Option<&str>,
+        misreadings: Misreadings,
         begin: impl FnOnce(Monitor) -> Result<R, Box<dyn Error>>,
     ) -> Result<i32, Box<dyn Error>> {
         let ServerArgs { mazes, words, retention, viewer, .. } = &self.server;
@@ -106,7 +108,8 @@ impl OwnMouseArgs {
         let selected = collection.select(&words.join(" "))?;
         let config = ViewerConfig::default().with_mazes(collection.catalogue);
         let mouse = Some((Arc::clone(control), address.map(String::from)));
-        let ready = prepare(selected, config, (HOST, port), retention, Some(viewer), mouse)?;
+        let (port, page) = ((HOST, port), Some(viewer));
+        let ready = prepare(selected, misreadings, config, port, retention, page, mouse)?;
         let monitor = ready.server.monitor();
         let server = ready.server.spawn(ready.simulation);
         let closing = Arc::clone(control);

@@ -48,7 +48,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     // The simulator itself listens on another port: the gateway answers on this one.
     let listener = bind_or_free(own.server.port, |port| listen(HOST, port))?;
     let address = format!("tcp://{}", listener.local_addr()?);
-    own.serve(&program, &control, Some(0), Some(&address), |monitor| {
+    let misreadings = own.server.misread.misreadings();
+    own.serve(&program, &control, Some(0), Some(&address), misreadings, |monitor| {
         let gateway = Gateway::start(listener, monitor, Arc::clone(&control))?;
         let (program, control) = (&program, &control);
         Ok(move || run_once(program, &gateway, control))
@@ -69,12 +70,14 @@ fn run_once(
             ExitCause::NotStarted(error.into())
         }
     };
-    let Progress { requests, refused, phases } = run.finish();
+    let Progress { requests, refused, crashes, phases } = run.finish();
     let details = match (requests, phases.states) {
         (0, _) => format!(", no states reported (does it connect to {ENDPOINT_VARIABLE}?)"),
         (_, 0) => ", no states reported".into(),
         (_, states) => format!(", {}", counted(states, "state")),
     };
     let refused = (refused > 0).then(|| format!(", {} refused", counted(refused, "request")));
-    Ok(cause.end(&phases, &(details + &refused.unwrap_or_default())))
+    let crashes = (crashes > 0).then(|| format!(", {}", counted(crashes, "crashed movement")));
+    let details = details + &crashes.unwrap_or_default() + &refused.unwrap_or_default();
+    Ok(cause.end(&phases, &details))
 }

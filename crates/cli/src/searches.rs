@@ -9,10 +9,10 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_compare::{ComparedMouse, Exploration, NamedMaze, NamedMouse, Searches};
 use mmsim_fastrun::Vehicle;
 use mmsim_mouse::{SearchLimits, Shortage};
-use mmsim_run::SearchFigures;
+use mmsim_run::{SearchFigures, Senses};
 use mmsim_solvers::{BundledStrategy, Tolerance};
 
-use crate::args::{UsageError, each_once, one_of, parse_seconds};
+use crate::args::{MisreadArgs, UsageError, each_once, one_of, parse_seconds};
 use crate::interrupt::StopFlag;
 use crate::local_server::raise_file_limit;
 use crate::solve::strategy_value;
@@ -51,6 +51,11 @@ pub(crate) struct SearchArgs {
     /// each turn
     #[arg(long, value_name = "N", default_value_t = 10_000, requires = "mouse", value_parser = clap::value_parser!(u32).range(1..))]
     max_states: u32,
+    #[command(flatten)]
+    misread: MisreadArgs,
+    /// Let strategies recover from wrong readings
+    #[arg(long, requires = "misread")]
+    recover: bool,
     /// Run N searches at a time [default: the number of processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -91,6 +96,11 @@ impl SearchArgs {
         Ok(mice)
     }
 
+    /// Returns how mice read walls.
+    pub(crate) fn senses(&self) -> Senses {
+        Senses { misreadings: self.misread.misreadings(), recovers: self.recover }
+    }
+
     /// Runs the mice in all mazes, and shows a progress bar on a terminal. Strategies explore for the
     /// vehicle. If `stops_at_goal` is true, the searches of the user's mice end at the goal. After
     /// Ctrl-C, stops the mice of the user and exits.
@@ -111,6 +121,7 @@ impl SearchArgs {
         let bar = progress_bar(Some(length as u64), "{pos} of {len} searches, {eta} left");
         let searches = Searches {
             exploration: &Exploration::new(vehicle, self.tolerance.unwrap_or_default()),
+            senses: self.senses(),
             limits: SearchLimits { time: self.time_limit, states: self.max_states, stops_at_goal },
             max_states: None,
             jobs: self.jobs,

@@ -29,13 +29,13 @@ pub(crate) struct ServeArgs {
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
     let collection = Collection::at(args.server.mazes.as_deref())
         .map_err(|error| with_suggestion(error, args, commands))?;
-    let ServerArgs { words, port, retention, viewer, .. } = &args.server;
+    let ServerArgs { words, port, retention, viewer, misread, .. } = &args.server;
     let selected = collection.select(&words.join(" "))?;
     let is_bundled = collection.is_bundled();
     let config = ViewerConfig::default().with_mazes(collection.catalogue);
     let address = (&args.host[..], *port);
     let ReadyServer { server, mut simulation, interrupt, page } =
-        prepare(selected, config, address, retention, Some(viewer), None)?;
+        prepare(selected, misread.misreadings(), config, address, retention, Some(viewer), None)?;
     if is_bundled {
         let fetch = own_command("mazes fetch");
         note(format_args!("for real contest mazes, run {fetch}"));

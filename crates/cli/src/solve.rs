@@ -7,14 +7,16 @@ use std::{io, thread};
 
 use clap::Args;
 use clap::builder::PossibleValue;
-use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run};
+use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run_with};
 use mmsim_compare::Exploration;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::Pose;
 use mmsim_protocol::{DEFAULT_PORT, Info};
 use mmsim_recording::Clock;
 use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
-use mmsim_solvers::{BundledStrategy, Mouse, Strategy, TimeBounds, Tolerance};
+use mmsim_solvers::{
+    BundledStrategy, Mouse, SearchDriver, Strategy, TimeBounds, Tolerance, WallVotes,
+};
 use serde::Serialize;
 
 use crate::args::{
@@ -62,6 +64,9 @@ pub(crate) struct SolveArgs {
     /// the fastest run, such as 3% or 0.03 [default: 0%]
     #[arg(long, value_name = "SHARE")]
     tolerance: Option<Tolerance>,
+    /// Recover from wrong wall readings, for a simulator that runs with --misread
+    #[arg(long)]
+    recover: bool,
     /// Wait MS milliseconds after each step and, unless MS is 0, draw each step on the terminal
     #[arg(long, value_name = "MS", default_value_t = 0)]
     pace: u64,
@@ -150,7 +155,9 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         named = Named::new(transport, mmsim_client::BUNDLED_MOUSE_NAME, strategy.name())?;
         transport = &mut named;
     }
-    let result = search_run(&mut transport, &mut mouse, max_steps, |mouse, run| {
+    let mut votes = args.recover.then(WallVotes::new);
+    let driver = SearchDriver::new(&mut mouse, max_steps).recovering(votes.as_mut());
+    let result = search_run_with(&mut transport, driver, |mouse, run| {
         let added = times.add(mouse.pose(), clock.now());
         shown = added.map_err(io::Error::other).and_then(|()| screen.show(mouse, run));
         thread::sleep(pace);

@@ -2,8 +2,8 @@
 
 use mmsim_maze::{Cell, Escaped, KnownMaze, Pose, WallsAround};
 use mmsim_protocol::{
-    Annotation, AnnotationError, AnnotationWriter, Excerpt, Info, MAX_ANNOTATIONS_BYTES, MapState,
-    Order, Reply, Request,
+    Annotation, AnnotationError, AnnotationWriter, CRASH_PREFIX, Excerpt, Info,
+    MAX_ANNOTATIONS_BYTES, MapState, Order, Reply, Request,
 };
 
 use crate::run::RunError;
@@ -70,6 +70,18 @@ impl<T: Transport> Exchange<T> {
                 _ => None,
             },
         )
+    }
+
+    /// Requests the walls around a mouse that has moved to the given pose. Returns `None` if a wall has
+    /// blocked it, which a simulator that lets mice misread walls reports.
+    ///
+    /// # Errors
+    /// Returns the same errors as [`walls`](Self::walls).
+    pub fn walls_unless_blocked(&mut self, pose: Pose) -> Result<Option<WallsAround>, RunError> {
+        match self.walls(pose) {
+            Err(RunError::Refused { reason, .. }) if reason.starts_with(CRASH_PREFIX) => Ok(None),
+            walls => walls.map(Some),
+        }
     }
 
     /// Sends the pose of the mouse, the known walls, and a weight for each cell.

@@ -33,7 +33,7 @@ mod zmq_transport;
 
 pub use check_server::{ServerCheck, check_server};
 pub use exchange::{Exchange, decode_reply};
-pub use run::{BrokenRun, RunError, SearchRun, search_run};
+pub use run::{BrokenRun, RunError, SearchRun, search_run, search_run_with};
 pub use transport::{BUNDLED_MOUSE_NAME, InMemory, Named, Transport, TransportError};
 pub use zmq_transport::{Timeout, Waiting, Zmq};
 

@@ -139,24 +139,42 @@ pub fn search_run<S: Strategy>(
     max_states: u32,
     observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
 ) -> Result<SearchRun, BrokenRun> {
+    search_run_with(transport, SearchDriver::new(mouse, max_states), observe)
+}
+
+/// Runs a search like [`search_run`] with a driver, which may
+/// [recover](SearchDriver::recovering) from wrong readings.
+///
+/// # Errors
+/// Returns the same errors as [`search_run`].
+pub fn search_run_with<S: Strategy>(
+    transport: &mut impl Transport,
+    driver: SearchDriver<'_, S>,
+    observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
+) -> Result<SearchRun, BrokenRun> {
     let (mut exchange, mut run) = (Exchange::new(transport), SearchRun::default());
-    let result = drive(&mut exchange, mouse, max_states, observe, &mut run);
+    let result = drive(&mut exchange, driver, observe, &mut run);
     run.requests = exchange.requests();
     result.map(|()| run).map_err(|error| BrokenRun { run, error })
 }
 
 fn drive<S: Strategy>(
     exchange: &mut Exchange<impl Transport>,
-    mouse: &mut Mouse<S>,
-    max_states: u32,
+    mut driver: SearchDriver<'_, S>,
     mut observe: impl FnMut(&Mouse<S>, &SearchRun) -> ControlFlow<()>,
     run: &mut SearchRun,
 ) -> Result<(), RunError> {
     exchange.reset()?;
-    let size = mouse.map().size();
-    let mut driver = SearchDriver::new(mouse, max_states);
+    let size = driver.mouse().map().size();
     loop {
-        let advanced = driver.advance(|pose| exchange.walls(pose));
+        let at = driver.mouse().pose().cell;
+        let advanced = driver.advance_unless_blocked(|pose| {
+            if pose.cell == at {
+                exchange.walls(pose).map(Some)
+            } else {
+                exchange.walls_unless_blocked(pose)
+            }
+        });
         run.stats = *driver.stats();
         if !advanced.map_err(|error| RunError::from_drive_error(error, size))? {
             run.is_at_limit = driver.decision() != Some(Ok(Move::Stop));
@@ -231,6 +249,18 @@ o---o---o---o
             assert_eq!(simulation.history().len(), run.states as usize);
             assert_eq!(run.is_at_limit, limit == 3);
         }
+    }
+
+    #[test]
+    fn a_crash_before_the_first_step_is_a_refusal() {
+        let (result, _) = run(known(), 1000, |request, reply| {
+            if request.starts_with(b"W") {
+                *reply = b"error: crash: no".to_vec();
+            }
+        });
+        let BrokenRun { run, error } = result.unwrap_err();
+        assert_eq!((run.stats, run.states), (SearchStats::default(), 0));
+        assert_eq!(error.to_string(), "the simulator refused W: crash: no");
     }
 
     #[test]

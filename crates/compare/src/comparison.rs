@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mmsim_maze::{Escaped, counted};
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
-use mmsim_run::{Ending, SearchFigures, SearchTimes, Timing};
+use mmsim_run::{Ending, SearchFigures, SearchTimes, Senses, Timing};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
@@ -103,12 +103,14 @@ pub struct MouseSummary {
 }
 
 impl SearchComparison {
-    /// Compares the figures of each mouse in each maze. With a timing, also compares the times.
+    /// Compares the figures of each mouse in each maze. With a timing, also compares the times. The
+    /// overview of mice that misread walls counts fast runs and crashes.
     pub fn new(
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         mut figures: Vec<Vec<SearchFigures>>,
         timing: Option<&Timing>,
+        senses: &Senses,
     ) -> Self {
         if let Some(timing) = timing {
             measure_times(&mut figures, mazes, timing);
@@ -139,6 +141,8 @@ impl SearchComparison {
                 value(figures).filter(|_| figures.goal_reached)
             });
         }
+        let misreads = senses.misreadings.probability > 0.0;
+        comparison.notes.extend(misreads.then(|| senses.to_string()));
         let statistics = comparison.statistics();
         let to_goal = comparison.measures().iter().find(|(one, _)| one.key == "steps_to_goal");
         let solved = to_goal.map(|(_, values)| values.common_mazes());
@@ -156,7 +160,7 @@ impl SearchComparison {
             MouseSummary::new(mouse, statistics.collect(), shortest_path, searches)
         });
         let mice: Vec<MouseSummary> = mice.collect();
-        comparison.overview = MouseSummary::rows(&mice);
+        comparison.overview = MouseSummary::rows(&mice, misreads);
         comparison.notes.extend(mice.iter().filter_map(MouseSummary::unfinished));
         Self { comparison: comparison.with_limiting_candidate(), measures, statistics, mice }
     }
@@ -211,17 +215,18 @@ impl MouseSummary {
     }
 
     /// Returns the overview of all mice, with a header.
-    fn rows(mice: &[Self]) -> Vec<Vec<String>> {
+    fn rows(mice: &[Self], misreads: bool) -> Vec<Vec<String>> {
         let has_times = mice.iter().any(|one| one.fastest_run_found.is_some());
         let mut head = vec!["mouse", "mazes", "goal reached", "correctly gave up", "failed"];
         head.extend(["shortest path found", "shortest path proven"]);
         head.extend(has_times.then_some("fastest run found"));
+        head.extend(misreads.then_some(["fast runs", "crashes"]).into_iter().flatten());
         head.push("processor time (µs)");
         let head = head.into_iter().map(String::from).collect();
-        [head].into_iter().chain(mice.iter().map(Self::row)).collect()
+        [head].into_iter().chain(mice.iter().map(|mouse| mouse.row(misreads))).collect()
     }
 
-    fn row(&self) -> Vec<String> {
+    fn row(&self, misreads: bool) -> Vec<String> {
         let Self { reachable, goal_reached, rightly_given_up, .. } = self;
         let (mazes, time) = (self.mazes.len(), self.means.get("time_us").copied().flatten());
         let mut row = vec![self.strategy.clone(), mazes.to_string()];
@@ -229,6 +234,12 @@ impl MouseSummary {
         row.push(format!("{rightly_given_up}/{}", mazes - reachable));
         let counts = [self.failed, self.shortest_path_found, self.proven];
         row.extend(counts.into_iter().chain(self.fastest_run_found).map(|count| count.to_string()));
+        if misreads {
+            let searches = || self.mazes.iter().map(|search| &search.figures);
+            let runs = searches().filter(|search| search.fast_run_steps.is_some()).count();
+            let crashes: u32 = searches().filter_map(|search| search.crashes).sum();
+            row.extend([runs.to_string(), crashes.to_string()]);
+        }
         row.push(time.map_or("-".into(), |time| format!("{time:.1}")));
         row
     }

@@ -10,7 +10,7 @@ use mmsim_mouse::{
     ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
     SearchReport, Shortage, exit_text,
 };
-use mmsim_run::{Ending, Judge, SearchFigures, Timing, Verdict, search};
+use mmsim_run::{Ending, Judge, SearchFigures, Senses, Timing, Verdict, search};
 
 use crate::compared_mouse::ComparedMouse;
 use crate::exploration::Exploration;
@@ -24,6 +24,8 @@ const FIRST_MAZES: usize = 3;
 pub struct Searches<'a> {
     /// The vehicle and the tolerance of strategies that explore for the fastest run.
     pub exploration: &'a Exploration,
+    /// How mice read walls. The user's mice recover by themselves.
+    pub senses: Senses,
     /// The limits of the user's mice.
     pub limits: SearchLimits,
     /// The limit of states of a strategy, or `None` for its usual limit.
@@ -64,13 +66,14 @@ impl Searches<'_> {
                 ComparedMouse::Bundled(strategy) => {
                     let new = || self.exploration.strategy(*strategy);
                     let max_states = self.max_states.unwrap_or(strategy.max_states());
-                    search(selected, new, max_states, thread_time, &must_stop).unwrap_or_default()
+                    search(selected, new, max_states, self.senses, thread_time, &must_stop)
+                        .unwrap_or_default()
                 }
                 ComparedMouse::Own(mouse) => {
                     let slot = RefCell::new(slot);
                     let run = || {
                         let release = &mut || slot.borrow_mut().release();
-                        search_own(&mouse.program, selected, self.limits, release, &must_stop)
+                        self.search_own(&mouse.program, selected, release, &must_stop)
                     };
                     gate.run(run)?
                 }
@@ -94,6 +97,29 @@ impl Searches<'_> {
         let mut figures = figures.into_iter();
         Ok(mice.iter().map(|_| figures.by_ref().take(mazes.len()).collect()).collect())
     }
+
+    /// Runs the mouse in the maze until it exits or reaches a limit. Calls `release` if the mouse needs
+    /// no processor, so that another search can use it.
+    fn search_own(
+        &self,
+        program: &Program,
+        maze: &Maze,
+        release: &mut dyn FnMut(),
+        must_stop: &dyn Fn() -> bool,
+    ) -> Result<SearchFigures, Shortage> {
+        let (limits, misreadings) = (self.limits, self.senses.misreadings);
+        let mut report =
+            mmsim_mouse::search(program, maze, limits, misreadings, release, must_stop);
+        let verdict = verdict(&report, limits)?;
+        let figures = own_figures(&mut report.judge, verdict);
+        let knows_crashes = report.kind != Some(MouseKind::Client) || misreadings.probability > 0.0;
+        Ok(SearchFigures {
+            crashes: figures.crashes.filter(|_| knows_crashes),
+            // A program that does nothing does not know that the goal is unreachable.
+            is_rightly_given_up: figures.is_rightly_given_up && report.kind.is_some(),
+            ..figures
+        })
+    }
 }
 
 /// Returns the figures of a search that was not run.
@@ -101,26 +127,6 @@ fn skip(maze: &Maze) -> SearchFigures {
     let reason =
         format!("skipped: stopped by the time limit in each of the first {FIRST_MAZES} mazes");
     SearchFigures { ending: Ending::Skipped, error: Some(reason), ..Judge::new(maze).figures() }
-}
-
-/// Runs the mouse in the maze until it exits or reaches a limit. Calls `release` if the mouse needs no
-/// processor, so that another search can use it.
-fn search_own(
-    program: &Program,
-    maze: &Maze,
-    limits: SearchLimits,
-    release: &mut dyn FnMut(),
-    must_stop: &dyn Fn() -> bool,
-) -> Result<SearchFigures, Shortage> {
-    let mut report = mmsim_mouse::search(program, maze, limits, release, must_stop);
-    let verdict = verdict(&report, limits)?;
-    let figures = own_figures(&mut report.judge, verdict);
-    Ok(SearchFigures {
-        crashes: figures.crashes.filter(|_| report.kind != Some(MouseKind::Client)),
-        // A program that does nothing does not know that the goal is unreachable.
-        is_rightly_given_up: figures.is_rightly_given_up && report.kind.is_some(),
-        ..figures
-    })
 }
 
 /// Returns the figures of a mouse of the user from what a judge has seen of its search.
@@ -214,7 +220,13 @@ mod tests {
     fn run(max_states: Option<u32>, is_stopped: bool) -> (Vec<Vec<SearchFigures>>, usize) {
         let exploration = Exploration::new(Vehicle::expert(), Tolerance::ZERO);
         let limits = SearchLimits { time: Duration::from_secs(1), states: 1, stops_at_goal: false };
-        let searches = Searches { exploration: &exploration, limits, max_states, jobs: Some(2) };
+        let searches = Searches {
+            exploration: &exploration,
+            senses: Senses::default(),
+            limits,
+            max_states,
+            jobs: Some(2),
+        };
         let mice = [BundledStrategy::FloodFill, BundledStrategy::LeftWall];
         let mice = mice.map(ComparedMouse::Bundled);
         let (count, mazes) = (AtomicUsize::new(0), mazes());

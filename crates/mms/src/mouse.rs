@@ -25,6 +25,15 @@ pub trait Environment {
     /// Returns an error if the wall cannot be determined.
     fn has_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error>;
 
+    /// Returns what the sensors of the mouse read on the given side of the cell, which may differ from
+    /// [`has_wall`](Self::has_wall). By default, all readings are right.
+    ///
+    /// # Errors
+    /// Returns an error if the wall cannot be determined.
+    fn read_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, Self::Error> {
+        self.has_wall(cell, heading)
+    }
+
     /// Called when the mouse turns or enters a cell. A movement over
     /// several cells calls this method for each cell.
     ///
@@ -43,6 +52,9 @@ pub trait Environment {
         self.on_pose_change(mouse)
     }
 }
+
+/// Senses a wall: by its sensors, or by driving.
+type Sense<E> = fn(&mut E, Cell, Heading) -> Result<bool, <E as Environment>::Error>;
 
 impl Environment for Walls {
     type Error = Infallible;
@@ -207,7 +219,8 @@ impl SimulatedMouse {
         let is_at_start = self.cell() == self.map.start().cell;
         let mut moved = 0;
         while moved < half_steps
-            && let Some(point) = self.free_point_ahead(self.point, self.direction, environment)?
+            && let Some(point) =
+                self.free_point_ahead(self.point, self.direction, E::has_wall, environment)?
         {
             if moved == 0 && is_at_start {
                 self.score(Scores::begin_run);
@@ -242,7 +255,7 @@ impl SimulatedMouse {
         let mut points = Vec::new();
         for wall in kind.walls(from, direction, side) {
             match wall {
-                Some(wall) if self.is_free(wall, environment)? => points.push(wall),
+                Some(wall) if self.is_free(wall, E::has_wall, environment)? => points.push(wall),
                 _ => return Ok(self.crash_turn()),
             }
         }
@@ -326,7 +339,7 @@ impl SimulatedMouse {
         let mut point = self.point;
         // The outer walls bound the number of iterations.
         for _ in 0..half_steps {
-            match self.free_point_ahead(point, direction, environment)? {
+            match self.free_point_ahead(point, direction, E::read_wall, environment)? {
                 Some(next) => point = next,
                 None => return Ok(true),
             }
@@ -339,21 +352,25 @@ impl SimulatedMouse {
         &mut self,
         point: Point,
         direction: Direction,
+        sense: Sense<E>,
         environment: &mut E,
     ) -> Result<Option<Point>, E::Error> {
         let Some(next) = point.advanced(direction, 1) else { return Ok(None) };
-        Ok(self.is_free(next, environment)?.then_some(next))
+        Ok(self.is_free(next, sense, environment)?.then_some(next))
     }
 
     /// Returns true if neither a wall nor a post is at the point.
     fn is_free<E: Environment>(
         &mut self,
         point: Point,
+        sense: Sense<E>,
         environment: &mut E,
     ) -> Result<bool, E::Error> {
         Ok(match (point.cell(), point.wall()) {
             (Some(cell), _) => self.map.size().contains(cell),
-            (None, Some((cell, side))) => !self.sense_wall(Wall::new(cell, side), environment)?,
+            (None, Some((cell, side))) => {
+                !self.sense_wall(Wall::new(cell, side), sense, environment)?
+            }
             (None, None) => false,
         })
     }
@@ -362,12 +379,13 @@ impl SimulatedMouse {
     fn sense_wall<E: Environment>(
         &mut self,
         Wall { cell, heading, .. }: Wall,
+        sense: Sense<E>,
         environment: &mut E,
     ) -> Result<bool, E::Error> {
         if self.map.size().neighbour(cell, heading).is_none() {
             return Ok(true);
         }
-        let is_present = environment.has_wall(cell, heading)?;
+        let is_present = sense(environment, cell, heading)?;
         if !self.marked.has(cell, heading) {
             self.map.set_wall(cell, heading, wall_state(is_present));
         }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use mmsim_maze::MazeSize;
-use mmsim_protocol::{Annotation, AnnotationWriter, ERROR_PREFIX, MAX_NAME_BYTES, Request};
+use mmsim_protocol::{Annotation, AnnotationWriter, MAX_NAME_BYTES, Reply, Request};
 use mmsim_run::{MovementRules, Phases};
 use mmsim_server::{Monitor, MonitorError};
 use mmsim_zmtp::codec::ProtocolError;
@@ -28,8 +28,10 @@ const MAX_WAITING: usize = 8;
 pub struct Progress {
     /// The number of requests.
     pub requests: u64,
-    /// The number of requests that the simulator refused.
+    /// The number of requests that the simulator refused, except after crashes.
     pub refused: u64,
+    /// The number of requests that the simulator refused because a wall blocked the mouse.
+    pub crashes: u64,
     /// What the mouse did.
     pub phases: Phases,
 }
@@ -155,8 +157,9 @@ impl Tracker {
     /// Updates the progress after a request of the mouse and its reply.
     fn observe(&mut self, request: Option<Request<'_>>, reply: &[u8]) {
         self.progress.requests += 1;
-        if reply.starts_with(ERROR_PREFIX.as_bytes()) {
-            self.progress.refused += 1;
+        if let Ok(error @ Reply::Error(_)) = Reply::decode(reply) {
+            let Progress { refused, crashes, .. } = &mut self.progress;
+            *if error.is_crash() { crashes } else { refused } += 1;
             return;
         }
         match (request, &self.maze) {
@@ -468,7 +471,7 @@ mod tests {
         assert_eq!(log, Ok(vec![]), "the annotations of another client");
         assert_eq!(harness.states(), 1);
         assert_eq!(ask(&mut mouse, STATE), b"ok");
-        let Progress { requests, refused, phases } = harness.end(run);
+        let Progress { requests, refused, phases, .. } = harness.end(run);
         assert_eq!((requests, refused, phases.states), (4, 1, 2));
         assert_eq!(ask(&mut late, STATE), b"ok");
         let run = harness.begin();

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use std::{io, mem};
 
-use mmsim_maze::Maze;
+use mmsim_maze::{Maze, Misreadings, WallSensor};
 use mmsim_run::Judge;
 use mmsim_server::{Simulation, listen};
 
@@ -56,19 +56,22 @@ pub struct SearchReport {
 }
 
 /// Runs a mouse in the maze until it exits or reaches a limit. The mouse may write commands of mms or
-/// send requests over `ZeroMQ`. The search also ends when `must_stop` returns true. `release` is called,
-/// possibly several times, when the mouse needs no processor: while it waits in the goal, and after it
-/// has exited.
+/// send requests over `ZeroMQ`, and misreads walls. The search also ends when `must_stop` returns
+/// true. `release` is called, possibly several times, when the mouse needs no processor: while it
+/// waits in the goal, and after it has exited.
 pub fn search(
     program: &Program,
     maze: &Maze,
     limits: SearchLimits,
+    misreadings: Misreadings,
     release: &mut dyn FnMut(),
     must_stop: &dyn Fn() -> bool,
 ) -> SearchReport {
     let (wake, woken) = mpsc::channel();
-    let progress = Arc::new(Mutex::new(SearchProgress::new(Judge::new(maze), limits, wake)));
-    let end = RunningMouse::start(program, maze, &progress).map(|mut running| {
+    let sensor = WallSensor::new(misreadings, maze);
+    let progress = SearchProgress::new(Judge::new(maze), limits, sensor, wake);
+    let progress = Arc::new(Mutex::new(progress));
+    let end = RunningMouse::start(program, maze, misreadings, &progress).map(|mut running| {
         let mut end = running.wait(limits, &progress, &woken, release, must_stop);
         let RunningMouse { process, last_line, endpoint, .. } = running;
         // Killing the process and its child processes ends their output.
@@ -95,8 +98,8 @@ pub fn search(
 }
 
 /// Serves the maze to the mouse on a free port.
-fn serve(maze: &Maze, progress: &SharedProgress) -> io::Result<Endpoint> {
-    let simulation = Simulation::new("maze", maze.clone());
+fn serve(maze: &Maze, misreadings: Misreadings, progress: &SharedProgress) -> io::Result<Endpoint> {
+    let simulation = Simulation::new("maze", maze.clone()).with_misreadings(misreadings);
     let requests = Requests { simulation, progress: Arc::clone(progress), is_reset: false };
     Endpoint::start(listen("127.0.0.1", 0).map_err(io::Error::other)?, requests)
 }
@@ -113,9 +116,10 @@ impl RunningMouse {
     fn start(
         program: &Program,
         maze: &Maze,
+        misreadings: Misreadings,
         progress: &SharedProgress,
     ) -> Result<Self, StartError> {
-        let endpoint = serve(maze, progress)
+        let endpoint = serve(maze, misreadings, progress)
             .map_err(|error| format!("cannot listen for the mouse: {error}"))?;
         let started = Instant::now();
         let (mut process, stdin, stdout) =
@@ -196,7 +200,8 @@ mod tests {
     fn start(states: u32) -> (Maze, SharedProgress, Receiver<()>) {
         let ((wake, woken), maze) = (mpsc::channel(), MAZE.parse().unwrap());
         let limits = SearchLimits { time: Duration::MAX, states, stops_at_goal: false };
-        let progress = SearchProgress::new(Judge::new(&maze), limits, wake);
+        let sensor = WallSensor::new(Misreadings::default(), &maze);
+        let progress = SearchProgress::new(Judge::new(&maze), limits, sensor, wake);
         (maze, Arc::new(Mutex::new(progress)), woken)
     }
 
@@ -212,7 +217,7 @@ mod tests {
     /// Sends requests to an endpoint with a limit of 3 states, and returns the replies.
     fn answers(requests: &[&[u8]]) -> (Vec<Vec<u8>>, SharedProgress, Receiver<()>) {
         let (maze, progress, woken) = start(3);
-        let endpoint = serve(&maze, &progress).unwrap();
+        let endpoint = serve(&maze, Misreadings::default(), &progress).unwrap();
         let timeout = Timeout::After(Duration::from_secs(300));
         let mut client = Zmq::connect(endpoint.address(), timeout, |_| {}).unwrap();
         let ask = |request: &&[u8]| {

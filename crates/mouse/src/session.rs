@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use mmsim_client::{RunError, Transport};
 use mmsim_fastrun::{FastRun, Vehicle};
-use mmsim_maze::{KnownMaze, counted};
+use mmsim_maze::{KnownMaze, WallSensor, counted};
 use mmsim_mms::{
     GeneralFormat, Response, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats, excerpt,
 };
@@ -47,6 +47,8 @@ pub struct Session<'a> {
     pub program: &'a Program,
     /// The maze, of which only the size, the start and the goal are known.
     pub maze: &'a KnownMaze,
+    /// The sensor of a mouse that misreads walls.
+    pub sensor: Option<&'a WallSensor>,
     /// The rules for the scores.
     pub rules: ScoreRules,
     /// The mouse is stopped when its number of turns plus its distance in cells exceeds this limit.
@@ -73,7 +75,8 @@ impl Session<'_> {
         let Self { program, maze, control, .. } = *self;
         let log = self.has_annotations.then(MouseLog::default);
         let annotator = log.clone().map(|log| (&*program.name, log));
-        let mut simulator = Simulator::new(transport, maze, control, annotator)?;
+        let mut simulator =
+            Simulator::new(transport, maze, control, annotator, self.sensor.cloned())?;
         let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals())
             .with_score_rules(self.rules);
         let (cause, counts) = match Pipes::open(program, log.as_ref()) {

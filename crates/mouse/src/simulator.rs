@@ -5,7 +5,7 @@ use std::mem;
 use std::time::{Duration, Instant};
 
 use mmsim_client::{Exchange, RunError, Transport};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Wall, WallState};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Wall, WallSensor, WallState};
 use mmsim_mms::{Environment, SimulatedMouse};
 use mmsim_protocol::Annotation;
 use mmsim_run::{MovementRules, Phases};
@@ -23,6 +23,7 @@ pub(crate) struct Simulator<'a, T> {
     exchange: Exchange<T>,
     /// The walls that the simulator has reported.
     reported: KnownMaze,
+    sensor: Option<WallSensor>,
     control: &'a MouseControl,
     /// A copy of the mouse, made when its state was last sent.
     last: Option<SimulatedMouse>,
@@ -40,12 +41,13 @@ pub(crate) struct Simulator<'a, T> {
 
 impl<'a, T: Transport> Simulator<'a, T> {
     /// Resets the simulator, whose maze must have the size, the start and the goal of `maze`. A simulator
-    /// that does not accept annotations must have no annotator.
+    /// that does not accept annotations must have no annotator. Without a sensor, all readings are right.
     pub(crate) fn new(
         transport: T,
         maze: &KnownMaze,
         control: &'a MouseControl,
         annotator: Option<(&'a str, MouseLog)>,
+        sensor: Option<WallSensor>,
     ) -> Result<Self, RunError> {
         let mut exchange = Exchange::new(transport);
         exchange.reset()?;
@@ -55,6 +57,7 @@ impl<'a, T: Transport> Simulator<'a, T> {
         Ok(Self {
             exchange,
             reported,
+            sensor,
             control,
             last: None,
             annotator,
@@ -154,6 +157,12 @@ impl<T: Transport> Environment for Simulator<'_, T> {
                 Ok(around.front)
             }
         }
+    }
+
+    fn read_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, ExitCause> {
+        let (is_present, size) = (self.has_wall(cell, heading)?, self.reported.size());
+        let sensor = self.sensor.as_mut();
+        Ok(is_present != sensor.is_some_and(|sensor| sensor.misreads(size, cell, heading)))
     }
 
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), ExitCause> {

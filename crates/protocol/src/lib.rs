@@ -87,7 +87,7 @@ pub use info::{ANNOTATIONS, Info};
 pub use layout::{BufferTooSmall, MAX_ANNOTATIONS_BYTES, MAX_STATE_BYTES, state_bytes};
 pub use matrix::{CellWalls, Matrix, Order};
 pub use message::StateMessage;
-pub use reply::{ERROR_PREFIX, Reply, UnknownReply};
+pub use reply::{CRASH_PREFIX, ERROR_PREFIX, Reply, UnknownReply};
 pub use request::{DEFAULT_PORT, PROTOCOL_VERSION, Request};
 pub use state::{MapState, State};
 

@@ -10,6 +10,9 @@ const OK: &[u8] = b"ok";
 /// The prefix of a reply that reports an error.
 pub const ERROR_PREFIX: &str = "error: ";
 
+/// The prefix of the reason of an error reply to a mouse that a wall has blocked.
+pub const CRASH_PREFIX: &str = "crash: ";
+
 /// A reply that borrows the bytes of its message. A reply can be decoded without knowing the
 /// request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +63,16 @@ impl<'a> Reply<'a> {
             }),
         };
         reply.ok_or_else(|| UnknownReply(Excerpt::new(message)))
+    }
+
+    /// Returns true if the reply reports that a wall has blocked the mouse.
+    ///
+    /// ```
+    /// use mmsim_protocol::Reply;
+    /// assert!(Reply::Error("crash: there is a wall").is_crash());
+    /// ```
+    pub fn is_crash(&self) -> bool {
+        matches!(self, Self::Error(reason) if reason.starts_with(CRASH_PREFIX))
     }
 
     /// Writes the reply to the start of `buffer` and returns the number of bytes written.

@@ -15,7 +15,7 @@ use mmsim_compare::{
 use mmsim_fastrun::Vehicle;
 use mmsim_formats::Catalogue;
 use mmsim_mouse::SearchLimits;
-use mmsim_run::{Ending, Judge, SearchFigures, Timing, Verdict};
+use mmsim_run::{Ending, Judge, SearchFigures, Senses, Timing, Verdict};
 use mmsim_solvers::Tolerance;
 use mmsim_trial::Settings;
 use pyo3::exceptions::PyException;
@@ -121,7 +121,9 @@ impl Competition<'_> {
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
         let vehicle = timing.map_or_else(Vehicle::expert, |timing| timing.vehicle.clone());
         let exploration = Exploration::new(vehicle, Tolerance::ZERO);
-        let searches = Searches { exploration: &exploration, limits, max_states, jobs: None };
+        let senses = Senses::default();
+        let searches =
+            Searches { exploration: &exploration, senses, limits, max_states, jobs: None };
         let found = signals::interruptible(py, |must_stop| {
             searches.run(&mice, mazes, &|| {}, || must_stop.load(Ordering::Relaxed))
         })?

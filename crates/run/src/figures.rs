@@ -39,8 +39,8 @@ pub struct SearchFigures {
     pub ending: Ending,
     /// The number of steps of the best complete fast run.
     pub fast_run_steps: Option<u32>,
-    /// The number of movements that a wall blocked, or `None` for a protocol client, which reports
-    /// only poses.
+    /// The number of movements that a wall blocked, or `None` for a protocol client without
+    /// misreadings, which reports only poses.
     pub crashes: Option<u32>,
     /// True if the mouse correctly reported that the goal is unreachable.
     #[serde(skip)]

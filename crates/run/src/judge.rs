@@ -72,6 +72,11 @@ impl Judge {
         }
     }
 
+    /// Returns the maze.
+    pub const fn maze(&self) -> &Maze {
+        &self.maze
+    }
+
     /// Returns the phases of the mouse, which decide whether it has reached the goal.
     pub const fn phases(&self) -> &Phases {
         &self.phases

@@ -43,7 +43,7 @@ pub use phase_report::{PhaseReport, RunReport};
 pub use phases::{LegProgress, MotionCount, Phases, RunFigures, RunPhase};
 #[cfg(feature = "recording")]
 pub use run_index::RunIndex;
-pub use search::search;
+pub use search::{Senses, search};
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
 pub use times::{

@@ -1,29 +1,59 @@
 //! Runs a search in memory.
 
+use std::convert::Infallible;
+use std::fmt;
 use std::time::Duration;
 
-use mmsim_maze::{KnownMaze, Maze, Unknown};
+use mmsim_maze::{KnownMaze, Maze, Misreadings, Unknown, WallSensor};
 use mmsim_solvers::{
-    DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, steps_between,
-    steps_until_proven,
+    DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, WallVotes,
+    steps_between, steps_until_proven,
 };
 
 use crate::figures::{SearchFigures, SearchOutcome};
+use crate::judge::Judge;
 use crate::verdict::{Ending, Verdict};
+
+/// How a strategy reads walls. By default, all readings are right.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Senses {
+    /// The wrong readings.
+    pub misreadings: Misreadings,
+    /// True if the mouse [recovers](SearchDriver::recovering) from wrong readings.
+    pub recovers: bool,
+}
+
+impl fmt::Display for Senses {
+    /// Writes a sentence about the wrong readings.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Misreadings { probability, seed, are_fixed } = self.misreadings;
+        let kind = if are_fixed { "always the same walls" } else { "each reading anew" };
+        let recovers = if self.recovers { "; strategies recover" } else { "" };
+        // Rounded, because 0.07 times 100 is a little more than 7.
+        let percent = (probability * 1e10).round() / 1e8;
+        write!(
+            f,
+            "Walls are misread with a probability of {percent} % (seed {seed}, {kind}){recovers}."
+        )
+    }
+}
 
 /// Searches the maze until the strategy stops or has made `max_states` decisions, and returns the
 /// figures. `clock` returns the processor time so far; the time of the search covers creating the
 /// strategy, the search run and the return run. Returns `None` if `is_cancelled` returns true.
 ///
-/// A strategy knows when its fast run begins, so its figures come from the
-/// [`SearchDriver`]. Those of other mice come from their poses (see [`Judge`](crate::Judge)).
+/// A strategy knows when its fast run begins, so its figures come from the [`SearchDriver`]. If it
+/// misreads walls, they come from its poses and the true walls, like those of other mice (see
+/// [`Judge`]).
 ///
 /// ```
 /// use std::time::Duration;
 /// use mmsim_maze::Maze;
+/// use mmsim_run::{Senses, search};
 /// use mmsim_solvers::FloodFill;
 /// let maze: Maze = "o---o---o\n| S   G |\no---o---o\n".parse()?;
-/// let figures = mmsim_run::search(&maze, FloodFill::new, 100, || Duration::ZERO, || false);
+/// let senses = Senses::default();
+/// let figures = search(&maze, FloodFill::new, 100, senses, || Duration::ZERO, || false);
 /// assert_eq!(figures.expect("not cancelled").steps_to_goal, Some(1));
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
@@ -31,30 +61,53 @@ pub fn search<S: Strategy>(
     maze: &Maze,
     strategy: impl FnOnce() -> S,
     max_states: u32,
+    senses: Senses,
     clock: impl Fn() -> Duration,
     is_cancelled: impl Fn() -> bool,
 ) -> Option<SearchFigures> {
     let begin = clock();
     let mut mouse = Mouse::new(strategy(), KnownMaze::unexplored(maze), maze.start());
-    let mut driver = SearchDriver::new(&mut mouse, max_states);
-    let (mut poses, mut advanced) = (Vec::new(), Ok(true));
+    let mut votes = senses.recovers.then(WallVotes::new);
+    let mut driver = SearchDriver::new(&mut mouse, max_states).recovering(votes.as_mut());
+    let mut sensor = WallSensor::new(senses.misreadings, maze);
+    let mut judge = (!sensor.is_exact()).then(|| Judge::new(maze));
+    let mut at = maze.start().cell;
+    let mut advance = |driver: &mut SearchDriver<'_, S>| {
+        let advanced = driver.advance_unless_blocked(|pose| {
+            let around = sensor.around_from(maze.walls(), &mut at, pose);
+            match (&mut judge, around) {
+                (Some(judge), Some(_)) => judge.read_walls(pose),
+                (Some(judge), None) => judge.crash(),
+                (None, _) => {}
+            }
+            Ok::<_, Infallible>(around)
+        });
+        if let (Some(judge), Ok(true)) = (&mut judge, &advanced) {
+            judge.add(driver.mouse().pose(), false);
+        }
+        advanced
+    };
+    let (mut poses, mut advanced, mut touches_to_goal) = (Vec::new(), Ok(true), 0);
     while advanced == Ok(true) && driver.phase() != Phase::FastRun {
         if is_cancelled() {
             return None;
         }
-        advanced = driver.advance_in(maze);
+        advanced = advance(&mut driver);
         poses.extend((advanced == Ok(true)).then(|| driver.mouse().pose()));
+        if !driver.stats().goal_reached() {
+            touches_to_goal = driver.stats().crashes;
+        }
     }
     let time = clock().saturating_sub(begin);
     let path_found = PathBounds::new(driver.mouse().map()).pessimistic;
     let known_walls = driver.mouse().map().walls(Unknown::Closed).clone();
-    let last_cell = driver.mouse().pose().cell;
+    let (last_cell, touches) = (driver.mouse().pose().cell, driver.stats().crashes);
     let mut route = vec![last_cell];
     while advanced == Ok(true) {
         if is_cancelled() {
             return None;
         }
-        advanced = driver.advance_in(maze);
+        advanced = advance(&mut driver);
         route.extend((advanced == Ok(true)).then(|| driver.mouse().pose().cell));
     }
     let (stats, error) = (driver.stats(), advanced.err());
@@ -75,6 +128,13 @@ pub fn search<S: Strategy>(
     let error = error.as_ref().map(ToString::to_string);
     let verdict = Verdict::from_goal(stats.goal_reached(), ending, error);
     let ending = verdict.ending;
+    let is_rightly_given_up = shortest_path.is_none() && reports_unreachable;
+    let time_us = Some((time.as_secs_f64() * 1e9).round() / 1e3);
+    if let Some(judged) = judge.as_mut().map(Judge::figures) {
+        let is_complete = judged.is_complete || ending == Ending::Finished;
+        let figures = SearchFigures { time_us, is_rightly_given_up, is_complete, ..judged };
+        return Some(figures.with_verdict(verdict));
+    }
     let count = u32::try_from(poses.len() + route.len() - 1).unwrap_or(u32::MAX);
     let figures = SearchFigures {
         steps_to_goal: stats.steps_to_goal,
@@ -85,19 +145,19 @@ pub fn search<S: Strategy>(
         shortest_path,
         visited_cells: driver.mouse().map().visited().len(),
         states: count,
-        time_us: Some((time.as_secs_f64() * 1e9).round() / 1e3),
+        time_us,
         fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
-        crashes: Some(0),
+        crashes: Some(stats.crashes),
         is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
-        is_rightly_given_up: shortest_path.is_none() && reports_unreachable,
+        is_rightly_given_up,
         path: poses.iter().map(|pose| pose.cell).collect(),
         outcome: SearchOutcome {
             known_walls: Some(known_walls),
             last_cell: Some(last_cell),
             route: if has_fast_run && ending == Ending::Finished { route } else { Vec::new() },
             turns_to_goal: stats.steps_to_goal.map_or(0, |_| stats.search_run.turns),
-            touches: 0,
-            touches_to_goal: 0,
+            touches,
+            touches_to_goal,
         },
         ..SearchFigures::default()
     };
@@ -113,8 +173,15 @@ mod tests {
 
     fn figures(strategy: impl Strategy, drawing: &str, max_states: u32) -> SearchFigures {
         let maze: Maze = drawing.parse().unwrap();
-        let figures =
-            super::search(&maze, || strategy, max_states, || Duration::ZERO, || false).unwrap();
+        let figures = super::search(
+            &maze,
+            || strategy,
+            max_states,
+            Senses::default(),
+            || Duration::ZERO,
+            || false,
+        )
+        .unwrap();
         let (path, outcome) = (Vec::new(), SearchOutcome::default());
         SearchFigures {
             time_us: None,
@@ -294,6 +361,13 @@ o---o---o---o
         let SearchFigures { steps_to_goal, steps_in_all, path_found, .. } =
             figures(Straight::default(), maze, 1000);
         assert_eq!((steps_to_goal, steps_in_all, path_found), (Some(3), 1, None));
+    }
+
+    #[test]
+    fn the_probability_of_a_wrong_reading_is_rounded() {
+        let misreadings = Misreadings { probability: 0.07, seed: 1, are_fixed: false };
+        let text = Senses { misreadings, recovers: false }.to_string();
+        assert!(text.contains(" 7 % (seed 1, each reading anew)"), "{text}");
     }
 
     #[test]

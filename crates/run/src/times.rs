@@ -139,7 +139,7 @@ impl fmt::Display for SearchSpeed {
 
 /// Returns the fast run of a mouse after its search: the fastest run along the cells of its own fast
 /// run or, if the mouse made none, the fastest run through the walls that it knows. Returns `None` if
-/// it knows no path.
+/// it knows no path, or if a wall that it does not know blocks the run.
 pub fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) -> Option<FastRun> {
     if !outcome.route.is_empty()
         && let Ok(run) = planner.plan_along(maze.size(), &outcome.route)
@@ -147,7 +147,9 @@ pub fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) -> Opti
         return Some(run.clone());
     }
     let walls = outcome.known_walls.as_ref()?;
-    planner.plan(walls, maze.start().cell, maze.goals()).ok().cloned()
+    let run = planner.plan(walls, maze.start().cell, maze.goals()).ok()?;
+    let is_blocked = |cells: &[Cell]| maze.walls().separate(cells[0], cells[1]);
+    (!run.cells().windows(2).any(is_blocked)).then(|| run.clone())
 }
 
 /// Returns the time in s until a mouse is at the start, ready for its fast run. A mouse that ends its
@@ -195,12 +197,19 @@ mod tests {
     use mmsim_solvers::{FloodFill, ShortestPathSearch, Strategy};
 
     use super::*;
-    use crate::search::search;
+    use crate::search::{Senses, search};
 
     fn times(drawing: &str, strategy: impl Strategy) -> SearchTimes {
         let maze: Maze = drawing.parse().unwrap();
-        let figures =
-            search(&maze, || strategy, 1000, || std::time::Duration::ZERO, || false).unwrap();
+        let figures = search(
+            &maze,
+            || strategy,
+            1000,
+            Senses::default(),
+            || std::time::Duration::ZERO,
+            || false,
+        )
+        .unwrap();
         let vehicle = Vehicle::expert();
         let search_speed = "0.5,0.25".parse().unwrap();
         let timing = Timing { vehicle: vehicle.clone(), search_speed };
@@ -216,6 +225,18 @@ mod tests {
         } else {
             2.0 * 2500.0 / 17_000.0 + (distance - ramps) / 2500.0
         }
+    }
+
+    #[test]
+    fn a_run_through_a_wall_that_the_mouse_does_not_know_is_no_run() {
+        let maze: Maze = "o---o---o\n|     G |\no   o   o\n| S |   |\no---o---o\n".parse().unwrap();
+        let known = |walls: Walls| SearchOutcome { known_walls: Some(walls), ..Default::default() };
+        let mut misread = Walls::closed(maze.size());
+        misread.set(maze.start().cell, mmsim_maze::Heading::East, false);
+        misread.set(Cell::new(1, 0), mmsim_maze::Heading::North, false);
+        let mut planner = Planner::new(Vehicle::expert());
+        let mut cells = |outcome| plan(&mut planner, &maze, &outcome).map(|run| run.cells().len());
+        assert_eq!([known(maze.walls().clone()), known(misread)].map(&mut cells), [Some(3), None]);
     }
 
     #[test]

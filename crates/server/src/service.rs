@@ -67,7 +67,9 @@ impl<'s> SimulationService<'s> {
     /// Replaces the maze and begins a new run with the same history limit.
     pub(crate) fn replace_maze(&mut self, name: &str, maze: Maze) -> Status {
         let limit = self.simulation.history.limit();
-        *self.simulation = Simulation::new(name, maze).with_history_limit(limit);
+        let misreadings = self.simulation.misreadings();
+        let simulation = Simulation::new(name, maze).with_misreadings(misreadings);
+        *self.simulation = simulation.with_history_limit(limit);
         self.control.has_client_states.store(false, Ordering::Release);
         self.begin_run()
     }

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::Write;
 
-use mmsim_maze::Maze;
-use mmsim_protocol::{ERROR_PREFIX, Info, Reply, Request};
+use mmsim_maze::{Cell, Maze, Misreadings, Pose, WallSensor, WallsAround};
+use mmsim_protocol::{Annotation, CRASH_PREFIX, ERROR_PREFIX, Info, Reply, Request};
 use mmsim_recording::{History, PushError, TrailingAnnotations, UpdateTracker};
 use mmsim_zmtp::ClientId;
 
@@ -15,6 +15,17 @@ pub struct Simulation {
     maze: Maze,
     pub(crate) history: History,
     updates: UpdateTracker,
+    sensor: WallSensor,
+    /// The cell of the newest state, or `None` if the mouse may have been put elsewhere since.
+    at: Option<Cell>,
+}
+
+/// The reason for refusing a request of a mouse that a wall has blocked.
+#[derive(Debug, thiserror::Error)]
+#[error("{CRASH_PREFIX}there is a wall between {from} and {to}")]
+struct Blocked {
+    from: Cell,
+    to: Cell,
 }
 
 impl Simulation {
@@ -22,7 +33,22 @@ impl Simulation {
     /// `name`.
     pub fn new(name: &str, maze: Maze) -> Self {
         let history = History::new(maze.size());
-        Self { name: name.into(), maze, history, updates: UpdateTracker::default() }
+        let sensor = WallSensor::new(Misreadings::default(), &maze);
+        let updates = UpdateTracker::default();
+        Self { name: name.into(), maze, history, updates, sensor, at: None }
+    }
+
+    /// Lets the mouse misread walls. It then learns from an error reply if a wall blocks it: its
+    /// requests from a neighbouring cell of its newest state are refused.
+    #[must_use]
+    pub fn with_misreadings(mut self, misreadings: Misreadings) -> Self {
+        self.sensor = WallSensor::new(misreadings, &self.maze);
+        self
+    }
+
+    /// Returns the misreadings.
+    pub const fn misreadings(&self) -> Misreadings {
+        *self.sensor.misreadings()
     }
 
     /// Limits the history to this number of bytes. At the limit, further states are refused and
@@ -66,23 +92,39 @@ impl Simulation {
             Ok(Request::Reset) => {
                 self.history.clear();
                 self.updates.clear();
+                self.sensor.restart();
+                self.at = None;
                 set(reply, Reply::Ok);
                 return Change::Reset;
             }
-            Ok(Request::Walls(pose)) => {
-                self.updates.read(pose);
-                set(reply, Reply::Walls(self.maze.walls().around(pose)));
-            }
-            Ok(Request::State(_)) => match self.push(request) {
-                Ok(()) => {
-                    set(reply, Reply::Ok);
-                    return Change::State;
+            Ok(Request::Walls(pose)) => match self.read_walls(pose) {
+                Ok(around) => {
+                    self.updates.read(pose);
+                    set(reply, Reply::Walls(around));
                 }
-                Err(error) => refuse(reply, error),
+                Err(blocked) => refuse(reply, blocked),
             },
+            Ok(Request::State(state)) => {
+                let cell = state.pose().cell;
+                if let Err(blocked) = self.check_movement(cell) {
+                    refuse(reply, blocked);
+                    return Change::Nothing;
+                }
+                match self.push(request) {
+                    Ok(()) => {
+                        self.at = Some(cell);
+                        set(reply, Reply::Ok);
+                        return Change::State;
+                    }
+                    Err(error) => refuse(reply, error),
+                }
+            }
             Ok(Request::Annotations(list)) => {
                 match self.updates.annotate_from(client.map(u64::from), list) {
                     Ok(()) => {
+                        if list.iter().any(|one| one == Annotation::Restart) {
+                            self.at = None;
+                        }
                         set(reply, Reply::Ok);
                         return Change::Annotations;
                     }
@@ -103,11 +145,28 @@ impl Simulation {
     /// Refuses other requests for this reason.
     pub(crate) fn read(&mut self, request: &[u8], reason: &str, reply: &mut ReplyBuffer) {
         match Request::decode(request, self.maze.size()) {
-            Ok(Request::Walls(pose)) => set(reply, Reply::Walls(self.maze.walls().around(pose))),
+            Ok(Request::Walls(pose)) => {
+                let around = self.sensor.clone().around(self.maze.walls(), pose);
+                set(reply, Reply::Walls(around));
+            }
             Ok(other) if other.is_write() => refuse(reply, reason),
             _ => {
                 self.handle(request, reply);
             }
+        }
+    }
+
+    /// Reads the walls around a mouse that has moved to this pose from that of its newest state.
+    fn read_walls(&mut self, pose: Pose) -> Result<WallsAround, Blocked> {
+        self.check_movement(pose.cell)?;
+        Ok(self.sensor.around(self.maze.walls(), pose))
+    }
+
+    /// Returns an error if a wall blocks a mouse that misreads walls.
+    fn check_movement(&self, to: Cell) -> Result<(), Blocked> {
+        match self.at.filter(|_| !self.sensor.is_exact()) {
+            Some(from) if self.maze.walls().separate(from, to) => Err(Blocked { from, to }),
+            _ => Ok(()),
         }
     }
 
@@ -122,6 +181,7 @@ impl Simulation {
     pub(crate) fn undo_state(&mut self) {
         self.history.undo_push();
         self.updates.undo_report();
+        self.at = None;
     }
 
     /// Removes the annotations of a request, which could not be recorded. Works only directly after
@@ -331,6 +391,50 @@ mod tests {
         }
         assert_eq!(simulation.history().log(0, 1000, |_| true).len(), lines);
         assert_eq!(reply(&mut simulation, &line), b"ok");
+    }
+
+    #[test]
+    fn a_mouse_that_misreads_walls_is_blocked_by_a_wall() {
+        let size = MazeSize::CLASSIC;
+        let maze = Maze::new(Walls::closed(size), Cell::new(0, 0), size.central_cells()).unwrap();
+        let state = |y| state(size, Pose::new(Cell::new(0, y), Heading::North), 1);
+        let never = Misreadings { probability: f64::MIN_POSITIVE, ..Misreadings::default() };
+        let mut simulation = Simulation::new("closed", maze.clone()).with_misreadings(never);
+        let blocked = b"error: crash: there is a wall between (0, 0) and (0, 1)";
+        assert_eq!(reply(&mut simulation, b"W\x00\x01N"), [1, 1, 1], "its place is unknown");
+        assert_eq!(reply(&mut simulation, &state(0)), b"ok");
+        for _ in 0..2 {
+            assert_eq!(reply(&mut simulation, b"W\x00\x01N"), blocked);
+            assert_eq!(reply(&mut simulation, &state(1)), blocked);
+            assert_eq!(simulation.history().len(), 1);
+        }
+        for request in [&b"reset"[..], b"AR"] {
+            assert_eq!(reply(&mut simulation, &state(0)), b"ok");
+            assert_eq!(reply(&mut simulation, request), b"ok");
+            assert_eq!(reply(&mut simulation, &state(1)), b"ok", "it was put elsewhere");
+            assert_eq!(reply(&mut simulation, b"reset"), b"ok");
+        }
+        let mut exact = Simulation::new("closed", maze);
+        for y in 0..3 {
+            assert_eq!(reply(&mut exact, &state(y)), b"ok", "what a mouse believes is stored");
+        }
+    }
+
+    #[test]
+    fn a_client_that_may_only_read_does_not_change_the_readings() {
+        let half = Misreadings { probability: 0.5, seed: 1, are_fixed: false };
+        let size = MazeSize::CLASSIC;
+        let readings = |is_disturbed: bool| {
+            let mut simulation = self::simulation(size).with_misreadings(half);
+            let mut other = ReplyBuffer::new();
+            [(); 50].map(|()| {
+                if is_disturbed {
+                    simulation.read(b"W\x03\x03N", "", &mut other);
+                }
+                reply(&mut simulation, b"W\x04\x04N")
+            })
+        };
+        assert_eq!(readings(true), readings(false));
     }
 
     #[test]

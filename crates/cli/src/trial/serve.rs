@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_compare::{NamedMaze, RunContext, TrialResult, TrialRobot, TrialStop};
-use mmsim_maze::{KnownMaze, Unknown};
+use mmsim_maze::{KnownMaze, Misreadings, Unknown};
 use mmsim_mouse::{
     MouseControl, Outcome, OwnMouse, Pace, RunEnd, Runs, StopReason, wall_declarations,
 };
@@ -40,7 +40,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
     // The page can neither load other mazes nor run other mice.
     let config = ViewerConfig::default().with_trial();
     let (address, mouse) = ((HOST, Some(watch.port)), Some((Arc::clone(&control), None)));
-    let ready = prepare(selected.clone(), config, address, &watch.retention, viewer, mouse)?;
+    let (maze, exact) = (selected.clone(), Misreadings::default());
+    let ready = prepare(maze, exact, config, address, &watch.retention, viewer, mouse)?;
     let monitor = ready.server.monitor();
     let server = ready.server.spawn(ready.simulation);
     let jobs = [(&selected, robot)];

@@ -197,7 +197,7 @@ impl Performance {
 #[cfg(test)]
 mod tests {
     use mmsim_fastrun::Vehicle;
-    use mmsim_run::search;
+    use mmsim_run::{Senses, search};
     use mmsim_solvers::{FloodFill, ShortestPathSearch, Strategy};
 
     use super::*;
@@ -260,8 +260,15 @@ mod tests {
 
     fn attempt(drawing: &str, strategy: impl Strategy, rules: RuleSet) -> Attempt {
         let maze: Maze = drawing.parse().unwrap();
-        let figures =
-            search(&maze, || strategy, 1000, || std::time::Duration::ZERO, || false).unwrap();
+        let figures = search(
+            &maze,
+            || strategy,
+            1000,
+            Senses::default(),
+            || std::time::Duration::ZERO,
+            || false,
+        )
+        .unwrap();
         let mut planner = Planner::new(Vehicle::expert());
         let speed = "1,0.5".parse().unwrap();
         Attempt::new(&mut planner, &maze, &figures, speed, &rules.rules())

@@ -8,9 +8,9 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
-use mmsim_maze::{Cell, Heading, Maze, Pose};
+use mmsim_maze::{Cell, Heading, Maze, Pose, WallSensor};
 use mmsim_mms::{Environment, Response, SimulatedMouse};
-use mmsim_protocol::{Annotation, Request};
+use mmsim_protocol::{Annotation, Reply, Request};
 use mmsim_run::Judge;
 use mmsim_server::Simulation;
 use mmsim_zmtp::codec::ProtocolError;
@@ -71,6 +71,7 @@ pub(super) struct SearchProgress {
     /// The number of commands and requests.
     pub(super) messages: u64,
     pub(super) moved: Instant,
+    sensor: WallSensor,
     pub(super) has_output_ended: bool,
     /// The reason why the search must end.
     pub(super) end: Option<SearchEnd>,
@@ -84,7 +85,12 @@ pub(super) type SharedProgress = Arc<Mutex<SearchProgress>>;
 impl SearchProgress {
     /// Returns the progress of a search that begins. `wake` is notified when the output or the search
     /// ends.
-    pub(super) fn new(judge: Judge, limits: SearchLimits, wake: Sender<()>) -> Self {
+    pub(super) fn new(
+        judge: Judge,
+        limits: SearchLimits,
+        sensor: WallSensor,
+        wake: Sender<()>,
+    ) -> Self {
         Self {
             judge: Some(judge),
             kind: None,
@@ -93,6 +99,7 @@ impl SearchProgress {
             limits,
             messages: 0,
             moved: Instant::now(),
+            sensor,
             has_output_ended: false,
             end: None,
             wake,
@@ -258,6 +265,12 @@ impl Environment for SearchProgress {
         self.judge.as_mut().map(|judge| judge.read_wall(cell, heading)).ok_or(SearchOver)
     }
 
+    fn read_wall(&mut self, cell: Cell, heading: Heading) -> Result<bool, SearchOver> {
+        let Some(judge) = &mut self.judge else { return Err(SearchOver) };
+        let is_wrong = self.sensor.misreads(judge.maze().size(), cell, heading);
+        Ok(judge.read_wall(cell, heading) != is_wrong)
+    }
+
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), SearchOver> {
         self.add(mouse.pose(), false).then_some(()).ok_or(SearchOver)
     }
@@ -296,7 +309,9 @@ impl Service for Requests {
             };
             return refuse(reply, reason);
         };
+        self.simulation.handle(request, reply);
         match Request::decode(request, self.simulation.maze().size()) {
+            _ if Reply::decode(reply).is_ok_and(|reply| reply.is_crash()) => judge.crash(),
             Ok(Request::Walls(pose)) => judge.read_walls(pose),
             Ok(Request::Reset) => self.is_reset = true,
             Ok(Request::Annotations(list)) => {
@@ -311,8 +326,6 @@ impl Service for Requests {
             Ok(_) => {}
             Err(error) => progress.fault = Some(format!("last refused request: {error}")),
         }
-        drop(progress);
-        self.simulation.handle(request, reply);
         Answer::Reply { is_activity: true }
     }
 
