@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 use harness::Home;
+use serde_json::Value;
 
 const STRATEGIES: [&str; 6] = [
     "flood-fill",
@@ -74,6 +75,60 @@ fn the_figures_match_the_collection() {
         let row = format!("| {} |\n", row.join(" | "));
         assert!(page.contains(&row), "docs/strategies.md lacks {row}");
     }
+}
+
+#[test]
+fn the_misread_tables_match_the_collection() {
+    let mazes = at_root("../shared/mazes/classic");
+    if !mazes.exists() {
+        eprintln!("skipped: {} is not there", mazes.display());
+        return;
+    }
+    let page = fs::read_to_string(at_root("docs/strategies.md")).unwrap();
+    let (anew, fixed) = page.split_once("with `--misread-fixed`:\n").unwrap();
+    let (mazes, home) = (mazes.to_string_lossy(), Home::new());
+    for (percent, (table, kind)) in ["0.1", "1", "3"].into_iter().flat_map(|percent| {
+        [(anew, None), (fixed, Some("--misread-fixed"))].map(|one| (percent, one))
+    }) {
+        let probability = format!("{percent}%");
+        let [before, after] = [None, Some("--recover")].map(|recover| {
+            // All rows would take too long.
+            let others = match percent {
+                "1" => ",left-wall,weight-increment,fastest-path-search",
+                _ => "",
+            };
+            let strategies = format!("flood-fill,swing,shortest-path-search{others}");
+            let options = ["compare", &mazes, "--strategies", &strategies, "--json", "--misread"];
+            let options = options.into_iter().chain([&*probability]).chain(kind).chain(recover);
+            home.run(&options.collect::<Vec<_>>()).json()
+        });
+        for (before, after) in before.as_array().unwrap().iter().zip(after.as_array().unwrap()) {
+            let columns = [before, after].map(misread_columns).join(" | ");
+            let name = before["strategy"].as_str().unwrap();
+            let row = format!("| {name}, {percent} % | {columns} |\n");
+            assert!(table.contains(&row), "docs/strategies.md lacks {row}");
+        }
+    }
+}
+
+/// Returns the columns of a strategy in a table of wrong readings.
+fn misread_columns(report: &Value) -> String {
+    let searches = report["mazes"].as_array().unwrap().iter();
+    let searches = || searches.clone().filter(|search| !search["shortest_path"].is_null());
+    let has_fast_run =
+        report["strategy"].as_str().is_some_and(|name| name == "swing" || name.ends_with("search"));
+    let runs = || searches().filter(|search| !search["fast_run_steps"].is_null());
+    let reached = || searches().filter(|search| search["goal_reached"] == true);
+    let steps = |search: &Value| search["steps_in_all"].as_f64().unwrap();
+    let steps: Vec<f64> =
+        if has_fast_run { runs().map(steps).collect() } else { reached().map(steps).collect() };
+    let mean = steps.iter().sum::<f64>() / f64::from(u32::try_from(steps.len()).unwrap());
+    let crashes: u64 = searches().map(|search| search["crashes"].as_u64().unwrap()).sum();
+    let [runs, mean] = [
+        if has_fast_run { runs().count().to_string() } else { "–".into() },
+        if steps.is_empty() { "–".into() } else { format!("{mean:.1}") },
+    ];
+    format!("{} | {runs} | {mean} | {crashes}", reached().count())
 }
 
 #[test]
