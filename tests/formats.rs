@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use mmsim_formats::{Catalogue, Format, Notation, parse_maze};
+use mmsim_formats::{Catalogue, Choice, Format, Notation, parse_maze};
 use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_tests::shared;
 
@@ -150,7 +150,7 @@ fn hex_digits_in_a_folder_are_right() {
     for digits in Digits::all().step_by(7) {
         let contents =
             mazes.iter().map(|(path, maze)| (path.into(), Ok(digits.write(maze).into())));
-        let catalogue = Catalogue::from_contents(contents);
+        let catalogue = Catalogue::from_contents(contents, Choice::default());
         let read: Vec<Maze> =
             catalogue.entries().iter().map(|entry| entry.maze().unwrap()).collect();
         assert!(read.iter().eq(mazes.iter().map(|(_, maze)| maze)), "{digits:?}");

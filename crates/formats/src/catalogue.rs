@@ -56,12 +56,6 @@ impl Catalogue {
     /// file have the encoding that all such files in the same folder fit.
     pub fn from_contents(
         contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
-    ) -> Self {
-        Self::together(contents, Choice::default())
-    }
-
-    fn together(
-        contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
         choice: Choice,
     ) -> Self {
         let mut entries = read_together(contents, choice);
@@ -87,16 +81,12 @@ impl Catalogue {
     /// See [`from_path`](Self::from_path).
     pub fn from_encoded(path: &Path, choice: Choice) -> Result<Self, ReadError> {
         let error = |source| ReadError::io(path, source);
+        let read = |path: PathBuf| (path.clone(), read_content(&path));
         if !fs::metadata(path).map_err(error)?.is_dir() {
-            let content = [(path.to_path_buf(), read_content(path))];
-            return Ok(Self { entries: read_together(content.into_iter(), choice) });
+            return Ok(Self { entries: read_together([read(path.into())].into_iter(), choice) });
         }
         fs::read_dir(path).map_err(error)?;
-        let contents = list_folder(path).into_iter().map(|path| {
-            let content = read_content(&path);
-            (path, content)
-        });
-        Ok(Self::together(contents, choice))
+        Ok(Self::from_contents(list_folder(path).into_iter().map(read), choice))
     }
 
     /// Returns all entries, including unreadable ones.
@@ -151,17 +141,16 @@ impl Entry {
         }
     }
 
-    /// Returns the encodings of the numbers in the file, if it has numbers of any encoding.
-    fn encodings(&self) -> Option<Vec<Encoding>> {
+    /// Returns the encodings that the numbers in the file fit.
+    fn encodings(&self) -> Vec<Encoding> {
         match &self.parsed {
-            Ok(parsed) => Some(parsed.encodings.clone()).filter(|encodings| !encodings.is_empty()),
-            Err(ReadError::Parse { errors, .. }) => {
-                let encodings = errors[0].readings.iter().flat_map(|reading| &reading.encodings);
-                Some(encodings.copied().collect())
-                    .filter(|encodings: &Vec<_>| !encodings.is_empty())
-            }
-            Err(_) => None,
+            Ok(parsed) => parsed.encodings.clone(),
+            Err(error) => error.readings().iter().flat_map(|it| it.encodings.clone()).collect(),
         }
+    }
+
+    fn folder(&self) -> Option<&Path> {
+        self.path.parent()
     }
 }
 
@@ -170,7 +159,7 @@ fn read_together(
     contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
     choice: Choice,
 ) -> Vec<Entry> {
-    let (mut entries, mut ambiguous) = (Vec::new(), Vec::new());
+    let (mut entries, mut ambiguous) = (Vec::<Entry>::new(), Vec::new());
     for (path, content) in contents {
         let parsed = content.and_then(|content| {
             choice.read(&content).map_err(|errors| {
@@ -182,23 +171,19 @@ fn read_together(
         });
         entries.push(Entry { path, parsed });
     }
-    let mut shared: HashMap<PathBuf, Vec<Encoding>> = HashMap::new();
-    for (index, content) in ambiguous {
-        let folder = |entry: &Entry| entry.path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let here = folder(&entries[index]);
-        let among = shared.entry(here.clone()).or_insert_with(|| {
-            let neighbours = entries.iter().filter(|entry| folder(entry) == here);
-            let encodings = neighbours.filter_map(Entry::encodings);
-            let common = |mut one: Vec<_>, other: Vec<_>| {
-                one.retain(|encoding| other.contains(encoding));
-                one
-            };
-            encodings.reduce(common).unwrap_or_default()
-        });
-        let choice = Choice { among: Some(among), ..choice };
-        if let Ok(parsed) = choice.read(&content) {
-            entries[index].parsed = Ok(parsed);
-        }
+    let mut shared: HashMap<Option<&Path>, Vec<Encoding>> = HashMap::new();
+    let has_encodings = |entry: &&Entry| !ambiguous.is_empty() && !entry.encodings().is_empty();
+    for entry in entries.iter().filter(has_encodings) {
+        let here = entry.encodings();
+        shared.entry(entry.folder()).or_insert_with(|| here.clone()).retain(|it| here.contains(it));
+    }
+    let decide = |(index, content): &(usize, Vec<u8>)| {
+        let among = shared.get(&Entry::folder(&entries[*index])).map(Vec::as_slice);
+        Some((*index, Choice { among, ..choice }.read(content).ok()?))
+    };
+    let decided: Vec<_> = ambiguous.iter().filter_map(decide).collect();
+    for (index, parsed) in decided {
+        entries[index].parsed = Ok(parsed);
     }
     entries
 }

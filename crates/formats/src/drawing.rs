@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, Symmetry, Walls};
 
-use crate::error::{Location, Note, ParseError, ParseErrorKind, quoted};
+use crate::error::{Location, Note, NoteKind, ParseError, ParseErrorKind, quoted};
 use crate::parsed_maze::{MAX_SIDE, Notation, ParsedMaze, cell, maze, size};
 
 /// The maximum distance between adjacent posts in characters.
@@ -357,7 +357,11 @@ impl Frame<'_> {
                     Place::Partial => errors.push(line.error(&span, "a wall or blanks")),
                     Place::Dot => {
                         let at = line.location(span.start + span.len() / 2);
-                        notes.push(Note::unknown_wall(at));
+                        notes.push(Note::new(
+                            NoteKind::UnknownWall,
+                            at,
+                            "unknown wall, read as open",
+                        ));
                     }
                     Place::Wall(_) if !is_outer => {
                         walls.set(

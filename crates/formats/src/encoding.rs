@@ -88,7 +88,8 @@ impl Bits {
     pub(crate) fn sides(self, number: u8) -> Option<Sides> {
         match self {
             Self::Codes => {
-                CODES.get(usize::from(number.checked_sub(1)?)).map(|&bits| Sides::from_bits(bits))
+                let bits = CODES.get(usize::from(number.checked_sub(1)?))?;
+                Some(Sides::from_bits(*bits))
             }
             Self::Sides { sides, set_is_open } => {
                 let set = if set_is_open { !number } else { number };
@@ -120,23 +121,20 @@ impl FromStr for Bits {
     type Err = EncodingError;
 
     fn from_str(text: &str) -> Result<Self, EncodingError> {
-        // The letters may stand in any order.
-        let normal = |bits: &Self| {
-            let name = bits.to_string();
-            let (letters, open) = name.split_at(name.len().min(8));
-            let pairs = (0..letters.len() / 2).map(|pair| &letters[2 * pair..2 * pair + 2]);
-            let rest = text.to_ascii_uppercase();
-            name == text
-                || rest.len() == 8 + open.len()
-                    && rest.ends_with(&open.to_ascii_uppercase())
-                    && pairs.into_iter().all(|pair| rest.contains(pair))
-        };
-        Self::all().find(normal).ok_or_else(|| EncodingError {
-            expected: "a bit for each side, such as N1E2S4W8 for walls or N1E2S4W8-open for \
-                       openings, or codes",
-            found: text.into(),
-        })
+        let expected = "N, E, S and W, each with its bit, such as N1E2S4W8 for walls or \
+                        N1E2S4W8-open for openings, or codes";
+        find(Self::all(), text, expected)
     }
+}
+
+/// Returns the value with this text form. Ignores case.
+fn find<T: fmt::Display>(
+    mut all: impl Iterator<Item = T>,
+    text: &str,
+    expected: &'static str,
+) -> Result<T, EncodingError> {
+    let found = all.find(|value| value.to_string().eq_ignore_ascii_case(text));
+    found.ok_or_else(|| EncodingError { expected, found: text.into() })
 }
 
 impl Rows {
@@ -147,11 +145,10 @@ impl Rows {
 
     /// Returns all orders.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        use Heading::{East, North, South, West};
-        let edges = [(North, West), (West, South), (South, West), (East, South)];
-        let opposite = [(North, East), (West, North), (South, East), (East, North)];
-        let all = edges.into_iter().chain(opposite);
-        all.map(|(first_line, first_item)| Self { first_line, first_item })
+        Heading::ALL.into_iter().flat_map(|first_line| {
+            let items = [first_line.left(), first_line.right()];
+            items.map(|first_item| Self { first_line, first_item })
+        })
     }
 
     /// Returns true if each line is a column of the maze instead of a row.
@@ -184,11 +181,9 @@ impl FromStr for Rows {
     type Err = EncodingError;
 
     fn from_str(text: &str) -> Result<Self, EncodingError> {
-        Self::all().find(|rows| rows.to_string() == text).ok_or_else(|| EncodingError {
-            expected: "the edge of the first line: north, south, west or east; for lines that begin \
-                       at the other end: north-east, south-east, west-north or east-north",
-            found: text.into(),
-        })
+        let expected = "the edge of the first line: north, south, west or east; for lines that \
+                        begin at the other end: north-east, south-east, west-north or east-north";
+        find(Self::all(), text, expected)
     }
 }
 
@@ -205,10 +200,10 @@ mod tests {
             assert_eq!(rows.to_string().parse(), Ok(rows));
         }
         assert_eq!((Bits::all().count(), Rows::all().count()), (49, 8));
-        assert_eq!("w8s4e2n1".parse(), Ok(Bits::WALLS));
-        assert_eq!("W8N1E2S4-OPEN".parse(), Ok(Bits::OPENINGS));
-        insta::assert_snapshot!("N1E2S4".parse::<Bits>().unwrap_err(), @r#"expected a bit for each side, such as N1E2S4W8 for walls or N1E2S4W8-open for openings, or codes, found "N1E2S4""#);
-        insta::assert_snapshot!("N1E2S4W4".parse::<Bits>().unwrap_err(), @r#"expected a bit for each side, such as N1E2S4W8 for walls or N1E2S4W8-open for openings, or codes, found "N1E2S4W4""#);
+        assert_eq!("n1e2s4w8".parse(), Ok(Bits::WALLS));
+        assert_eq!("N1E2S4W8-OPEN".parse(), Ok(Bits::OPENINGS));
+        insta::assert_snapshot!("N1E2S4".parse::<Bits>().unwrap_err(), @r#"expected N, E, S and W, each with its bit, such as N1E2S4W8 for walls or N1E2S4W8-open for openings, or codes, found "N1E2S4""#);
+        insta::assert_snapshot!("N1E2S4W4".parse::<Bits>().unwrap_err(), @r#"expected N, E, S and W, each with its bit, such as N1E2S4W8 for walls or N1E2S4W8-open for openings, or codes, found "N1E2S4W4""#);
         insta::assert_snapshot!("up".parse::<Rows>().unwrap_err(), @r#"expected the edge of the first line: north, south, west or east; for lines that begin at the other end: north-east, south-east, west-north or east-north, found "up""#);
     }
 

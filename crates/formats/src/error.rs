@@ -94,14 +94,6 @@ impl Note {
         Self { kind, location, message: message.into() }
     }
 
-    pub(crate) fn unknown_wall(location: Location) -> Self {
-        Self::new(NoteKind::UnknownWall, location, "unknown wall, read as open")
-    }
-
-    pub(crate) fn path(location: Location, message: String) -> Self {
-        Self::new(NoteKind::Path, location, message)
-    }
-
     pub(crate) fn ignored(location: Location, found: &str) -> Self {
         Self::new(NoteKind::Ignored, location, format!("ignored {}", quoted(found)))
     }

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::path::Path;
-use std::str::FromStr;
 
 use mmsim_maze::{Cell, Heading, Maze, MazeSize};
 
@@ -17,7 +16,6 @@ use crate::parsed_maze::by_columns;
 /// let maze: Maze = "o---o---o\n|     G |\no   o---o\n| S     |\no---o---o\n".parse()?;
 /// assert!(Format::Num.write(&maze).is_err(), "num requires the central cells as the goal");
 /// assert_eq!(Format::Text.write(&maze)?, maze.to_string().into_bytes());
-/// assert_eq!("num".parse(), Ok(Format::Num));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,15 +43,6 @@ pub enum Format {
     /// One line for each cell with six numbers: x, y, and 1 (wall) or 0 (no wall) for north, east,
     /// south and west.
     Num,
-}
-
-/// An error for an unknown format name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of {}, found {found:?}", Format::ALL.map(Format::name).join(", "))]
-#[non_exhaustive]
-pub struct FormatNameError {
-    /// The unknown name.
-    pub found: String,
 }
 
 /// An error while writing a maze in a [`Format`].
@@ -92,7 +81,7 @@ impl Format {
     /// All formats.
     pub const ALL: [Self; 4] = [Self::Text, Self::Trial, Self::Maz, Self::Num];
 
-    /// Returns the name of the format, which [`str::parse`] accepts.
+    /// Returns the name of the format.
     pub const fn name(self) -> &'static str {
         ["text", "trial", "maz", "num"][self as usize]
     }
@@ -183,26 +172,9 @@ impl fmt::Display for Format {
     }
 }
 
-impl FromStr for Format {
-    type Err = FormatNameError;
-
-    fn from_str(name: &str) -> Result<Self, FormatNameError> {
-        let found = Self::ALL.into_iter().find(|format| format.name() == name);
-        found.ok_or_else(|| FormatNameError { found: name.into() })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_parse() {
-        for format in Format::ALL {
-            assert_eq!(format.name().parse(), Ok(format));
-        }
-        insta::assert_snapshot!("png".parse::<Format>().unwrap_err(), @r#"expected one of text, trial, maz, num, found "png""#);
-    }
 
     #[test]
     fn errors_name_the_limit_of_the_format() {

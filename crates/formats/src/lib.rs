@@ -40,7 +40,7 @@ mod rows;
 pub use catalogue::{Catalogue, Entry};
 pub use encoding::{Bits, Encoding, EncodingError, Rows};
 pub use error::{Location, Note, NoteKind, ParseError, ParseErrorKind, Reading};
-pub use format::{Format, FormatNameError, WriteError};
+pub use format::{Format, WriteError};
 pub use parsed_maze::{Notation, ParsedMaze};
 pub use read::{
     Choice, MAX_FILE_BYTES, ReadError, parse_maze, read_content, read_content_from, read_maze,

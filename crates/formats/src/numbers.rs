@@ -102,8 +102,9 @@ pub(crate) fn parse_text(
     let is_hex = are_words || numbers.iter().flatten().any(is_letter);
     let parsed = Table::new(numbers, is_hex).map_err(Vec::from).and_then(|table| match route {
         Some(route) => {
-            let encoding = Some(Encoding { bits: Bits::WALLS, rows: Rows::NORTH });
-            route.add_to(Table { encoding, notes, ..table }.parse(Route::choice())?)
+            let table = Table { encoding: Some(Route::ENCODING), notes, ..table };
+            let choice = Choice { among: Some(&[Route::ENCODING]), ..Choice::default() };
+            route.add_to(table.parse(choice)?)
         }
         None => Table { encoding, notes, ..table }.parse(choice),
     });
@@ -221,73 +222,57 @@ const START: Sides = Sides::from_bits(0b1110);
 /// The lines below the numbers in files of the exercise A-maze-ing: x and y of the entry, x and y of
 /// the exit, both from the north-west, and a path of the letters N, E, S and W.
 struct Route<'a> {
-    entry: Row<'a>,
-    exit: Row<'a>,
+    ends: [Row<'a>; 2],
     path: Option<Row<'a>>,
 }
 
 impl<'a> Route<'a> {
+    /// The encoding of the numbers above a route.
+    const ENCODING: Encoding = Encoding { bits: Bits::WALLS, rows: Rows::NORTH };
+
     fn split_off(rows: &mut Vec<Row<'a>>) -> Option<Self> {
-        let is_path = |row: &mut Row| {
-            row.items.len() == 1
-                && row.items[0].text.chars().all(|c| Heading::from_letter(c).is_some())
-        };
-        let is_cell = |row: &Row| {
-            row.is_separated
-                && row.items.len() == 2
-                && row.items.iter().all(|item| item.number(false).is_some())
-        };
-        let count = rows.len() - usize::from(rows.last_mut().is_some_and(is_path));
+        let is_letter = |c| Heading::from_letter(c).is_some();
+        let is_path =
+            |row: &Row| matches!(row.items[..], [item] if item.text.chars().all(is_letter));
+        let is_cell = |row: &Row| row.is_separated && row.items.len() == 2;
+        let count = rows.len() - usize::from(rows.last().is_some_and(is_path));
         let [.., last, entry, exit] = &rows[..count] else { return None };
         let is_below = entry.items[0].line > last.items[0].line + 1;
         if !is_below || !is_cell(entry) || !is_cell(exit) {
             return None;
         }
         let mut route = rows.drain(count - 2..);
-        let (entry, exit) = (route.next()?, route.next()?);
-        Some(Self { entry, exit, path: route.next() })
-    }
-
-    /// Returns the encoding of the numbers above the route.
-    const fn choice() -> Choice<'static> {
-        Choice { bits: Some(Bits::WALLS), rows: Some(Rows::NORTH), among: None }
+        Some(Self { ends: [route.next()?, route.next()?], path: route.next() })
     }
 
     /// Adds the start and the goal to a maze, and checks the path.
     fn add_to(&self, mut parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseError>> {
-        let size = parsed.maze.size();
-        let cell = |row: &Row| {
-            let numbers: Vec<usize> =
-                row.items.iter().filter_map(|item| item.text.parse().ok()).collect();
-            let inside = |numbers: &[usize]| match *numbers {
-                [x, y] if x < size.width().into() && y < size.height().into() => {
-                    Some(cell(x, usize::from(size.height()) - 1 - y))
-                }
-                _ => None,
-            };
-            inside(&numbers).ok_or_else(|| row.items[0].error(format!("a cell of the {size} maze")))
+        let (size, walls) = (parsed.maze.size(), parsed.maze.walls().clone());
+        let end = |row: &Row| {
+            let [x, y] = [0, 1].map(|at| row.items[at].number(false).map_or(MAX_SIDE, usize::from));
+            let is_inside = x < size.width().into() && y < size.height().into();
+            let from_south = || cell(x, usize::from(size.height()) - 1 - y);
+            let error = || row.items[0].error(format!("x and y of a cell of the {size} maze"));
+            is_inside.then(from_south).ok_or_else(error)
         };
-        let (start, goal) = (cell(&self.entry)?, cell(&self.exit)?);
-        let walls = parsed.maze.walls().clone();
-        let mut here = start;
-        for step in self.path.iter().flat_map(|row| row.items[0].characters()) {
-            let heading = step.text.chars().next().and_then(Heading::from_letter);
-            let free = heading.filter(|&heading| !walls.has(here, heading));
-            let Some(next) = free.and_then(|heading| size.neighbour(here, heading)) else {
-                parsed.notes.push(Note::path(
-                    step.location(),
-                    format!("the path crosses a wall of {here}"),
-                ));
-                break;
+        let (start, goal) = (end(&self.ends[0])?, end(&self.ends[1])?);
+        if let Some(path) = self.path.as_ref().map(|row| row.items[0]) {
+            let mut here = start;
+            let mut is_blocked = |step: &Item| {
+                let heading = step.text.chars().next().and_then(Heading::from_letter);
+                let next = heading.filter(|&heading| !walls.has(here, heading));
+                let next = next.and_then(|heading| here.neighbour(heading));
+                here = next.unwrap_or(here);
+                next.is_none()
             };
-            here = next;
-        }
-        if let Some(path) = &self.path
-            && here != goal
-            && parsed.notes.is_empty()
-        {
-            let message = format!("the path ends in {here}, not in the exit {goal}");
-            parsed.notes.push(Note::path(path.items[0].end(), message));
+            let note = match path.characters().iter().find(|step| is_blocked(step)) {
+                Some(step) => Some((step.location(), format!("the path crosses a wall of {here}"))),
+                None if here == goal => None,
+                None => {
+                    Some((path.end(), format!("the path ends in {here}, not in the exit {goal}")))
+                }
+            };
+            parsed.notes.extend(note.map(|(at, text)| Note::new(NoteKind::Path, at, text)));
         }
         parsed.maze = maze(walls, Some(start), [goal].into_iter().collect())?;
         Ok(parsed)
@@ -452,7 +437,7 @@ mod tests {
         insta::assert_snapshot!(note("ES", "EE"), @"line 6, column 2: the path crosses a wall of (1, 1)");
         insta::assert_snapshot!(note("ES", "E"), @"line 6, column 2: the path ends in (1, 1), not in the exit (1, 0)");
         insta::assert_snapshot!(note("ES\n", ""), @"");
-        insta::assert_snapshot!(parse(&A_MAZE_ING.replace("1,1", "1,2")).unwrap_err(), @r#"line 5, column 1: expected a cell of the 2x2 maze, found "1""#);
+        insta::assert_snapshot!(parse(&A_MAZE_ING.replace("1,1", "1,2")).unwrap_err(), @r#"line 5, column 1: expected x and y of a cell of the 2x2 maze, found "1""#);
         insta::assert_snapshot!(parse(&A_MAZE_ING.replace("93", "13")).unwrap_err(), @"line 1, column 1: expected an outer wall to the west of (0, 1), found 1");
     }
 

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use mmsim_formats::{Catalogue, Entry};
+use mmsim_formats::{Catalogue, Choice, Entry};
 use mmsim_maze::{Counted, Escaped, counted};
 use serde::Serialize;
 
@@ -148,7 +148,7 @@ fn select(mut all: Files) -> (Files, Vec<String>) {
     all.retain(|path, _| !is_hidden(&path[top..]));
     let top = top_folder_bytes(&all);
     let contents = all.iter().map(|(path, content)| (path[top..].into(), Ok(content.clone())));
-    let catalogue = Catalogue::from_contents(contents);
+    let catalogue = Catalogue::from_contents(contents, Choice::default());
     let is_maze = |entry: &&Entry| match entry.parsed() {
         Ok(_) => true,
         Err(error) => !error.readings().is_empty(),
