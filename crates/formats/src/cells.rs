@@ -12,11 +12,12 @@ use crate::rows::{Item, Row, rows};
 /// its header names the sides, a cell is a row from the north and a column, both counted from 1,
 /// and 1 is an opening. Returns `None` if the text is neither.
 pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
-    let rows = rows(text);
-    if let ["cell", sides @ ..] = &rows.first()?.texts()[..] {
+    let head: String =
+        text.split_inclusive('\n').filter(|it| !it.trim().is_empty()).take(2).collect();
+    if let ["cell", sides @ ..] = &rows(&head).first()?.texts()[..] {
         let side = |name: &&str| Heading::from_letter(name.parse().ok()?);
         let sides: Vec<Heading> = sides.iter().filter_map(side).collect();
-        return (sides.len() == 4).then(|| read(&rows[1..], &sides, true));
+        return (sides.len() == 4).then(|| read(&rows(text)[1..], &sides, true));
     }
     let is_cell = |row: &Row| {
         let texts = row.texts();
@@ -24,7 +25,7 @@ pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
         let is_digit = |item: &&str| ["0", "1"].contains(item);
         texts.len() == 6 && texts.iter().all(is_number) && texts[2..].iter().all(is_digit)
     };
-    rows.iter().take(2).any(is_cell).then(|| read(&rows, &Heading::ALL, false))
+    rows(&head).iter().any(is_cell).then(|| read(&rows(text), &Heading::ALL, false))
 }
 
 fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze, Vec<ParseError>> {

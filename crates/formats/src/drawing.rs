@@ -3,7 +3,6 @@
 //! Only the places between two posts are read as walls, and only `S`, `G` and both, in either case,
 //! as marks of cells. The rest of a drawing may be anything, and becomes a note.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use mmsim_maze::{Cell, CellSet, Heading, Maze, Symmetry, Walls};
@@ -101,6 +100,18 @@ struct Frame<'a> {
     is_dotted: bool,
 }
 
+/// Counts equal items, of which there are few.
+fn counts<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<(T, usize)> {
+    let mut counts: Vec<(T, usize)> = Vec::new();
+    for item in items {
+        match counts.iter_mut().find(|(counted, _)| *counted == item) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((item, 1)),
+        }
+    }
+    counts
+}
+
 /// Finds the drawing that has the fewest irregularities. Among equals, returns the first one with the
 /// widest cells.
 fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
@@ -109,11 +120,14 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
     let title = lines.iter().take_while(|line| !line.characters.contains(&'|')).count();
     for top in 0..lines.len().min(title + 1).min(MAX_TOPS) {
         let is_repeated = lines[..top].iter().any(|line| line.characters == lines[top].characters);
-        let frames = if is_repeated { Vec::new() } else { frames(&lines[top..]) };
-        let frames = frames.into_iter().map(|frame| (frame.faults(), frame));
-        found.extend(frames.filter(|&(faults, frame)| frame.is_maze(faults)));
-        let is_clear = |frame: &Frame| frame.other_posts == 0 && frame.post != ' ';
-        if found.iter().any(|(faults, frame)| *faults == 0 || is_clear(frame)) {
+        for frame in frames(&lines[top..]).filter(|_| !is_repeated) {
+            let faults = frame.faults();
+            found.extend(Some((faults, frame)).filter(|_| frame.is_maze(faults)));
+            if faults == 0 && frame.has_posts() && frame.post != lines[top].at(frame.left + 1) {
+                return Some(Ok(frame));
+            }
+        }
+        if found.iter().any(|(faults, frame)| *faults == 0 || frame.has_posts()) {
             break;
         }
     }
@@ -134,39 +148,37 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
 
 /// Returns the possible positions of a drawing whose upper outer wall is in the first line, widest
 /// cells first.
-fn frames(lines: &[Line]) -> Vec<Frame<'_>> {
-    let [top, _, _, ..] = lines else { return Vec::new() };
-    let end = top.characters.len();
-    let blanks = top.characters.iter().take_while(|c| c.is_whitespace()).count();
-    let mut frames = Vec::new();
-    if end > blanks + (MAX_SIDE + 1) * MAX_PITCH {
-        return frames;
-    }
-    for left in [Some(blanks), blanks.checked_sub(1)].into_iter().flatten() {
-        for pitch in (2..=MAX_PITCH.min(end - left)).rev() {
-            let (last_row, last_column, post) = (0, 0, top.at(left));
-            let (other_posts, is_dotted) = (0, false);
-            let frame =
-                Frame { lines, left, pitch, last_row, last_column, post, other_posts, is_dotted };
-            let is_drawn =
-                |cell: &usize| matches!(frame.place(0, 2 * cell + 1), Place::Wall(Some(_)));
-            let drawn = (0..end).take_while(is_drawn).count();
-            // A line whose posts are alike may lack walls.
-            let posts = (left..end).step_by(pitch);
-            let are_equal = post != ' ' && posts.clone().all(|at| top.at(at) == post);
-            let is_whole = are_equal && (end - 1 - left).is_multiple_of(pitch);
-            let whole = if is_whole { posts.count() - 1 } else { drawn };
-            let columns = [drawn, whole].into_iter().take(1 + usize::from(whole > drawn));
-            let columns = columns.filter(|columns| *columns > 0).map(|columns| 2 * columns);
-            frames.extend(
-                columns.filter_map(|last_column| Frame { last_column, ..frame }.measured()),
-            );
-        }
-    }
-    frames
+fn frames(lines: &[Line]) -> impl Iterator<Item = Frame<'_>> {
+    let top = &lines[0].characters;
+    let (end, blanks) = (top.len(), top.iter().take_while(|c| c.is_whitespace()).count());
+    let is_maze = lines.len() > 2 && end <= blanks + (MAX_SIDE + 1) * MAX_PITCH;
+    let lefts = [Some(blanks), blanks.checked_sub(1)].into_iter().flatten();
+    let lefts = lefts.filter(move |_| is_maze);
+    let pitches = move |left| (2..=MAX_PITCH.min(end - left)).rev().map(move |pitch| (left, pitch));
+    lefts.flat_map(pitches).flat_map(|(left, pitch)| Frame::at(lines, left, pitch))
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    /// Returns the possible numbers of columns of a drawing whose upper outer wall is in the first
+    /// line, as positions.
+    fn at(lines: &'a [Line], left: usize, pitch: usize) -> impl Iterator<Item = Self> {
+        let (top, end) = (&lines[0], lines[0].characters.len());
+        let (last_row, last_column, post) = (0, 0, top.at(left));
+        let (other_posts, is_dotted) = (0, false);
+        let frame =
+            Self { lines, left, pitch, last_row, last_column, post, other_posts, is_dotted };
+        let is_drawn = |cell: &usize| matches!(frame.place(0, 2 * cell + 1), Place::Wall(Some(_)));
+        let drawn = (0..end).take_while(is_drawn).count();
+        // A line whose posts are alike may lack walls.
+        let posts = (left..end).step_by(pitch);
+        let are_equal = post != ' ' && posts.clone().all(|at| top.at(at) == post);
+        let is_whole = are_equal && (end - 1 - left).is_multiple_of(pitch);
+        let whole = if is_whole { posts.count() - 1 } else { drawn };
+        let columns = [drawn, whole].into_iter().take(1 + usize::from(whole > drawn));
+        let columns = columns.filter(|columns| *columns > 0).map(|columns| 2 * columns);
+        columns.filter_map(move |last_column| Self { last_column, ..frame }.measured())
+    }
+
     /// Returns the indices of the characters in a column.
     const fn span(&self, column: usize) -> Range<usize> {
         let post = self.left + column / 2 * self.pitch;
@@ -198,12 +210,11 @@ impl Frame<'_> {
         let [top, cells, ..] = self.lines else { return None };
         let pairs = self.lines[1..].chunks_exact(2).take(MAX_SIDE + 1);
         self.last_row = 2 * pairs.take_while(|it| self.is_cells(&it[0], Some(&it[1]))).count();
-        let mut posts: BTreeMap<char, usize> = BTreeMap::new();
-        for (row, column) in self.places().filter(|(row, column)| (row | column) % 2 == 0) {
-            *posts.entry(self.lines[row].post(self.span(column).start)).or_default() += 1;
-        }
-        let (&post, &count) = posts.iter().max_by_key(|(_, count)| **count)?;
-        (self.post, self.other_posts) = (post, posts.values().sum::<usize>() - count);
+        let posts = self.places().filter(|(row, column)| (row | column) % 2 == 0);
+        let posts =
+            counts(posts.map(|(row, column)| self.lines[row].post(self.span(column).start)));
+        let &(post, count) = posts.iter().max_by_key(|(_, count)| *count)?;
+        (self.post, self.other_posts) = (post, self.post_count() - count);
         self.is_dotted = [top.at(self.left + 1), cells.at(self.left), post].contains(&'.');
         (self.last_row > 0 && top.at(self.right() + 1) == ' ').then_some(self)
     }
@@ -263,28 +274,36 @@ impl Frame<'_> {
     /// Returns the share of irregular walls in per mille: gaps, partly blank walls, and walls drawn
     /// in an unusual way for their direction, either among the inner or among the outer walls.
     fn faults(&self) -> usize {
-        let mut walls: BTreeMap<(bool, bool, Option<char>), usize> = BTreeMap::new();
-        for (row, column, is_outer) in self.walls() {
+        let walls = counts(self.walls().filter_map(|(row, column, is_outer)| {
             let drawn = match self.place(row, column) {
-                Place::Blank | Place::Dot if !is_outer => continue,
+                Place::Blank | Place::Dot if !is_outer => return None,
                 Place::Wall(drawn) => drawn,
                 _ => None,
             };
-            *walls.entry((is_outer, row % 2 == 0, drawn)).or_default() += 1;
-        }
+            Some((is_outer, row % 2 == 0, drawn))
+        }));
         let usual = |is_outer, is_row| {
-            let drawn = walls
-                .iter()
-                .filter(|(key, _)| (key.0, key.1) == (is_outer, is_row) && key.2.is_some());
+            let drawn = walls.iter().filter(|(key, _)| (key.0, key.1) == (is_outer, is_row));
+            let drawn = drawn.filter(|(key, _)| key.2.is_some());
             drawn.map(|(_, count)| *count).max().unwrap_or(0)
         };
         let usual =
             usual(false, false) + usual(false, true) + usual(true, false) + usual(true, true);
-        (1000 * (walls.values().sum::<usize>() - usual)).div_ceil(self.walls().count())
+        let drawn = walls.iter().map(|(_, count)| count).sum::<usize>();
+        (1000 * (drawn - usual)).div_ceil(self.walls().count())
+    }
+
+    const fn post_count(&self) -> usize {
+        (self.last_row / 2 + 1) * (self.last_column / 2 + 1)
+    }
+
+    /// Returns true if all posts are drawn with the same character.
+    const fn has_posts(&self) -> bool {
+        self.other_posts == 0 && self.post != ' '
     }
 
     const fn other_posts_per_mille(&self) -> usize {
-        1000 * self.other_posts / ((self.last_row / 2 + 1) * (self.last_column / 2 + 1))
+        1000 * self.other_posts / self.post_count()
     }
 
     /// Returns true if the drawing is a maze, perhaps with errors, rather than other text.

@@ -51,6 +51,11 @@ pub(crate) fn parse_text(
     text: &str,
     choice: Choice,
 ) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
+    let is_digit = |byte: &u8| byte.is_ascii_hexdigit();
+    let drawn = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).count();
+    if 6 * text.bytes().filter(is_digit).count() < drawn {
+        return None;
+    }
     let text = without_code(text);
     let mut rows = rows(&text);
     let route = Route::split_off(&mut rows);
@@ -161,13 +166,13 @@ impl Table {
         let count = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).count();
         let fits = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).next().is_none();
         let is_start = |&encoding: &Encoding| walled(encoding)(Cell::new(0, 0)) == START;
-        let mut fitting: Vec<Encoding> = encodings.iter().copied().filter(fits).collect();
-        if fitting.iter().any(is_start) {
-            fitting.retain(is_start);
-        }
         let own = self.encoding.filter(|own| encodings.contains(own));
         let told = own.filter(fits);
-        fitting = told.map_or(fitting, |own| vec![own]);
+        let all = || encodings.iter().copied().filter(fits).collect();
+        let mut fitting: Vec<Encoding> = told.map_or_else(all, |own| vec![own]);
+        if told.is_none() && fitting.iter().any(is_start) {
+            fitting.retain(is_start);
+        }
         let place = |encoding: Encoding| {
             move |cell| {
                 let (line, item) = encoding.rows.position(size(encoding), cell);
