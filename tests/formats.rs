@@ -186,5 +186,8 @@ fn the_documented_examples_parse() {
         parsed.notation.name()
     });
     let notations: Vec<_> = notations.collect();
-    assert_eq!(notations, [["drawing"; 4], ["numbers"; 4]].concat().into_iter().chain(["cells"]).collect::<Vec<_>>());
+    assert_eq!(
+        notations,
+        [["drawing"; 4], ["numbers"; 4]].concat().into_iter().chain(["cells"]).collect::<Vec<_>>()
+    );
 }

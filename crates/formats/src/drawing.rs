@@ -132,12 +132,12 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
         }
     }
     let rank = |&&(faults, frame): &&(usize, Frame)| {
-        faults + if faults > 0 { 200 } else { 0 } + frame.other_posts_per_mille()
+        faults + if faults > 0 { 300 } else { 0 } + frame.other_posts_per_mille()
     };
     let &(faults, frame) = found.iter().min_by_key(rank)?;
     let is_rival = |&&(other_faults, rival): &&(usize, Frame)| {
-        let is_as_regular = faults + other_faults == 0 && rival.other_posts <= frame.other_posts;
-        rival.pitch != frame.pitch && is_as_regular
+        let others = [rival, frame].map(|frame| frame.other_posts_per_mille());
+        faults + other_faults == 0 && rival.pitch != frame.pitch && others[0] <= others[1] + 100
     };
     Some(found.iter().find(is_rival).map_or(Ok(frame), |(_, rival)| {
         let expected = format!("cells {} characters wide", frame.pitch - 1);
@@ -334,14 +334,13 @@ impl<'a> Frame<'a> {
             let (line, span) = (&lines[row], self.span(column));
             // The cell to the lower right, if the place is above or in a row of cells.
             let here = cell(column / 2, height.saturating_sub(1 + row / 2));
-            let unprintable = |c: &char| c.is_control() || *c == char::REPLACEMENT_CHARACTER;
-            let text = line.text(&span);
-            if text.contains(|c| unprintable(&c)) {
+            let mut characters = span.clone().map(|index| line.at(index));
+            if characters.clone().any(|c| c.is_control() || c == char::REPLACEMENT_CHARACTER) {
                 return Err(line.error(&span, "a maze drawn with printable characters").into());
             }
             let is_outer = row % last_row == 0 || column % last_column == 0;
             match (row % 2, column % 2) {
-                (0, 0) if is_rotated && !is_outer && text == "B" => {
+                (0, 0) if is_rotated && !is_outer && line.at(span.start) == 'B' => {
                     let x = [here.x - 1, here.x];
                     goals.extend(
                         x.map(|x| Cell { x, ..here })
@@ -350,18 +349,19 @@ impl<'a> Frame<'a> {
                     );
                 }
                 (0, 0) if [self.post, ' '].contains(&line.post(span.start)) => {}
-                (1, 1) if text.trim().is_empty() => {}
+                (1, 1) if characters.all(|c| c == ' ') => {}
                 (1, 1) => {
-                    let mark = text.trim().to_uppercase();
-                    let is_start = mark == "A" && is_rotated || ["S", "SG"].contains(&&mark[..]);
-                    let is_goal = ["G", "SG"].contains(&&mark[..]);
+                    let text = line.text(&span).to_uppercase();
+                    let has = |mark| text.split(|c: char| !c.is_alphabetic()).any(|it| it == mark);
+                    let is_start = has("S") || has("SG") || is_rotated && has("A");
+                    let is_goal = has("G") || has("SG");
                     if is_start && start.replace(here).is_some() {
                         errors.push(line.error(&span, "one start"));
                     }
                     if is_goal {
                         goals.insert(here);
                     }
-                    if !is_start && !is_goal {
+                    if !is_start && !is_goal || !text.trim().chars().all(char::is_alphabetic) {
                         notes.push(line.ignored(&span));
                     }
                 }
@@ -605,6 +605,7 @@ o---o---o---o
         insta::assert_snapshot!(replaced("S |       |\no", "S |       |\n."), @r#"line 5, column 1: ignored ".""#);
         insta::assert_snapshot!(replaced("o   o---o", "o   A---o"), @r#"line 3, column 5: ignored "A""#);
         assert_eq!(replaced("o   o---o", "o    ---o"), "");
+        insta::assert_snapshot!(replaced("| S |", "|S 0|"), @r#"line 4, column 2: ignored "S 0""#);
         insta::assert_snapshot!(replaced("| S |  ", "| S | 7"), @r#"line 4, column 6: ignored "7""#);
         insta::assert_snapshot!(replaced("| S |  ", "| S | |"), @r#"line 4, column 6: ignored "|""#);
         insta::assert_snapshot!(replaced("| S |", "| s |"), @"");

@@ -349,8 +349,7 @@ mod tests {
                     "};\nint other[2] = {1, 2};\n",
                 ],
             ),
-            written(decimal, ", ", ["maze = [[", "], # a row\n[", "]]\n"])
-                .replace("# a row", "// a row"),
+            written(decimal, ", ", ["maze = [[", "], # a row\n[", "]]\n"]),
             written(decimal, ",", ["{\"maze\": [[", "],[", "]]}"]),
             written(decimal, ", ", ["int maze[] = {", ", ", "};"]),
             "\"9553\",\n\"a93a\",\n\"aaaa\",\n\"ec46\"\n".into(),

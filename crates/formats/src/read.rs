@@ -429,7 +429,9 @@ mod tests {
                     .for_each(|(c, at)| grid[row][at] = c);
             }
         }
-        for (index, character) in &style.posts {
+        // Blocks have no posts to decorate, and most posts must be plain.
+        let decorated = if post == above { 0 } else { (width + 1) * (height + 1) / 8 };
+        for (index, character) in style.posts.iter().take(decorated) {
             let index = index.index((width + 1) * (height + 1));
             grid[2 * (index / (width + 1))][index % (width + 1) * style.pitch] = *character;
         }
@@ -448,6 +450,9 @@ mod tests {
         /// With two columns a cell, a mark of start and goal does not fit.
         #[test]
         fn decorated_drawings_are_equal_or_ambiguous(maze in any_maze(), style in any_style()) {
+            // In a tiny drawing, decoration may outweigh the rest.
+            let size = maze.size();
+            prop_assume!(size.width().min(size.height()) > 3);
             let goals: CellSet = maze.goals().iter().filter(|goal| *goal != maze.start().cell).collect();
             let maze = if style.pitch == 2 { Maze::new(maze.walls().clone(), maze.start().cell, goals).unwrap() } else { maze };
             let maze = if maze.goals().contains(maze.start().cell) && style.pitch == 2 { return Ok(()) } else { maze };

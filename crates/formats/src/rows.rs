@@ -76,16 +76,18 @@ impl Item<'_> {
     }
 }
 
-/// Replaces comments of C by blanks. If the rest has brackets, replaces everything outside the first
-/// array.
+/// Replaces the comments of programs by blanks. If the rest has brackets, returns only the first
+/// array, after as many lines as in the text.
 pub(crate) fn without_code(text: &str) -> String {
-    let (mut end, mut ends_at) = ("", 0);
+    const COMMENTS: [(&str, &str); 3] = [("//", "\n"), ("/*", "*/"), ("#", "\n")];
+    // Without an array, a number sign is part of a drawing.
+    let comments = &COMMENTS[..if text.contains(['{', '[']) { 3 } else { 2 }];
+    let (mut end, mut begun) = ("", 0);
     let strip = |(at, c): (usize, char)| {
-        if end.is_empty() && text[at..].starts_with("//") {
-            (end, ends_at) = ("\n", at);
-        } else if end.is_empty() && text[at..].starts_with("/*") {
-            (end, ends_at) = ("*/", at + 2);
-        } else if !end.is_empty() && at >= ends_at && text[..at].ends_with(end) {
+        let begins = |(start, _): &&(&str, &str)| end.is_empty() && text[at..].starts_with(start);
+        if let Some(comment) = comments.iter().find(begins) {
+            (end, begun) = (comment.1, at);
+        } else if !end.is_empty() && text[begun + 1..at].ends_with(end) {
             end = "";
         }
         if end.is_empty() || c == '\n' { c } else { ' ' }
@@ -93,15 +95,13 @@ pub(crate) fn without_code(text: &str) -> String {
     let code: String = text.char_indices().map(strip).collect();
     let from = code.find('=').filter(|&at| code[at..].contains(['{', '['])).unwrap_or(0);
     let Some(start) = code[from..].find(['{', '[']).map(|at| from + at) else { return code };
-    let (mut depth, mut is_closed) = (0, false);
-    let array = code.char_indices().map(|(at, c)| {
-        let is_outside = is_closed || at < start;
-        depth +=
-            i32::from("{[".contains(c) && !is_outside) - i32::from("}]".contains(c) && !is_outside);
-        is_closed |= at >= start && depth == 0;
-        if is_outside && c != '\n' { ' ' } else { c }
+    let (mut depth, mut is_open) = (0, true);
+    let array = code[start..].split_inclusive(['{', '[', '}', ']']).take_while(|part| {
+        depth += if part.ends_with(['{', '[']) { 1 } else { -1 };
+        std::mem::replace(&mut is_open, depth > 0)
     });
-    array.collect()
+    let before = code[..start].chars().map(|c| if c == '\n' { c } else { ' ' });
+    before.collect::<String>() + &array.collect::<String>()
 }
 
 /// Splits text into rows of items: the lines that are not blank, or the inner brackets of an array.
