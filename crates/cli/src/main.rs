@@ -93,7 +93,7 @@ fn main() -> ExitCode {
             if let Some(error) = error.downcast_ref::<UsageError>() {
                 cli::exit_with_usage(error);
             }
-            warn(format_args!("mmsim: {error}"));
+            output::warn_error(&*error);
             ExitCode::FAILURE
         }
     };

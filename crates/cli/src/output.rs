@@ -6,8 +6,9 @@ use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::{env, fs, process};
+use std::{env, fs, iter, process};
 
+use mmsim_formats::{ReadError, Reading};
 use mmsim_maze::{Escaped, counted, needs_escape};
 use mmsim_report::{Comparison, group_by_reason};
 use mmsim_server::BindError;
@@ -103,6 +104,26 @@ pub(crate) fn note(text: impl Display) {
 pub(crate) fn warn(text: impl Display) {
     // The line is written in one call, since other threads write to stderr too.
     let _ = Stderr.write(format!("{}\n", Escaped(text)).as_bytes());
+}
+
+/// Prints the error of a command to stderr, and the [`drawn_readings`] below it.
+pub(crate) fn warn_error(error: &(dyn Error + 'static)) {
+    let text = format!("mmsim: {}\n{}", Escaped(error), drawn_readings(error));
+    let _ = Stderr.write(text.as_bytes());
+}
+
+/// Draws the mazes that an ambiguous maze file could mean, each below the options that select it,
+/// and adds a hint. Returns an empty text for other errors.
+pub(crate) fn drawn_readings(error: &(dyn Error + 'static)) -> String {
+    let mut causes = iter::successors(Some(error), |&error| error.source());
+    let error = causes.find_map(|cause| cause.downcast_ref::<ReadError>());
+    let readings: String =
+        error.map_or(&[][..], ReadError::readings).iter().map(Reading::to_string).collect();
+    if readings.is_empty() {
+        return readings;
+    }
+    let convert = own_command("mazes convert FILE OUT.txt --bits ... --rows ...");
+    format!("{readings}write the right maze with {convert}\n")
 }
 
 /// Writes a file atomically. Replaces an existing file; if `path` is a symbolic link, replaces its

@@ -10,7 +10,7 @@ use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
-use crate::output::{own_command, warn};
+use crate::output::{own_command, warn, warn_error};
 
 /// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
@@ -195,7 +195,7 @@ impl Inputs {
 
     fn skip(&mut self, error: &SelectionError) {
         self.all_readable = false;
-        warn(format_args!("mmsim: {error}"));
+        warn_error(error);
     }
 }
 
@@ -211,14 +211,14 @@ mod tests {
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         let closed = "o---o---o\n| S | G |\no---o---o\n";
         write("a-closed.txt", closed);
-        write("b-rubbish.txt", "o---o---o\n");
+        write("b-damaged.txt", "o---o\n| S \no---o\n");
         let collection = || Collection::at(Some(folder.path())).unwrap();
         assert_eq!(collection().select("").unwrap().name, "a-closed", "fallback");
         write("c-open.txt", "o---o---o\n| S   G |\no---o---o\n");
         assert_eq!(collection().select("").unwrap().name, "c-open");
         assert_eq!(collection().select("A CLOSED").unwrap().name, "a-closed");
-        let error = collection().select("rubbish").unwrap_err().to_string();
-        assert!(error.contains("b-rubbish.txt: line 2, column 1: expected "), "{error}");
+        let error = collection().select("damaged").unwrap_err().to_string();
+        assert!(error.contains("b-damaged.txt: line 2, column 5: expected "), "{error}");
         let error = collection().select("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
     }

@@ -10,6 +10,7 @@ use harness::Home;
 use mmsim_tests::wait_with_output;
 #[cfg(unix)]
 use mmsim_tests::{output, within};
+use serde_json::json;
 
 /// A 2x2 maze, in which all cells are goal cells.
 const SMALL: &str = "o---o---o\n| G   G |\no   o---o\n|SG   G |\no---o---o\n";
@@ -67,7 +68,7 @@ fn unsupported_content_is_refused_and_the_old_file_is_kept() {
     insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: the format num requires the central cells as the goal, but the goal is (0, 1) (1, 1) (use --lossy to omit it)");
     let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
     assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz supports only 16x16 mazes, but the maze is 2x2");
+    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x2");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
     insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which will be read as (0, 0) (1, 0) (0, 1) (1, 1)");
@@ -82,17 +83,76 @@ fn assumptions_about_the_input_are_reported() {
     home.write("bad.txt", "o---o\n| S |\no-- o\n");
     let unknown = home.run(&["mazes", "convert", "dot.maze", "-"]);
     assert_eq!((unknown.code, &unknown.stdout[..]), (Some(0), SMALL));
-    assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall assumed open\n");
-    let forced = home.run(&["mazes", "convert", "dot.maze", "-", "--format", "text"]);
-    assert_eq!(forced.stdout, SMALL.replace("|SG   ", "|SG | "));
-    home.write("rows.txt", "bf\nab\nee\n");
-    let ambiguous = home.run(&["mazes", "convert", "rows.txt", "-", "--quiet"]);
-    assert_eq!(ambiguous.code, Some(0));
-    insta::assert_snapshot!(ambiguous.stderr, @"rows.txt: the digits fit more than one maze; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west");
+    assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall read as open\n");
     let errors = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
-    insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected "---" or three spaces between posts, found "-- ""#);
+    insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected a wall or blanks, found "-- ""#);
     insta::assert_snapshot!(errors("."), @"mmsim: . is a folder, not a maze file");
     assert!(errors("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
+}
+
+#[test]
+fn every_reading_of_an_ambiguous_file_can_be_written() {
+    let home = Home::new();
+    home.write("rows.txt", "bf\nab\nee\n");
+    let commands: [&[&str]; 5] = [
+        &["rows.txt"],
+        &["mazes", "show", "rows.txt"],
+        &["mazes", "convert", "rows.txt", "-", "--quiet"],
+        &["compare", "rows.txt"],
+        &["fast-run", "rows.txt"],
+    ];
+    let refused = commands.map(|command| {
+        let ended = home.run(command);
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "{command:?}");
+        ended.stderr
+    });
+    assert!(refused.iter().all(|message| *message == refused[0]), "{refused:?}");
+    insta::assert_snapshot!(refused[0], @r"
+    mmsim: rows.txt: line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 (choose --bits N1E2S4W8 --rows north, or --bits N1E2S4W8 --rows north-east, or --bits N4E2S1W8 --rows south)
+    --bits N1E2S4W8 --rows north
+    o---o---o
+    |   |   |
+    o   o---o
+    | G | G |
+    o   o   o
+    | S |   |
+    o---o---o
+    --bits N1E2S4W8 --rows north-east
+    o---o---o
+    |   |   |
+    o---o   o
+    | G | G |
+    o   o   o
+    | S |   |
+    o---o---o
+    --bits N4E2S1W8 --rows south
+    o---o---o
+    |   |   |
+    o   o   o
+    | G | G |
+    o   o---o
+    | S |   |
+    o---o---o
+    write the right maze with `mmsim mazes convert FILE OUT.txt --bits ... --rows ...`
+    ");
+    let checked = home.run(&["mazes", "check", "rows.txt"]);
+    assert_eq!((checked.code, format!("mmsim: {}", checked.stdout)), (Some(1), refused[0].clone()));
+    let checked = home.run(&["mazes", "check", "rows.txt", "--json"]).json();
+    let finding = &checked[0]["findings"][0];
+    assert_eq!((&finding["kind"], &finding["severity"]), (&json!("ambiguous"), &json!("error")));
+    let readings = finding["readings"].as_array().unwrap();
+    assert_eq!(readings.len(), 3);
+    for reading in readings {
+        let [bits, rows, maze] = ["bits", "rows", "maze"].map(|key| reading[key].as_str().unwrap());
+        let options = ["--bits", bits, "--rows", rows];
+        let written = home.run(&[&["mazes", "convert", "rows.txt", "-"][..], &options].concat());
+        assert_eq!((written.code, &written.stdout[..]), (Some(0), maze));
+        assert!(refused[0].contains(&format!("\n{}\n{maze}", options.join(" "))), "{refused:?}");
+        let shown = home.run(&[&["mazes", "show", "rows.txt", "--json"][..], &options].concat());
+        assert_eq!(shown.json()["maze"], maze);
+        let checked = home.run(&[&["mazes", "check", "rows.txt"][..], &options].concat());
+        assert_eq!(checked.code, Some(0));
+    }
 }
 
 /// Checks that the command writes to pipes and devices directly, and that it replaces the target of

@@ -56,11 +56,11 @@ fn check_prints_facts_or_the_error_of_each_file() {
         good.json().as_array().unwrap()[0],
         json!({"path": path, "width": 2, "height": 1, "goals": [[1, 0]],
                "shortest_path": 1, "reachable_cells": 2, "error": null,
-               "format": "text", "findings": []})
+               "notation": "drawing", "findings": []})
     );
     let unreachable = json!([{"severity": "warning", "kind": "unreachable_cells",
         "message": "cell (1, 0) is unreachable", "line": null, "column": null,
-        "byte": null, "cell": [1, 0]}]);
+        "byte": null, "cell": [1, 0], "readings": []}]);
     assert_eq!(good.json()[1]["findings"], unreachable);
     assert_eq!(good.json()[1]["reachable_cells"], 1);
     let bad = home.run(&["mazes", "check", "mazes", "bad.txt", "missing.txt", "--json"]);
@@ -68,19 +68,19 @@ fn check_prints_facts_or_the_error_of_each_file() {
     assert_eq!(bad.json().as_array().unwrap().len(), 4);
     assert_eq!(
         bad.json()[2]["error"],
-        "bad.txt: line 1, column 6: expected \"---\" or three spaces between posts, found \"-- \""
+        "bad.txt: line 1, column 6: expected a wall or blanks, found \"-- \""
     );
     assert_eq!(bad.json()[2]["width"], json!(null));
     assert_eq!(bad.json()[2]["findings"][0]["kind"], "unreadable");
     assert_eq!(bad.json()[2]["findings"][0]["column"], 6);
     assert!(bad.json()[3]["error"].as_str().unwrap().starts_with("cannot read missing.txt: "));
-    assert_eq!(bad.json()[3]["format"], json!(null));
+    assert_eq!(bad.json()[3]["notation"], json!(null));
     let text = home.run(&["mazes", "check", "mazes", "bad.txt"]);
     insta::assert_snapshot!(text.stdout.replace('\\', "/"), @r#"
     mazes/a.txt: 2x1, 1 goal cell, goal 1 step away
     mazes/b/wide.txt: 2x1, 2 goal cells, goal 0 steps away, 1 cell unreachable
       warning: cell (1, 0) is unreachable
-    bad.txt: line 1, column 6: expected "---" or three spaces between posts, found "-- "
+    bad.txt: line 1, column 6: expected a wall or blanks, found "-- "
     "#);
 }
 
@@ -103,7 +103,7 @@ fn check_reports_every_finding_with_its_position() {
     insta::assert_snapshot!(checked.stdout.replace('\\', "/"), @r#"
     mazes/1-gaps.txt: line 1, column 2: expected the outer wall, found "   "
       error: 2 more gaps in the outer wall, at line 1, column 14; line 2, column 1
-    mazes/2-contradiction.csv: line 1, column 3: expected a wall between (1, 0) and (1, 1) to match line 2, column 3, found 2
+    mazes/2-contradiction.csv: line 1, column 3: expected a wall between (1, 0) and (1, 1) to match line 2, column 3, found 2 (nearest encoding: --bits codes --rows north)
     mazes/3-closed.txt: 2x1, 1 goal cell, goal unreachable, 1 cell unreachable
       error: goal (1, 0) unreachable from the start (0, 0)
       warning: cell (1, 0) is unreachable
@@ -111,15 +111,16 @@ fn check_reports_every_finding_with_its_position() {
       warning: 2 posts without a wall, south-west of (2, 2); (3, 2)
       warning: 3 unreachable cells: (1, 0); (2, 0); (3, 0)
     mazes/5-unknown.maze: 2x1, 1 goal cell, goal 1 step away
-      warning: line 2, column 5: unknown wall, assumed open
+      warning: line 2, column 5: unknown wall, read as open
     mazes/6-known.txt: 2x1, 1 goal cell, goal 1 step away
       warning: the same walls, start and goal as mazes/5-unknown.maze
     mazes/7-again.txt: 2x1, 1 goal cell, goal 1 step away
       warning: the same walls, start and goal as mazes/5-unknown.maze
     "#);
     let json = home.run(&["mazes", "check", "mazes", "--json"]).json();
-    let formats: Vec<_> = json.as_array().unwrap().iter().map(|file| &file["format"]).collect();
-    assert_eq!(formats, ["text", "csv", "text", "text", "maze", "text", "text"]);
+    let notations: Vec<_> = json.as_array().unwrap().iter().map(|file| &file["notation"]).collect();
+    assert_eq!(notations[..2], [&json!(null); 2], "unreadable");
+    assert_eq!(notations[2..], [&json!("drawing"); 5]);
     assert_eq!(json[0]["findings"][2]["line"], 2);
     assert_eq!(json[1]["findings"][0]["kind"], "contradiction");
     assert_eq!(json[1]["findings"][0]["cell"], json!([1, 1]));
@@ -348,46 +349,9 @@ fn check_reports_bytes_and_their_cells() {
     let finding = |file: usize, kind: &str, byte: usize, cell: [u8; 2]| {
         let found = &checked[file]["findings"][0];
         let expected = json!({"severity": "error", "kind": kind, "message": found["message"],
-            "line": null, "column": null, "byte": byte, "cell": cell});
+            "line": null, "column": null, "byte": byte, "cell": cell, "readings": []});
         assert_eq!(found, &expected);
     };
-    finding(0, "unreadable", 19, [1, 2]);
+    finding(0, "contradiction", 19, [1, 2]);
     finding(1, "open_perimeter", 256, [15, 15]);
-}
-
-#[test]
-fn check_reports_ambiguous_digits() {
-    let home = Home::new();
-    home.write("rows.txt", "bf\nab\nee\n");
-    home.write("one.txt", "9113\nec46\n");
-    let checked = home.run(&["mazes", "check", "rows.txt", "one.txt"]);
-    assert_eq!(checked.code, Some(0));
-    insta::assert_snapshot!(checked.stdout, @"
-    rows.txt: 2x3, 2 goal cells, goal 1 step away, 3 cells unreachable
-      warning: the digits fit more than one maze; read as: rows from the north, each starting in the west; bits 1, 2, 4 and 8 are walls to the north, east, south and west
-      warning: 3 unreachable cells: (1, 0); (1, 1); (1, 2)
-    one.txt: 4x2, 4 goal cells, goal 2 steps away
-      warning: no wall touches the post south-west of (3, 1)
-    ");
-    let json = home.run(&["mazes", "check", "rows.txt", "--json"]).json();
-    assert_eq!(json[0]["findings"][0]["kind"], "ambiguous");
-    assert_eq!(json[0]["findings"][0]["severity"], "warning");
-}
-
-#[test]
-fn a_format_can_be_forced() {
-    let home = Home::new();
-    home.write("dot.txt", SMALL.replace("S  ", "S ."));
-    let walls = |arguments: &[&str]| {
-        let json = home.run(&[&["mazes"], arguments, &["--json"]].concat()).json();
-        if json.is_array() { json[0]["reachable_cells"].clone() } else { json["maze"].clone() }
-    };
-    assert_eq!(walls(&["check", "dot.txt"]), 2);
-    assert_eq!(walls(&["check", "dot.txt", "--format", "text"]), 1);
-    assert_eq!(walls(&["show", "dot.txt"]), SMALL);
-    assert_eq!(walls(&["show", "dot.txt", "--format", "text"]), SMALL.replace("S  ", "S |"));
-    let wrong = home.run(&["mazes", "check", "dot.txt", "--format", "num"]);
-    assert_eq!(wrong.code, Some(1));
-    insta::assert_snapshot!(wrong.stdout, @"dot.txt: line 1, column 10: expected six numbers (x y north east south west), found 1");
-    assert_eq!(home.run(&["mazes", "check", "dot.txt", "--format", "png"]).code, Some(2));
 }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_formats::{
-    Catalogue, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze, ReadError,
+    Catalogue, Encoding, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze,
+    ReadError, Reading,
 };
 use mmsim_maze::{Cell, Escaped, Maze, Symmetry, Wall, counted};
 use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
@@ -16,7 +17,7 @@ use super::EncodingArgs;
 use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
-use crate::output::{print, print_pretty_json};
+use crate::output::{drawn_readings, print, print_pretty_json};
 
 /// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]
@@ -25,6 +26,9 @@ struct Checked {
     row: MazeRow,
     notation: Option<&'static str>,
     findings: Vec<Finding>,
+    /// The mazes that the file could mean, drawn as text.
+    #[serde(skip)]
+    drawn_readings: String,
 }
 
 #[derive(Debug, Args)]
@@ -101,7 +105,8 @@ impl Checked {
             Some(first) => findings.push(Finding::duplicate(first.path, first.symmetry)),
             None => seen.add(path, &parsed.maze),
         }
-        Self { row, notation: Some(parsed.notation.name()), findings }
+        let notation = Some(parsed.notation.name());
+        Self { row, notation, findings, drawn_readings: String::new() }
     }
 
     /// Returns the result for a file or folder that cannot be read.
@@ -109,7 +114,8 @@ impl Checked {
         match error {
             ReadError::Parse { errors, .. } => {
                 let findings = errors.iter().map(Finding::from_error).collect();
-                Self { findings, ..Self::with_error(path, error) }
+                let drawn_readings = drawn_readings(error);
+                Self { findings, drawn_readings, ..Self::with_error(path, error) }
             }
             _ => Self::with_error(path, error),
         }
@@ -118,14 +124,17 @@ impl Checked {
     /// Returns the result for an error, whose message must contain the path.
     fn with_error(path: &Path, error: &impl Display) -> Self {
         let findings = vec![Finding::unreadable(error.to_string())];
-        Self { row: MazeRow::from_error(path, error), notation: None, findings }
+        let row = MazeRow::from_error(path, error);
+        Self { row, notation: None, findings, drawn_readings: String::new() }
     }
 
     /// Formats one line with the properties of the maze, or with the first error if the file cannot
-    /// be read. The remaining findings follow, one line per kind.
+    /// be read. The remaining findings follow, one line per kind, and the readings of an ambiguous
+    /// file.
     fn text(&self) -> String {
         let printed = usize::from(self.row.error.is_some()).min(self.findings.len());
-        format!("{}\n{}", self.row.line(), finding_lines(&self.findings[printed..]))
+        let findings = finding_lines(&self.findings[printed..]);
+        format!("{}\n{findings}{}", self.row.line(), self.drawn_readings)
     }
 }
 
@@ -139,9 +148,27 @@ struct Finding {
     column: Option<usize>,
     byte: Option<usize>,
     cell: Option<[u8; 2]>,
+    /// The mazes that an ambiguous file could mean.
+    readings: Vec<ReadingRow>,
     /// The position of the problem as text, for a line that summarizes several findings.
     #[serde(skip)]
     place: String,
+}
+
+/// A maze that an ambiguous file could mean, and the options that select it. The field names are JSON
+/// keys.
+#[derive(Clone, Debug, Serialize)]
+struct ReadingRow {
+    bits: String,
+    rows: String,
+    maze: String,
+}
+
+impl ReadingRow {
+    fn new(Reading { encodings, maze, .. }: &Reading) -> Self {
+        let Encoding { bits, rows } = encodings[0];
+        Self { bits: bits.to_string(), rows: rows.to_string(), maze: maze.to_string() }
+    }
 }
 
 /// The kinds of problems in a maze file. Findings are printed in the order of these variants,
@@ -182,8 +209,9 @@ impl Finding {
             FindingKind::Path | FindingKind::Ignored => "note",
             _ => "warning",
         };
-        let (line, column, byte, cell, place) = (None, None, None, None, String::new());
-        Self { severity, kind, message, line, column, byte, cell, place }
+        let (line, column, byte, cell) = (None, None, None, None);
+        let (readings, place) = (Vec::new(), String::new());
+        Self { severity, kind, message, line, column, byte, cell, readings, place }
     }
 
     /// Returns the finding for an unreadable file.
@@ -199,7 +227,8 @@ impl Finding {
             _ => FindingKind::Unreadable,
         };
         let cell = error.cell.map(|cell| [cell.x, cell.y]);
-        Self { cell, ..Self::new(kind, error.to_string()).at_place(error.location) }
+        let readings = error.readings.iter().map(ReadingRow::new).collect();
+        Self { cell, readings, ..Self::new(kind, error.to_string()).at_place(error.location) }
     }
 
     /// Returns the finding for a maze that is also in an earlier file, after a transformation.
