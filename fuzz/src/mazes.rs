@@ -1,46 +1,54 @@
-//! The fuzz target for maze files in all formats.
+//! The fuzz target for maze files.
 
-use mmsim_formats::{Format, Location, ParseError, parse_maze};
+use mmsim_formats::{Choice, Encoding, Format, Location, ParseError, ParseErrorKind, parse_maze};
 use mmsim_maze::Maze;
 
-/// Reads the content as a maze file, first in the detected format and then in every format. Reads
-/// it again after prepending the title line of the OSHWDEM format. Checks each resulting maze or
+/// Reads the content as a maze file, and again below a title line. Checks each resulting maze or
 /// error.
 pub fn run(content: &[u8]) {
     read(content);
     read(&[b"OSHWDEM\n", content].concat());
-    for format in Format::ALL {
-        read_as(format, content);
-    }
 }
 
 fn read(content: &[u8]) {
-    let detected = Format::detect(content);
-    let result = parse_maze(content);
-    assert_eq!(
-        result,
-        detected.parse(content),
-        "parsing in the detected format gives a different result"
-    );
-    if let Ok(picture) = String::from_utf8_lossy(content).parse::<Maze>() {
-        assert_eq!(result, Ok(picture), "parsing in the text format gives a different maze");
+    let text = String::from_utf8_lossy(content);
+    if let Ok(picture) = text.parse::<Maze>() {
+        assert_eq!(parse_maze(content), Ok(picture), "the drawing of a maze is another maze");
     }
-    read_as(detected, content);
-}
-
-fn read_as(format: Format, content: &[u8]) {
-    match format.read(content) {
+    match Choice::default().read(content) {
         Ok(parsed) => {
-            assert!(parsed.unknown_walls.is_empty() || format == Format::Maze);
+            check_encodings(content, &parsed.encodings, &parsed.maze);
             check_maze(&parsed.maze);
         }
         Err(errors) => {
             assert!(!errors.is_empty());
-            let text = String::from_utf8_lossy(content);
             for error in &errors {
-                check_error(format, error, &text);
+                check_error(error, &text);
+                check_readings(error, content);
             }
         }
+    }
+}
+
+/// Checks that each encoding alone gives the maze.
+fn check_encodings(content: &[u8], encodings: &[Encoding], maze: &Maze) {
+    for &Encoding { bits, rows } in encodings {
+        let choice = Choice { bits: Some(bits), rows: Some(rows), among: None };
+        let parsed = choice.read(content).expect("the encoding fits the file");
+        assert_eq!(parsed.maze, *maze, "--bits {bits} --rows {rows}");
+    }
+}
+
+/// Checks that only an ambiguous file has readings, that the readings differ, and that their
+/// encodings select them.
+fn check_readings(error: &ParseError, content: &[u8]) {
+    let is_ambiguous = error.kind == ParseErrorKind::Ambiguous;
+    assert_eq!(is_ambiguous, error.readings.len() > 1, "{error}");
+    assert_eq!(is_ambiguous, !error.readings.is_empty(), "{error}");
+    for (index, reading) in error.readings.iter().enumerate() {
+        assert!(error.readings[..index].iter().all(|other| other.maze != reading.maze));
+        assert!(!reading.encodings.is_empty());
+        check_encodings(content, &reading.encodings, &reading.maze);
     }
 }
 
@@ -54,22 +62,20 @@ fn check_maze(maze: &Maze) {
     assert_eq!(maze.to_string().parse().as_ref(), Ok(maze));
     for format in Format::ALL {
         if let Ok(written) = format.write(maze) {
-            assert_eq!(Format::detect(&written), format);
             assert_eq!(parse_maze(&written).as_ref(), Ok(maze), "{format}");
         }
     }
 }
 
 /// Checks that the error message is a single line and that its location is inside the file or just
-/// after the end. In formats that draw the maze, a line may lack trailing blanks, so any column up
-/// to the end of the longest line is accepted.
-fn check_error(format: Format, error: &ParseError, text: &str) {
+/// after the end. A drawing may lack trailing blanks, so any column up to the end of the longest line
+/// is accepted.
+fn check_error(error: &ParseError, text: &str) {
     assert!(!error.to_string().contains(char::is_control), "not a single line: {error:?}");
     let (line, column) = match error.location {
         Location::Text { line, column } => (line, column),
         Location::Byte(byte) => {
-            assert_eq!(format, Format::Maz);
-            assert!((1..=257).contains(&byte), "{error}");
+            assert!((1..=1025).contains(&byte), "{error}");
             return;
         }
         _ => unreachable!("{error:?}"),
@@ -82,10 +88,6 @@ fn check_error(format: Format, error: &ParseError, text: &str) {
         "{error}, but the file has {} lines",
         lines.len()
     );
-    let width = match format {
-        Format::Text | Format::Maze | Format::Oshwdem => lines.iter().max(),
-        _ => lines.get(line - 1),
-    };
-    let width = width.copied().unwrap_or(0);
-    assert!((1..=width + 1).contains(&column), "{error}, but the line has {width} columns");
+    let width = lines.iter().max().copied().unwrap_or(0);
+    assert!((1..=width + 1).contains(&column), "{error}, but no line has so many columns");
 }

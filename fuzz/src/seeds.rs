@@ -31,8 +31,8 @@ const REQUESTS_PER_INPUT: usize = 8;
 /// at regular intervals.
 const INPUTS_PER_EXCHANGE: usize = 16;
 
-/// Mazes in formats other than text, and edge cases of the text format.
-const MAZES: [&str; 14] = [
+/// Mazes in every notation, some of them ambiguous or decorated.
+const MAZES: [&str; 22] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
     "#######\n#  G G#\n# ### #\n#S#   #\n#######\n",
@@ -48,6 +48,14 @@ const MAZES: [&str; 14] = [
     "+---+---+\n| S . G |\n+ . +   +\n|   |   |\n+---+---+\n",
     "OSHWDEM Maze Generator\n+---+---+---+\n| A |       |\n+   +   B   +\n|   |   |   |\n\
      +   +   +   +\n|           |\n+---+---+---+\n",
+    "Japan 1987\n\n o---o---o\n1|   : g |  row 1\n.   o   o\n0| s 7   |\no---o---o\n  0   1\n",
+    "┌───┬───┐\n│ S │ G │\n├   ╵   ┤\n│       │\n└───┴───┘\n",
+    "bf\nab\nee\n",
+    "93\nC6\n\n0,0\n1,1\nES\n",
+    "/* a maze */\nuint8_t m[4] PROGMEM = {\n0x09, 0x03,\n0x0C, 0x06,\n};\nint n[2] = {1, 2};\n",
+    "{\"maze\": [[9,3],[12,6]]}",
+    "  cell  ,E,W,N,S\n\"(1, 1)\",1,0,0,1\n\"(2, 1)\",1,0,1,0\n\"(1, 2)\",0,1,0,1\n\"(2, 2)\",0,1,1,0\n",
+    "2 2\n0xf9 0xf3\n0xfc 0xf6\n",
 ];
 
 fn main() -> io::Result<()> {

@@ -226,8 +226,10 @@ mod tests {
 
     /// Returns an argument with a word that sets it to a value of its type.
     fn with_value(command: &[String], required: &[&(Arg, String)], arg: &Arg) -> (Arg, String) {
-        const VALUES: [&str; 11] =
-            ["1", "100", "7,7", "16x16", "0.1", "a.svg", "a.html", "ares", "a=b", "1,1", "1MB"];
+        const VALUES: [&str; 13] = [
+            "1", "100", "7,7", "16x16", "0.1", "a.svg", "a.html", "ares", "a=b", "1,1", "1MB",
+            "codes", "north",
+        ];
         let possible: Vec<_> = arg.get_possible_values();
         let names = possible.iter().map(|value| value.get_name().to_string());
         let values = names.chain(VALUES.map(String::from));

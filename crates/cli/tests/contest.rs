@@ -136,11 +136,11 @@ fn scores_of_several_mazes_are_added() {
     home.write("mazes/a.txt", LOOP);
     home.write("mazes/b.txt", "o---o---o\n| S   G |\no---o---o\n");
     home.write("mazes/closed.txt", CLOSED);
-    home.write("mazes/rubbish.txt", "o---o---o\n");
+    home.write("mazes/damaged.txt", "o---o\n| S \no---o\n");
     let arguments = ["contest", "mazes", "--strategies", "swing,left-wall"];
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(1), "a maze cannot be read");
-    assert!(ended.stderr.contains("rubbish.txt"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("damaged.txt"), "{}", ended.stderr);
     assert!(ended.stdout.contains("\nSkipped 1 maze with an unreachable goal: closed\n"));
     let contest = home.run(&[&arguments[..], &["--json"]].concat()).json();
     assert_eq!(
@@ -156,7 +156,7 @@ fn scores_of_several_mazes_are_added() {
     let ended = home.run(&["contest", "mazes/closed.txt"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(ended.stdout.ends_with("\nSkipped 1 maze with an unreachable goal: closed\n"));
-    let ended = home.run(&["contest", "mazes/rubbish.txt"]);
+    let ended = home.run(&["contest", "mazes/damaged.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""));
 }
 

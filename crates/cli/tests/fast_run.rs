@@ -108,7 +108,7 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     home.write("mazes/a.txt", MAZE);
     home.write("mazes/closed.txt", CLOSED);
     home.write("mazes/cut/off.txt", CUT_OFF);
-    home.write("mazes/rubbish.txt", "o---o---o\n");
+    home.write("mazes/damaged.txt", "o---o\n| S \no---o\n");
     home.write("mazes/z.txt", corridor(5));
     let ended = home.run(&["fast-run", "mazes", "mazes/a.txt"]);
     assert_eq!(ended.code, Some(1));
@@ -123,7 +123,7 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     2 mazes without a run
     ");
     let stderr = ended.stderr;
-    assert!(stderr.starts_with("mmsim: ") && stderr.contains("rubbish.txt: line 2"), "{stderr}");
+    assert!(stderr.starts_with("mmsim: ") && stderr.contains("damaged.txt: line 2"), "{stderr}");
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
     let ended = home.run(&["fast-run", "mazes/a.txt", "mazes/z.txt"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
@@ -137,7 +137,7 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     let ended = home.run(&["fast-run", "mazes/closed.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""));
     insta::assert_snapshot!(ended.stderr, @"mmsim: mazes/closed.txt: goal unreachable: the start at (0, 0) has walls on all sides");
-    for arguments in [&["fast-run", "mazes/rubbish.txt"][..], &["fast-run", "none", "--csv", "-"]] {
+    for arguments in [&["fast-run", "mazes/damaged.txt"][..], &["fast-run", "none", "--csv", "-"]] {
         let ended = home.run(arguments);
         assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "{ended:?}");
         assert_eq!(ended.stderr.lines().count(), 1, "{ended:?}");

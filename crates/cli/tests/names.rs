@@ -69,7 +69,7 @@ fn no_command_prints_control_characters() {
         &["mazes", "show", &a],
         &["mazes", "show", &a, "--json"],
         &["mazes", "show", EVIL],
-        &["mazes", "show", &rubbish, "--format", "csv"],
+        &["mazes", "show", &rubbish, "--bits", "codes"],
         &["mazes", "check", folder, &new],
         &["mazes", "check", folder, &new, "--json"],
         &["mazes", "convert", &hex, "-"],

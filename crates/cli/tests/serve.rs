@@ -44,7 +44,7 @@ fn falls_back_to_bundled_mazes() {
 fn words_select_a_maze_in_a_folder_tree() {
     let home = Home::new();
     home.write("mazes/a-closed.txt", CLOSED);
-    home.write("mazes/b-rubbish.txt", "o---o---o\n");
+    home.write("mazes/b-damaged.txt", "o---o\n| S \no---o\n");
     home.write("mazes/deep/er/c-open.txt", OPEN);
     let served = |arguments: &[&str]| home.serve(arguments).messages.clone();
     assert!(
@@ -56,9 +56,9 @@ fn words_select_a_maze_in_a_folder_tree() {
     let ended = home.run(&["./mazes", "--maze", "no such"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("matches \"no such\""));
-    let ended = home.run(&["mazes/b-rubbish.txt"]);
+    let ended = home.run(&["mazes/b-damaged.txt"]);
     assert_eq!(ended.code, Some(1));
-    assert!(ended.stderr.contains("b-rubbish.txt: line 2, column 1: expected "), "{ended:?}");
+    assert!(ended.stderr.contains("b-damaged.txt: line 2, column 5: expected "), "{ended:?}");
 }
 
 #[test]

@@ -174,7 +174,7 @@ fn words_select_a_maze() {
 #[test]
 fn reports_unreadable_mazes_and_runs_the_others() {
     let home = Home::new();
-    home.write("mazes/a.txt", "o---o---o\n");
+    home.write("mazes/a.txt", "o---o\n| S \no---o\n");
     home.write("mazes/b.txt", MAZE);
     home.write("empty/README.md", "no maze");
     let ended = random(&home, &["no such", "empty", "mazes"]);
@@ -185,7 +185,7 @@ fn reports_unreadable_mazes_and_runs_the_others() {
     assert!(
         messages[2]
             .replace('\\', "/")
-            .starts_with("mmsim: mazes/a.txt: line 2, column 1: expected ")
+            .starts_with("mmsim: mazes/a.txt: line 2, column 5: expected ")
     );
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, &ended.stdout[..]), (Some(1), ""), "no table without a trial");

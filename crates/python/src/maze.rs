@@ -111,7 +111,7 @@ impl PyMaze {
     #[pyo3(signature = (path, format = None))]
     fn save(&self, py: Python<'_>, path: PathBuf, format: Option<&str>) -> PyResult<()> {
         let format = match format {
-            Some(format) => named(Format::ALL, Format::name, format)?,
+            Some(format) => named(&Format::ALL, Format::name, format)?,
             None if path.extension().is_none() => Format::Text,
             None => Format::from_path(&path).ok_or_else(|| {
                 value_error(format_args!(
@@ -129,7 +129,7 @@ impl PyMaze {
     /// Returns the content of a maze file.
     #[pyo3(signature = (format = "text"))]
     fn write<'py>(&self, py: Python<'py>, format: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let format = named(Format::ALL, Format::name, format)?;
+        let format = named(&Format::ALL, Format::name, format)?;
         Ok(PyBytes::new(py, &format.write(&self.maze).map_err(maze_error)?))
     }
 

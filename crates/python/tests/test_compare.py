@@ -158,7 +158,7 @@ def test_faults_of_a_function_are_reported_in_its_row() -> None:
 
 def test_unreadable_files_are_reported(tmp_path: Path) -> None:
     mm.Maze.generate(1).save(tmp_path / "good.txt")
-    (tmp_path / "bad.txt").write_text("o---o---o\n")
+    (tmp_path / "bad.txt").write_text("o---o\n| S \no---o\n")
     with pytest.warns(UserWarning, match="skipped .*bad.txt: line 2") as warned:
         assert [row["name"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
         mm.trial(tmp_path, "swing")

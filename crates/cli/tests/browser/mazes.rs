@@ -24,7 +24,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             home.write(&format!("mazes/{name}"), OPEN);
         }
         home.write("mazes/closed 2024.txt", CLOSED);
-        home.write("mazes/rubbish.txt", "o---o---o\n");
+        home.write("mazes/damaged.txt", "o---o\n| S \no---o\n");
         let simulator = Simulator::start_in(home, &["mazes"]);
         browser.open(&simulator.page);
         let page = Page(browser);
@@ -43,7 +43,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             ("1999 2024", &[]),
             ("japan/f", &["Final 2024", "final 1999"]),
             ("unsolvable", &["closed 2024"]),
-            ("", &["Final 2024", "final 1999", "2024 half", "closed 2024", "rubbish"]),
+            ("", &["Final 2024", "final 1999", "2024 half", "closed 2024", "damaged"]),
         ] {
             browser.clear(SEARCH);
             browser.type_into(SEARCH, words);
@@ -62,7 +62,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             browser.run(script, &[Page::maze_selector(path).into()])
         };
         assert_eq!(kind("mazes/closed 2024.txt"), "unsolvable");
-        assert_eq!(kind("mazes/rubbish.txt"), "unreadable");
+        assert_eq!(kind("mazes/damaged.txt"), "unreadable");
         assert_eq!(kind("mazes/taiwan/2024 half.txt"), "solvable");
         let shortest_path =
             |path: &str| browser.text(&format!("{} .path", Page::maze_selector(path)));
@@ -73,9 +73,9 @@ fn the_search_matches_all_words_in_any_order_and_case() {
             "2 × 1"
         );
         // Choosing an unreadable maze shows the reason.
-        page.choose_maze("mazes/rubbish.txt");
+        page.choose_maze("mazes/damaged.txt");
         wait_for("the error", || {
-            browser.text("#error span").contains("line 2, column 1").then_some(())
+            browser.text("#error span").contains("line 2, column 5").then_some(())
         });
         assert_eq!(simulator.info().name, "Final 2024");
         browser.leave();
@@ -103,14 +103,14 @@ fn mazes_are_sorted_and_those_without_a_solution_come_last() {
             ("b/c/long.txt", LONG),
             ("a/closed.txt", CLOSED),
             ("a/open.txt", OPEN),
-            ("a/rubbish.txt", "o---o---o\n"),
+            ("a/damaged.txt", "o---o\n| S \no---o\n"),
             ("loose.txt", OPEN),
         ] {
             home.write(&format!("mazes/{name}"), maze);
         }
         let simulator = Simulator::start_in(home, &["mazes"]);
         browser.open(&simulator.page);
-        let last = ["# Goal unreachable", "closed", "# Unreadable", "rubbish"];
+        let last = ["# Goal unreachable", "closed", "# Unreadable", "damaged"];
         let wait_for_rows = |expected: &[&str]| {
             let expected = [expected, &last].concat();
             wait_for("the mazes", || (rows(browser).len() == expected.len()).then_some(()));

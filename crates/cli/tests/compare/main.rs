@@ -269,7 +269,7 @@ fn strategies_run_once_and_in_the_given_order() {
 #[test]
 fn reports_unreadable_mazes_and_compares_the_others() {
     let home = Home::new();
-    home.write("mazes/a.txt", "o---o---o\n");
+    home.write("mazes/a.txt", "o---o\n| S \no---o\n");
     home.write("mazes/b.txt", MAZE);
     let ended = home.run(&["compare", "mazes", "no such", "--strategies", "swing"]);
     assert_eq!(ended.code, Some(1), "{ended:?}");
@@ -279,7 +279,7 @@ fn reports_unreadable_mazes_and_compares_the_others() {
     assert!(
         messages[0]
             .replace('\\', "/")
-            .starts_with("mmsim: mazes/a.txt: line 2, column 1: expected ")
+            .starts_with("mmsim: mazes/a.txt: line 2, column 5: expected ")
     );
     assert!(messages[1].contains("matches \"no such\""), "{messages:?}");
     assert_eq!(messages.len(), 2);

@@ -31,11 +31,11 @@ fn assert_is_fetched(home: &Home, folder: &str) {
     assert_eq!(read("classic/japan2013.txt"), MAZE);
     assert_eq!(read("classic/deep/er/a b (c).maz"), OTHER_MAZE);
     assert_eq!(read("README.md"), "whose mazes they are");
-    assert_eq!(read("LICENCE.md"), "none");
+    assert_eq!(read("LICENCE"), "none");
     let names = fs::read_dir(home.path().join(folder).join("fetched")).unwrap();
     let mut names: Vec<_> = names.map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    let expected = [".mmsim-fetched", "LICENCE.md", "README.md", "classic"];
+    let expected = [".mmsim-fetched", "LICENCE", "README.md", "classic"];
     assert_eq!(names, expected);
 }
 

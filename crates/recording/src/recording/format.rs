@@ -202,7 +202,7 @@ mod tests {
         insta::assert_snapshot!(other(Some("{}"), MAZE), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
         insta::assert_snapshot!(other(Some(&info(40, 0)), MAZE), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(Some(&info(2, 2)), MAZE), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
-        insta::assert_snapshot!(other(Some(&info(2, 0)), "rubbish"), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a row of posts and walls such as "o---o---o", found "rubbish""#);
+        insta::assert_snapshot!(other(Some(&info(2, 0)), "rubbish"), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a maze: a drawing, a number for each cell, or a line for each cell, found "rubbish""#);
         insta::assert_snapshot!(other(Some(&info(3, 0)), MAZE), @"the description of the maze is invalid: the maze has 2x1 cells, but the states are for 3x1 cells");
     }
 
