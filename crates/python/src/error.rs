@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use mmsim_client::RunError;
-use mmsim_formats::ReadError;
+use mmsim_formats::{ReadError, Reading};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::import_exception;
 use pyo3::prelude::*;
@@ -54,6 +54,12 @@ pub(crate) fn io_error(kind: io::ErrorKind, error: impl Display) -> PyErr {
 pub(crate) fn read_error(error: &ReadError) -> PyErr {
     match error {
         ReadError::Io { source, .. } => io_error(source.kind(), error),
-        _ => maze_error(error),
+        _ => parse_error(error, error.readings()),
     }
+}
+
+/// Creates a `MazeError` that draws the mazes an ambiguous file could mean below the message.
+pub(crate) fn parse_error(error: impl Display, readings: &[Reading]) -> PyErr {
+    let drawn: String = readings.iter().map(Reading::to_string).collect();
+    maze_error(format!("{error}\n{drawn}").trim_end())
 }

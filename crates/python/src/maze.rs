@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mmsim_compare::NamedMaze;
 use mmsim_drawing::Scene;
-use mmsim_formats::{Catalogue, Entry, Format, ReadError, parse_maze, read_maze};
+use mmsim_formats::{Catalogue, Choice, Entry, Format, ReadError, read_content};
 use mmsim_generator::{Style, generate, random_seed};
 use mmsim_maze::{Cell, Maze, MazeSize};
 use mmsim_protocol::CellWalls;
@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString, PyTuple};
 
 use crate::convert::{coordinate, heading, inside, named, number, size, to_cells, to_pose};
-use crate::error::{io_error, maze_error, read_error, type_error, value_error};
+use crate::error::{io_error, maze_error, parse_error, read_error, type_error, value_error};
 use crate::fast_run::PyFastRun;
 use crate::grid::{to_array, to_distances};
 
@@ -33,10 +33,12 @@ pub(crate) struct PyMaze {
 
 impl PyMaze {
     /// Reads a maze file. The name is the name of the file without the extension.
-    fn read(path: &Path) -> PyResult<Self> {
+    fn read(path: PathBuf, choice: Choice<'_>) -> Result<Self, ReadError> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into();
-        let maze = read_maze(path).map_err(|error| read_error(&error))?;
-        Ok(Self { path: path.into(), name, maze })
+        match choice.read(&read_content(&path)?) {
+            Ok(parsed) => Ok(Self { path, name, maze: parsed.maze }),
+            Err(errors) => Err(ReadError::Parse { path, errors }),
+        }
     }
 
     /// Reads a maze of a collection.
@@ -54,28 +56,52 @@ impl PyMaze {
     }
 }
 
+/// Returns the encodings that the arguments `bits` and `rows` select.
+fn choice(bits: Option<&str>, rows: Option<&str>) -> PyResult<Choice<'static>> {
+    let bits = bits.map(str::parse).transpose().map_err(value_error)?;
+    let rows = rows.map(str::parse).transpose().map_err(value_error)?;
+    Ok(Choice { bits, rows, among: None })
+}
+
 #[pymethods]
 impl PyMaze {
     /// Reads a maze file. The format is detected from the content.
     ///
+    /// If a file of numbers could mean several mazes, `bits` and `rows` select one, as the options of
+    /// `mmsim mazes convert` do.
+    ///
     /// Raises `MazeError` if the content is not a maze, or a subclass of `OSError`.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| Self::read(&path))
+    #[pyo3(signature = (path, *, bits = None, rows = None))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        bits: Option<&str>,
+        rows: Option<&str>,
+    ) -> PyResult<Self> {
+        let choice = choice(bits, rows)?;
+        py.detach(|| Self::read(path, choice)).map_err(|error| read_error(&error))
     }
 
-    /// Reads a maze from the content of a maze file.
+    /// Reads a maze from the content of a maze file, like `load`.
     #[staticmethod]
-    #[pyo3(signature = (content, name = "maze"))]
-    fn parse(content: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
-        let maze = if let Ok(text) = content.cast::<PyString>() {
-            parse_maze(text.to_cow()?.as_bytes())
+    #[pyo3(signature = (content, name = "maze", *, bits = None, rows = None))]
+    fn parse(
+        content: &Bound<'_, PyAny>,
+        name: &str,
+        bits: Option<&str>,
+        rows: Option<&str>,
+    ) -> PyResult<Self> {
+        let choice = choice(bits, rows)?;
+        let parsed = if let Ok(text) = content.cast::<PyString>() {
+            choice.read(text.to_cow()?.as_bytes())
         } else if let Ok(bytes) = content.cast::<PyBytes>() {
-            parse_maze(bytes.as_bytes())
+            choice.read(bytes.as_bytes())
         } else {
             return Err(type_error("str or bytes", content));
         };
-        Ok(Self { path: PathBuf::new(), name: name.into(), maze: maze.map_err(maze_error)? })
+        let parsed = parsed.map_err(|errors| parse_error(&errors[0], &errors[0].readings))?;
+        Ok(Self { path: PathBuf::new(), name: name.into(), maze: parsed.maze })
     }
 
     /// Returns the first bundled maze whose name contains every word of `name`.

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,26 @@ def test_the_fastest_run_has_the_figures_of_the_command(mmsim: str, tmp_path: Pa
     assert maze.fastest_run(str(tmp_path / "mine.toml")).time == maze.fastest_run("ukmars").time
 
 
+def test_every_reading_of_an_ambiguous_file_can_be_selected(tmp_path: Path) -> None:
+    path = tmp_path / "rows.txt"
+    path.write_text("bf\nab\nee\n")
+    with pytest.raises(mm.MazeError, match="rows.txt: .* numbers that fit 3 ") as loaded:
+        mm.Maze.load(path)
+    with pytest.raises(mm.MazeError) as parsed:
+        mm.Maze.parse(path.read_bytes())
+    assert str(loaded.value).endswith(str(parsed.value))
+    readings = re.findall(r"^--bits (\S+) --rows (\S+)\n((?:[o|].*\n)+)", f"{parsed.value}\n", re.MULTILINE)
+    assert len(readings) == 3
+    for bits, rows, drawn in readings:
+        maze = mm.Maze.load(path, bits=bits, rows=rows)
+        assert str(maze) == drawn
+        assert maze == mm.Maze.parse(path.read_text(), bits=bits, rows=rows)
+    with pytest.raises(ValueError, match='expected .* such as N1E2S4W8 .* found "NESW"'):
+        mm.Maze.load(path, bits="NESW")
+    with pytest.raises(ValueError, match='expected .* north, .* found "up"'):
+        mm.Maze.parse("", rows="up")
+
+
 def test_faults_are_reported_with_the_messages_of_the_command(tmp_path: Path) -> None:
     (tmp_path / "wrong.txt").write_text("o---o---o\n| S   G  \no---o---o\n")
     with pytest.raises(mm.MazeError, match="wrong.txt: line 2, column 9: expected "):
@@ -94,7 +115,7 @@ def test_faults_are_reported_with_the_messages_of_the_command(tmp_path: Path) ->
         mm.Maze.load(tmp_path / "missing")
     with pytest.raises(FileNotFoundError, match="cannot write .*missing"):
         mm.Maze.generate(1).save(tmp_path / "missing" / "maze.txt")
-    with pytest.raises(mm.MazeError, match="supports only 16x16 mazes"):
+    with pytest.raises(mm.MazeError, match="supports only 16x16 and 32x32 mazes"):
         mm.Maze.parse(SMALL).write("maz")
     with pytest.raises(ValueError, match="expected one of text, "):
         mm.Maze.parse(SMALL).write("png")  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ _Heading = Union[Heading, Literal["N", "E", "S", "W"]]
 _Path = Union[str, PathLike[str]]
 _Cell = tuple[int, int]
 _Grid = Union[npt.NDArray[np.integer[Any]], Sequence[Sequence[int]]]
-_Format = Literal["text", "maze", "oshwdem", "trial", "maz", "num", "csv", "hex"]
+_Format = Literal["text", "trial", "maz", "num"]
 _Unknown = Literal["open", "closed"]
 _Bytes8 = npt.NDArray[np.uint8]
 _Distances = npt.NDArray[np.uint16]
@@ -55,15 +55,24 @@ class Maze:
     """A maze and its name. Mazes with the same cells, walls, start and goal are equal."""
 
     @staticmethod
-    def load(path: _Path) -> Maze:
+    def load(path: _Path, *, bits: str | None = None, rows: str | None = None) -> Maze:
         """Reads a maze file. The format is detected from the content.
+
+        If a file of numbers could mean several mazes, `bits` and `rows` select one, as the options of
+        `mmsim mazes convert` do.
 
         Raises `MazeError` if the content is not a maze, or a subclass of `OSError`.
         """
 
     @staticmethod
-    def parse(content: str | bytes, name: str = "maze") -> Maze:
-        """Reads a maze from the content of a maze file."""
+    def parse(
+        content: str | bytes,
+        name: str = "maze",
+        *,
+        bits: str | None = None,
+        rows: str | None = None,
+    ) -> Maze:
+        """Reads a maze from the content of a maze file, like `load`."""
 
     @staticmethod
     def bundled(name: str) -> Maze:
