@@ -111,7 +111,7 @@ fn mmsim() -> Command {
     if !IS_IGNORING.get_or_init(is_ignoring) {
         return Command::new(mmsim);
     }
-    let mut command = Command::new("env");
+    let mut command = Command::new("/usr/bin/env");
     command.args([&format!("--default-signal={SIGNALS}"), mmsim]);
     command
 }
