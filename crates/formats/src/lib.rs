@@ -17,7 +17,7 @@
 //! ");
 //! assert_eq!(Format::Num.write(&parsed.maze)?, b"0 0 0 1 1 1\n0 1 1 0 0 1\n1 0 0 1 1 1\n1 1 1 1 0 0\n");
 //!
-//! let decorated = Choice::default().read(b"A maze\n+--+--+\n|s  g|\n.--+--+\n").unwrap();
+//! let decorated = Choice::default().read(b"A maze\n+--+--+\n|s   g|\n.--+--+\n").unwrap();
 //! assert!(decorated.notes.iter().all(|note| note.kind == NoteKind::Ignored));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
