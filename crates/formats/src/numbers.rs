@@ -212,7 +212,8 @@ impl Table {
             return Err(ParseError { readings, ..error }.into());
         }
         let nearest = own.or_else(|| encodings.iter().copied().min_by_key(count));
-        let is_near = |it: &Encoding| own.is_some() || 4 * count(it) <= sizes.0.area() + 8;
+        let is_known = own.is_some() || choice.bits.is_some() && choice.rows.is_some();
+        let is_near = |it: &Encoding| is_known || 4 * count(it) <= sizes.0.area() + 8;
         let errors = nearest.filter(is_near).and_then(|nearest| decode(nearest).err());
         Err(errors.unwrap_or_else(|| {
             let error = ParseError::at(at, "numbers for walls", "other numbers");
@@ -372,6 +373,8 @@ mod tests {
         insta::assert_snapshot!(error("ec46", "cc46"), @"line 4, column 2: expected no wall between (0, 0) and (1, 0) to match line 4, column 1, found 12 (nearest encoding: --bits N1E2S4W8 --rows north)");
         insta::assert_snapshot!(error("a93a", "a93"), @"line 2, column 4: expected 4 numbers, as on line 1, found 3");
         insta::assert_snapshot!(error("a93a", "a93g"), @r#"line 2, column 4: expected a hex digit, found "g""#);
+        let chosen = Choice { bits: Some(Bits::WALLS), rows: "south".parse().ok(), among: None };
+        assert_ne!(chosen.read(b"9113\nec46\n").unwrap_err()[0].kind, ParseErrorKind::NotAMaze);
         let wide = "5".repeat(33) + "\n";
         insta::assert_snapshot!(parse(&wide.repeat(3)).unwrap_err(), @"line 1, column 1: expected at most 32 rows of 32 cells, found 3 rows of 33 cells");
         insta::assert_snapshot!(parse(&"55\n".repeat(33)).unwrap_err(), @"line 33, column 1: expected at most 32 rows of 32 cells, found 33 rows of 2 cells");
