@@ -79,7 +79,7 @@ fn shared_inputs_have_the_right_answer() {
     let truth = read("hex-north-4-true.txt").maze;
     assert!(error.readings.iter().any(|reading| reading.maze == truth));
     let (bits, rows) = ("N4E2S1W8".parse().ok(), "north".parse().ok());
-    assert_eq!(Choice { bits, rows, among: None }.read(&digits).unwrap().maze, truth);
+    assert_eq!(Choice { bits, rows }.read(&digits).unwrap().maze, truth);
 
     let amazeing = read("amazeing-10x6.txt");
     assert_eq!(amazeing.maze.size().to_string(), "10x6");

@@ -33,7 +33,7 @@ fn read(content: &[u8]) {
 /// Checks that each encoding alone gives the maze.
 fn check_encodings(content: &[u8], encodings: &[Encoding], maze: &Maze) {
     for &Encoding { bits, rows } in encodings {
-        let choice = Choice { bits: Some(bits), rows: Some(rows), among: None };
+        let choice = Choice { bits: Some(bits), rows: Some(rows) };
         let parsed = choice.read(content).expect("the encoding fits the file");
         assert_eq!(parsed.maze, *maze, "--bits {bits} --rows {rows}");
     }

@@ -99,8 +99,8 @@ struct EncodingArgs {
 }
 
 impl EncodingArgs {
-    fn choice(&self) -> Choice<'static> {
-        Choice { bits: self.bits, rows: self.rows, among: None }
+    fn choice(&self) -> Choice {
+        Choice { bits: self.bits, rows: self.rows }
     }
 
     fn is_set(&self) -> bool {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{env, fs, iter, process};
 
-use mmsim_formats::{ReadError, Reading};
+use mmsim_formats::{ParsedMaze, ReadError};
 use mmsim_maze::{Escaped, counted, needs_escape};
 use mmsim_report::{Comparison, group_by_reason};
 use mmsim_server::BindError;
@@ -118,7 +118,7 @@ pub(crate) fn drawn_readings(error: &(dyn Error + 'static)) -> String {
     let mut causes = iter::successors(Some(error), |&error| error.source());
     let error = causes.find_map(|cause| cause.downcast_ref::<ReadError>());
     let readings: String =
-        error.map_or(&[][..], ReadError::readings).iter().map(Reading::to_string).collect();
+        error.map_or(&[][..], ReadError::readings).iter().map(ParsedMaze::to_string).collect();
     if readings.is_empty() {
         return readings;
     }

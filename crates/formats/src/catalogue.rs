@@ -148,10 +148,6 @@ impl Entry {
             Err(error) => error.readings().iter().flat_map(|it| it.encodings.clone()).collect(),
         }
     }
-
-    fn folder(&self) -> Option<&Path> {
-        self.path.parent()
-    }
 }
 
 /// Reads files. If the numbers of a file fit several mazes, the other files of its folder decide.
@@ -159,31 +155,26 @@ fn read_together(
     contents: impl Iterator<Item = (PathBuf, Result<Vec<u8>, ReadError>)>,
     choice: Choice,
 ) -> Vec<Entry> {
-    let (mut entries, mut ambiguous) = (Vec::<Entry>::new(), Vec::new());
-    for (path, content) in contents {
-        let parsed = content.and_then(|content| {
-            choice.read(&content).map_err(|errors| {
-                if errors[0].kind == ParseErrorKind::Ambiguous {
-                    ambiguous.push((entries.len(), content));
-                }
-                ReadError::Parse { path: path.clone(), errors }
-            })
-        });
-        entries.push(Entry { path, parsed });
-    }
-    let mut shared: HashMap<Option<&Path>, Vec<Encoding>> = HashMap::new();
-    let has_encodings = |entry: &&Entry| !ambiguous.is_empty() && !entry.encodings().is_empty();
-    for entry in entries.iter().filter(has_encodings) {
-        let here = entry.encodings();
-        shared.entry(entry.folder()).or_insert_with(|| here.clone()).retain(|it| here.contains(it));
-    }
-    let decide = |(index, content): &(usize, Vec<u8>)| {
-        let among = shared.get(&Entry::folder(&entries[*index])).map(Vec::as_slice);
-        Some((*index, Choice { among, ..choice }.read(content).ok()?))
+    let read = |(path, content): (PathBuf, Result<Vec<u8>, ReadError>)| {
+        let error = |errors| ReadError::Parse { path: path.clone(), errors };
+        let parsed = content.and_then(|content| choice.read(&content).map_err(error));
+        Entry { path, parsed }
     };
-    let decided: Vec<_> = ambiguous.iter().filter_map(decide).collect();
-    for (index, parsed) in decided {
-        entries[index].parsed = Ok(parsed);
+    let mut entries: Vec<Entry> = contents.map(read).collect();
+    let folder = |entry: &Entry| entry.path.parent().map(Path::to_path_buf);
+    let mut shared: HashMap<Option<PathBuf>, Vec<Encoding>> = HashMap::new();
+    for entry in entries.iter().filter(|entry| !entry.encodings().is_empty()) {
+        let here = entry.encodings();
+        shared.entry(folder(entry)).or_insert_with(|| here.clone()).retain(|it| here.contains(it));
+    }
+    for entry in &mut entries {
+        let Some(shared) = shared.get(&folder(entry)) else { continue };
+        let is_shared =
+            |reading: &&ParsedMaze| reading.encodings.iter().any(|it| shared.contains(it));
+        let readings = entry.parsed.as_ref().map_or_else(ReadError::readings, |_| &[]);
+        if let [decided] = readings.iter().filter(is_shared).collect::<Vec<_>>()[..] {
+            entry.parsed = Ok(decided.clone());
+        }
     }
     entries
 }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use mmsim_maze::{Cell, CellSet, Heading, Sides};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Sides};
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
-use crate::parsed_maze::{MAX_SIDE, Notation, ParsedMaze, cell, maze, size, walls};
+use crate::parsed_maze::{Notation, ParsedMaze, maze, size, walls};
 use crate::rows::{Item, Row, rows};
 
 /// Reads lines with x, y and 1 for a wall to the north, east, south and west, or the CSV of pyamaze:
@@ -30,21 +30,21 @@ pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
 
 fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze, Vec<ParseError>> {
     let mut cells: BTreeMap<Cell, (Sides, Location, String)> = BTreeMap::new();
-    let first = usize::from(is_pyamaze);
+    let first = u8::from(is_pyamaze);
     let coordinate = |item: &Item| {
-        let number = item.text.parse().ok().and_then(|number: usize| number.checked_sub(first));
-        let expected = format!("a coordinate from {first} to {}", first + MAX_SIDE - 1);
-        number.filter(|&number| number < MAX_SIDE).ok_or_else(|| item.error(expected))
+        let number = item.text.parse().ok().and_then(|number: u8| number.checked_sub(first));
+        let expected = format!("a coordinate from {first} to {}", first + MazeSize::MAX_SIDE - 1);
+        number.filter(|&number| number < MazeSize::MAX_SIDE).ok_or_else(|| item.error(expected))
     };
     for row in rows {
         let items = &row.items;
         let &[ref one, ref two, north, east, south, west] = &items[..] else {
             let at = items.get(6).map_or_else(|| items[items.len() - 1].end(), Item::location);
             let expected = "six numbers: two coordinates and four sides";
-            return Err(ParseError::at(at, expected, items.len().to_string()).into());
+            return Err(ParseError::new(at, expected, items.len().to_string()).into());
         };
         let (one, two) = (coordinate(one)?, coordinate(two)?);
-        let cell = if is_pyamaze { cell(two, one) } else { cell(one, two) };
+        let cell = if is_pyamaze { Cell::new(two, one) } else { Cell::new(one, two) };
         let mut bits = 0;
         for (digit, &side) in [north, east, south, west].iter().zip(sides) {
             match digit.text {
@@ -56,22 +56,20 @@ fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze,
         let record = (Sides::from_bits(bits), at, quoted(&row.texts().join(" ")));
         if let Some((_, before, _)) = cells.insert(cell, record) {
             let found = format!("{cell}, already defined at {before}");
-            let error = ParseError::at(at, "a new cell", found).with_cell(cell);
-            return Err(error.with_kind(ParseErrorKind::Contradiction).into());
+            let (kind, cell) = (ParseErrorKind::Contradiction, Some(cell));
+            return Err(
+                ParseError { kind, cell, ..ParseError::new(at, "a new cell", found) }.into()
+            );
         }
     }
     let far = |coordinate: fn(&Cell) -> u8| cells.keys().map(coordinate).max().unwrap_or(0);
-    let size = size(usize::from(far(|cell| cell.x)) + 1, usize::from(far(|cell| cell.y)) + 1)?;
-    let missing = size.cells().filter(|cell| !cells.contains_key(cell));
-    let missing: Vec<String> = missing.map(|cell| cell.to_string()).collect();
-    if !missing.is_empty() {
-        let end = rows.last().map_or(1, |row| row.items[0].line + 1);
-        let expected = format!("a line for each cell of the {size} maze");
-        let shown = missing.len().min(3);
-        let more = missing.len() - shown;
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        let found = format!("none for {}{more}", missing[..shown].join(", "));
-        return Err(ParseError::new(end, 1, expected, found).into());
+    let [width, height] = [far(|cell| cell.x), far(|cell| cell.y)].map(|far| usize::from(far) + 1);
+    let size = size(Location::FIRST, width, height)?;
+    if let Some(missing) = size.cells().find(|cell| !cells.contains_key(cell)) {
+        let line = rows.last().map_or(1, |row| row.items[0].line + 1);
+        let expected = format!("a line for each of the {} cells", size.area());
+        let found = format!("{} lines, but none for {missing}", cells.len());
+        return Err(ParseError::new(Location::Text { line, column: 1 }, expected, found).into());
     }
     // The rows of pyamaze are counted from the north.
     let last = size.height() - 1;
@@ -127,8 +125,8 @@ mod tests {
         insta::assert_snapshot!(error("1 0 0 1 1 1", "1 0 0 1 1 0"), @r#"line 3, column 1: expected a wall between (0, 0) and (1, 0) to match line 1, column 1, found "1 0 0 1 1 0""#);
         insta::assert_snapshot!(error("0 0 0 1 1 1", "0 0 0 1 1 0"), @r#"line 1, column 1: expected an outer wall to the west of (0, 0), found "0 0 0 1 1 0""#);
         insta::assert_snapshot!(error("1 0 0 1 1 1", "0 0 0 1 1 1"), @"line 3, column 1: expected a new cell, found (0, 0), already defined at line 1, column 1");
-        insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each cell of the 2x2 maze, found none for (0, 0)");
-        insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each cell of the 10x2 maze, found none for (2, 0), (3, 0), (4, 0) and 13 more");
+        insta::assert_snapshot!(error("0 0 0 1 1 1\n", ""), @"line 4, column 1: expected a line for each of the 4 cells, found 3 lines, but none for (0, 0)");
+        insta::assert_snapshot!(error("1 1 1 1", "9 1 1 1"), @"line 5, column 1: expected a line for each of the 20 cells, found 4 lines, but none for (2, 0)");
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0 2"), @r#"line 4, column 11: expected 0 or 1, found "2""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 32 1 1 0 0"), @r#"line 4, column 3: expected a coordinate from 0 to 31, found "32""#);
         insta::assert_snapshot!(error("1 1 1 1 0 0", "1 1 1 1 0"), @"line 4, column 10: expected six numbers: two coordinates and four sides, found 5");

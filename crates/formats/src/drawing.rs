@@ -8,7 +8,7 @@ use std::ops::Range;
 use mmsim_maze::{Cell, CellSet, Heading, Maze, Symmetry, Walls};
 
 use crate::error::{Location, Note, NoteKind, ParseError, ParseErrorKind, quoted};
-use crate::parsed_maze::{MAX_SIDE, Notation, ParsedMaze, cell, maze, size};
+use crate::parsed_maze::{MAX_SIDE, Notation, ParsedMaze, maze, size};
 
 /// The maximum distance between adjacent posts in characters.
 const MAX_PITCH: usize = 32;
@@ -23,8 +23,9 @@ pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
     let lines = lines.map(|(number, characters)| Line { number, characters });
     let lines: Vec<Line> = lines.filter(|line| !line.characters.is_empty()).collect();
     let is_rotated = lines.first()?.text(&(0..7)) == "OSHWDEM";
-    Some(find(&lines)?.map_err(Vec::from).and_then(|frame| {
-        let title = &lines[usize::from(is_rotated)..lines.len() - frame.lines.len()];
+    let lines = &lines[usize::from(is_rotated)..];
+    Some(find(lines)?.map_err(Vec::from).and_then(|frame| {
+        let title = &lines[..lines.len() - frame.lines.len()];
         let mut notes =
             title.iter().map(|line| line.ignored(&(0..line.characters.len()))).collect();
         let maze = frame.read(is_rotated, &mut notes)?;
@@ -60,7 +61,7 @@ impl Line {
 
     fn error(&self, span: &Range<usize>, expected: &str) -> ParseError {
         let end = span.end.min(self.characters.len()).max(span.start);
-        ParseError::at(self.location(span.start), expected, quoted(&self.text(&(span.start..end))))
+        ParseError::new(self.location(span.start), expected, quoted(&self.text(&(span.start..end))))
     }
 
     fn ignored(&self, span: &Range<usize>) -> Note {
@@ -142,7 +143,7 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
     Some(found.iter().find(is_rival).map_or(Ok(frame), |(_, rival)| {
         let expected = format!("cells {} characters wide", frame.pitch - 1);
         let found = format!("walls and posts that also fit cells {} wide", rival.pitch - 1);
-        Err(ParseError::at(frame.lines[0].location(frame.left), expected, found))
+        Err(ParseError::new(frame.lines[0].location(frame.left), expected, found))
     }))
 }
 
@@ -320,20 +321,18 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     /// Returns an error for each gap in the outer wall and for each wall that is not clear.
+    #[allow(clippy::cast_possible_truncation)]
     fn read(&self, is_rotated: bool, notes: &mut Vec<Note>) -> Result<Maze, Vec<ParseError>> {
         let Self { lines, last_row, last_column, .. } = *self;
-        let (width, height) = (last_column / 2, last_row / 2);
-        if width.max(height) > MAX_SIDE {
-            let found = format!("{width}x{height}");
-            let error = ParseError::at(lines[0].location(self.left), "at most 32x32 cells", found);
-            return Err(error.into());
-        }
-        let mut walls = Walls::open(size(width, height)?);
+        let size = size(lines[0].location(self.left), last_column / 2, last_row / 2)?;
+        let mut walls = Walls::open(size);
         let (mut start, mut goals, mut errors) = (None, CellSet::EMPTY, Vec::new());
         for (row, column) in self.places() {
             let (line, span) = (&lines[row], self.span(column));
             // The cell to the lower right, if the place is above or in a row of cells.
-            let here = cell(column / 2, height.saturating_sub(1 + row / 2));
+            let row_from_north = (row / 2) as u8;
+            let y = size.height().saturating_sub(1 + row_from_north);
+            let here = Cell { x: (column / 2) as u8, y };
             let mut characters = span.clone().map(|index| line.at(index));
             if characters.clone().any(|c| c.is_control() || c == char::REPLACEMENT_CHARACTER) {
                 return Err(line.error(&span, "a maze drawn with printable characters").into());
@@ -341,12 +340,9 @@ impl<'a> Frame<'a> {
             let is_outer = row % last_row == 0 || column % last_column == 0;
             match (row % 2, column % 2) {
                 (0, 0) if is_rotated && !is_outer && line.at(span.start) == 'B' => {
-                    let x = [here.x - 1, here.x];
-                    goals.extend(
-                        x.map(|x| Cell { x, ..here })
-                            .into_iter()
-                            .chain(x.map(|x| Cell { x, y: here.y + 1 })),
-                    );
+                    for (x, y) in [(1, 0), (0, 0), (1, 1), (0, 1)] {
+                        goals.insert(Cell::new(here.x - x, here.y + y));
+                    }
                 }
                 (0, 0) if [self.post, ' '].contains(&line.post(span.start)) => {}
                 (1, 1) if characters.all(|c| c == ' ') => {}
@@ -369,23 +365,17 @@ impl<'a> Frame<'a> {
                 _ => match self.place(row, column) {
                     Place::Blank | Place::Dot if is_outer => {
                         let error = line.error(&span, "the outer wall");
-                        errors.push(error.with_kind(ParseErrorKind::OpenPerimeter));
+                        errors.push(ParseError { kind: ParseErrorKind::OpenPerimeter, ..error });
                     }
                     Place::Partial => errors.push(line.error(&span, "a wall or blanks")),
                     Place::Dot => {
                         let at = line.location(span.start + span.len() / 2);
-                        notes.push(Note::new(
-                            NoteKind::UnknownWall,
-                            at,
-                            "unknown wall, read as open",
-                        ));
+                        let (kind, text) = (NoteKind::UnknownWall, "unknown wall, read as open");
+                        notes.push(Note::new(kind, at, text));
                     }
                     Place::Wall(_) if !is_outer => {
-                        walls.set(
-                            here,
-                            if row % 2 == 0 { Heading::North } else { Heading::West },
-                            true,
-                        );
+                        let heading = if row % 2 == 0 { Heading::North } else { Heading::West };
+                        walls.set(here, heading, true);
                     }
                     Place::Wall(_) | Place::Blank => {}
                 },
@@ -395,7 +385,8 @@ impl<'a> Frame<'a> {
             && self.is_cells(last, None)
         {
             let found = "the end of the file";
-            errors.push(ParseError::new(last.number + 1, 1, "a row of posts", found));
+            let end = Location::Text { line: last.number + 1, column: 1 };
+            errors.push(ParseError::new(end, "a row of posts", found));
         }
         if !errors.is_empty() {
             return Err(errors);
@@ -655,6 +646,8 @@ OSHWDEM Maze Generator v1.2 R42263
         o---o---o---o---o---o
         ");
         assert_eq!(notes(GENERATED), [""; 0]);
+        let posts = "OSHWDEMO\n|      |\nOSHWDEMO\n";
+        assert!(parse(posts).is_err(), "the first line may also be the upper outer wall");
         insta::assert_snapshot!(error(&GENERATED.replacen("|   |   |", "| A |   |", 1)), @r#"line 5, column 2: expected one start, found " A ""#);
     }
 }

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use mmsim_maze::{Cell, Maze};
+use mmsim_maze::Cell;
 
-use crate::encoding::Encoding;
+use crate::parsed_maze::ParsedMaze;
 
 /// An error in a maze file: its location, what was expected, and what was found.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,8 +21,9 @@ pub struct ParseError {
     pub expected: String,
     /// What was found.
     pub found: String,
-    /// The mazes that an [ambiguous](ParseErrorKind::Ambiguous) file could mean.
-    pub readings: Vec<Reading>,
+    /// The mazes that an [ambiguous](ParseErrorKind::Ambiguous) file could mean. Each has at least
+    /// one encoding.
+    pub readings: Vec<ParsedMaze>,
 }
 
 /// The kind of error in a maze file.
@@ -39,24 +40,6 @@ pub enum ParseErrorKind {
     Contradiction,
     /// An outer wall is missing.
     OpenPerimeter,
-}
-
-/// One of the mazes that an ambiguous file could mean.
-///
-/// [`Display`](fmt::Display) writes the option that selects the maze, and draws the maze below it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Reading {
-    /// The encodings that give this maze, at least one.
-    pub encodings: Vec<Encoding>,
-    /// The maze.
-    pub maze: Maze,
-}
-
-impl fmt::Display for Reading {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}\n{}", self.encodings[0], self.maze)
-    }
 }
 
 /// A remark about a maze file that is unusual but readable.
@@ -123,28 +106,19 @@ impl fmt::Display for Location {
     }
 }
 
+impl Location {
+    /// The location of the first character of a text file.
+    pub(crate) const FIRST: Self = Self::Text { line: 1, column: 1 };
+}
+
 impl ParseError {
-    /// Creates an error at a line and column of a text file.
     pub(crate) fn new(
-        line: usize,
-        column: usize,
+        location: Location,
         expected: impl Into<String>,
         found: impl Into<String>,
     ) -> Self {
-        Self::at(Location::Text { line, column }, expected, found)
-    }
-
-    pub(crate) fn at(at: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (kind, expected, found) = (ParseErrorKind::Unreadable, expected.into(), found.into());
-        Self { kind, location: at, cell: None, expected, found, readings: Vec::new() }
-    }
-
-    pub(crate) fn with_kind(self, kind: ParseErrorKind) -> Self {
-        Self { kind, ..self }
-    }
-
-    pub(crate) fn with_cell(self, cell: Cell) -> Self {
-        Self { cell: Some(cell), ..self }
+        Self { kind, location, cell: None, expected, found, readings: Vec::new() }
     }
 }
 

@@ -3,9 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use mmsim_maze::{Cell, Heading, Maze, MazeSize};
-
-use crate::parsed_maze::by_columns;
+use mmsim_maze::{Cell, Heading, Maze};
 
 /// A format in which mazes can be written. [`Choice::read`](crate::Choice::read) reads them, and
 /// many others.
@@ -47,34 +45,15 @@ pub enum Format {
 
 /// An error while writing a maze in a [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the format {format} requires {expected}, but {found}")]
 #[non_exhaustive]
-pub enum WriteError {
-    /// The format does not support mazes of this size.
-    #[error("the format {format} supports only {expected}, but the maze is {found}")]
-    Size {
-        /// The format.
-        format: Format,
-        /// The sizes that the format supports.
-        expected: &'static str,
-        /// The size of the maze.
-        found: MazeSize,
-    },
-    /// The format cannot mark the start cell, and the start is not (0, 0).
-    #[error("the format {format} requires the start (0, 0), but the start is {found}")]
-    Start {
-        /// The format.
-        format: Format,
-        /// The start of the maze.
-        found: Cell,
-    },
-    /// The format cannot mark the goal, and the goal cells are not the central cells.
-    #[error("the format {format} requires the central cells as the goal, but the goal is {found}")]
-    Goal {
-        /// The format.
-        format: Format,
-        /// The goal cells of the maze.
-        found: String,
-    },
+pub struct WriteError {
+    /// The format.
+    pub format: Format,
+    /// The size, start or goal that the format supports.
+    pub expected: &'static str,
+    /// The size, start or goal of the maze.
+    pub found: String,
 }
 
 impl Format {
@@ -119,33 +98,32 @@ impl Format {
     /// let error = Format::Maz.write(&maze).unwrap_err();
     /// assert_eq!(
     ///     error.to_string(),
-    ///     "the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x1"
+    ///     "the format maz requires a 16x16 or 32x32 maze, but the maze is 2x1"
     /// );
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn write(self, maze: &Maze) -> Result<Vec<u8>, WriteError> {
-        let size = maze.size();
+        let (size, start) = (maze.size(), maze.start().cell);
         let is_square = size.width() == size.height();
-        let (holds, expected) = match self {
+        let (is_possible, expected) = match self {
             Self::Text => return Ok(maze.to_string().into()),
-            Self::Maz => (is_square && [16, 32].contains(&size.width()), "16x16 and 32x32 mazes"),
-            Self::Trial => (
-                is_square && size.width().is_multiple_of(2),
-                "square mazes with an even side length",
-            ),
-            Self::Num => (true, "any size"),
+            Self::Maz => (is_square && [16, 32].contains(&size.width()), "a 16x16 or 32x32 maze"),
+            Self::Trial => {
+                (is_square && size.width() % 2 == 0, "a square maze with an even side length")
+            }
+            Self::Num => (true, ""),
         };
-        let start = maze.start().cell;
-        if !holds {
-            Err(WriteError::Size { format: self, expected, found: size })
+        let (expected, found) = if !is_possible {
+            (expected, format!("the maze is {size}"))
         } else if start != Cell::new(0, 0) {
-            Err(WriteError::Start { format: self, found: start })
+            ("the start (0, 0)", format!("the start is {start}"))
         } else if *maze.goals() != size.central_cells() {
-            let found: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
-            Err(WriteError::Goal { format: self, found: found.join(" ") })
+            let goals: Vec<String> = maze.goals().iter().map(|cell| cell.to_string()).collect();
+            ("the central cells as the goal", format!("the goal is {}", goals.join(" ")))
         } else {
-            Ok(self.write_cells(maze))
-        }
+            return Ok(self.write_cells(maze));
+        };
+        Err(WriteError { format: self, expected, found })
     }
 
     /// Writes the cells by column.
@@ -162,7 +140,9 @@ impl Format {
             }
         };
         let head = if self == Self::Trial { format!("{}\n", size.width()) } else { String::new() };
-        head.into_bytes().into_iter().chain(by_columns(size).flat_map(write)).collect()
+        let column = |x| (0..size.height()).map(move |y| Cell { x, y });
+        let cells = (0..size.width()).flat_map(column);
+        head.into_bytes().into_iter().chain(cells.flat_map(write)).collect()
     }
 }
 
@@ -184,8 +164,8 @@ mod tests {
         };
         let row = "o---o---o\n|       |\no---o---o\n";
         insta::assert_snapshot!(written(Format::Num, row), @"written");
-        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x1");
-        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial supports only square mazes with an even side length, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Maz, row), @"the format maz requires a 16x16 or 32x32 maze, but the maze is 2x1");
+        insta::assert_snapshot!(written(Format::Trial, row), @"the format trial requires a square maze with an even side length, but the maze is 2x1");
         insta::assert_snapshot!(written(Format::Num, &row.replace("      |", "    S |")), @"the format num requires the start (0, 0), but the start is (1, 0)");
         insta::assert_snapshot!(written(Format::Num, &row.replace("|    ", "| G  ")), @"the format num requires the central cells as the goal, but the goal is (0, 0)");
     }

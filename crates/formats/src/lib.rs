@@ -39,7 +39,7 @@ mod rows;
 
 pub use catalogue::{Catalogue, Entry};
 pub use encoding::{Bits, Encoding, EncodingError, Rows};
-pub use error::{Location, Note, NoteKind, ParseError, ParseErrorKind, Reading};
+pub use error::{Location, Note, NoteKind, ParseError, ParseErrorKind};
 pub use format::{Format, WriteError};
 pub use parsed_maze::{Notation, ParsedMaze};
 pub use read::{

@@ -7,8 +7,8 @@
 use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Sides};
 
 use crate::encoding::{Bits, Encoding, Rows};
-use crate::error::{Location, Note, NoteKind, ParseError, ParseErrorKind, Reading};
-use crate::parsed_maze::{self, MAX_SIDE, Notation, ParsedMaze, cell, faults, maze, walls};
+use crate::error::{Location, Note, NoteKind, ParseError, ParseErrorKind};
+use crate::parsed_maze::{self, Notation, ParsedMaze, faults, maze, walls};
 use crate::read::Choice;
 use crate::rows::{Item, Row, rows, without_code};
 
@@ -27,22 +27,22 @@ pub(crate) fn parse_bytes(
     content: &[u8],
     choice: Choice,
 ) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
-    let is_low = content.iter().all(|&byte| byte < 16);
-    let is_blank = content.iter().all(|byte| (9..=13).contains(byte));
-    let is_text = content.iter().all(|byte| (9..=13).contains(byte) || *byte >= 32);
+    let all = |is: fn(u8) -> bool| content.iter().all(|&byte| is(byte));
+    let is_low = all(|byte| byte < 16) && !all(|byte| (9..=13).contains(&byte));
+    let is_text = all(|byte| (9..=13).contains(&byte) || byte >= 32);
     let Some(side) = [16, 32].into_iter().find(|side| side * side == content.len()) else {
         let expected = "256 or 1024 bytes, one for each cell of a 16x16 or 32x32 maze";
         let at = Location::Byte(content.len() + 1);
-        let error = ParseError::at(at, expected, content.len().to_string());
-        return (is_low && !is_blank).then(|| Err(error.into()));
+        let error = ParseError::new(at, expected, content.len().to_string());
+        return is_low.then(|| Err(error.into()));
     };
-    let place = |(index, &byte): (usize, &u8)| (byte, Location::Byte(index + 1));
-    let numbers: Vec<_> = content.iter().enumerate().map(place).collect();
+    let place = |(at, &byte)| (byte, Location::Byte(at));
+    let numbers: Vec<_> = (1..).zip(content).map(place).collect();
     let lines = numbers.chunks(side).map(<[_]>::to_vec).collect();
     let encoding = Some(Encoding { bits: Bits::WALLS, rows: Rows::WEST });
     let table = Table { lines, encoding, notes: Vec::new() };
     let parsed = table.parse(choice);
-    let is_maz = is_low && !is_blank || !is_text && content[0] & 15 == 14;
+    let is_maz = is_low || !is_text && content[0] & 15 == 14;
     (is_maz || parsed.is_ok()).then_some(parsed)
 }
 
@@ -107,9 +107,9 @@ pub(crate) fn parse_text(
     let is_hex = are_words || numbers.iter().flatten().any(is_letter);
     let parsed = Table::new(numbers, is_hex).map_err(Vec::from).and_then(|table| match route {
         Some(route) => {
-            let table = Table { encoding: Some(Route::ENCODING), notes, ..table };
-            let choice = Choice { among: Some(&[Route::ENCODING]), ..Choice::default() };
-            route.add_to(table.parse(choice)?)
+            let (bits, rows) = (Bits::WALLS, Rows::NORTH);
+            let table = Table { encoding: Some(Encoding { bits, rows }), notes, ..table };
+            route.add_to(table.parse(Choice { bits: Some(bits), rows: Some(rows) })?)
         }
         None => Table { encoding, notes, ..table }.parse(choice),
     });
@@ -122,11 +122,6 @@ impl Table {
     fn new(lines: &[Vec<Item>], is_hex: bool) -> Result<Self, ParseError> {
         let (first, mut table) = (&lines[0], Vec::new());
         for line in lines {
-            let [start, .., end] = [line[0], line[line.len() - 1]];
-            if table.len() == MAX_SIDE || line.len() > MAX_SIDE {
-                let found = format!("{} rows of {} cells", lines.len(), line.len());
-                return Err(ParseError::at(start.location(), "at most 32 rows of 32 cells", found));
-            }
             let number = |item: &Item| {
                 let expected = if is_hex { "a hex digit" } else { "a whole number from 0 to 16" };
                 let number = item.number(is_hex).ok_or_else(|| item.error(expected))?;
@@ -135,7 +130,8 @@ impl Table {
             table.push(line.iter().map(number).collect::<Result<Vec<_>, ParseError>>()?);
             if line.len() != first.len() {
                 let expected = format!("{} numbers, as on line {}", first.len(), first[0].line);
-                return Err(ParseError::at(end.end(), expected, line.len().to_string()));
+                let end = line[line.len() - 1].end();
+                return Err(ParseError::new(end, expected, line.len().to_string()));
             }
         }
         Ok(Self { lines: table, encoding: None, notes: Vec::new() })
@@ -144,7 +140,7 @@ impl Table {
     fn size(&self, rows: Rows) -> Result<MazeSize, ParseError> {
         let (lines, items) = (self.lines.len(), self.lines[0].len());
         let (width, height) = if rows.are_columns() { (lines, items) } else { (items, lines) };
-        parsed_maze::size(width, height)
+        parsed_maze::size(self.lines[0][0].1, width, height)
     }
 
     /// Returns the sides of a cell that have a wall.
@@ -165,14 +161,11 @@ impl Table {
         let walled = |encoding| move |cell| self.sides(encoding, size(encoding), cell);
         let count = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).count();
         let fits = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).next().is_none();
-        let is_start = |&encoding: &Encoding| walled(encoding)(Cell::new(0, 0)) == START;
         let own = self.encoding.filter(|own| encodings.contains(own));
-        let told = own.filter(fits);
-        let all = || encodings.iter().copied().filter(fits).collect();
-        let mut fitting: Vec<Encoding> = told.map_or_else(all, |own| vec![own]);
-        if told.is_none() && fitting.iter().any(is_start) {
-            fitting.retain(is_start);
-        }
+        let rank = |it: &Encoding| (own == Some(*it), walled(*it)(Cell::new(0, 0)) == START);
+        let mut fitting: Vec<Encoding> = encodings.iter().copied().filter(fits).collect();
+        let best = fitting.iter().map(rank).max();
+        fitting.retain(|encoding| Some(rank(encoding)) == best);
         let place = |encoding: Encoding| {
             move |cell| {
                 let (line, item) = encoding.rows.position(size(encoding), cell);
@@ -182,42 +175,42 @@ impl Table {
             }
         };
         let decode = |encoding| walls(size(encoding), walled(encoding), place(encoding));
-        let mut readings: Vec<Reading> = Vec::new();
+        let mut readings: Vec<ParsedMaze> = Vec::new();
         for encoding in fitting {
             let maze = maze(decode(encoding)?, None, CellSet::EMPTY)?;
-            match readings.iter_mut().find(|reading| reading.maze == maze) {
-                Some(reading) => reading.encodings.push(encoding),
-                None => readings.push(Reading { encodings: vec![encoding], maze }),
+            if let Some(reading) = readings.iter_mut().find(|reading| reading.maze == maze) {
+                reading.encodings.push(encoding);
+                continue;
             }
+            let mut notes = self.notes.clone();
+            let high = numbers().find(|(number, _)| *number > 15 && encoding.bits != Bits::Codes);
+            let ignored = |&(_, at)| Note::new(NoteKind::Ignored, at, "ignored the high bits");
+            notes.extend(high.map(ignored));
+            let encodings = vec![encoding; usize::from(own != Some(encoding))];
+            readings.push(ParsedMaze {
+                encodings,
+                notes,
+                ..ParsedMaze::new(maze, Notation::Numbers)
+            });
         }
         let at = self.lines[0][0].1;
-        if let [Reading { encodings, maze }] = &readings[..] {
-            let mut parsed = ParsedMaze::new(maze.clone(), Notation::Numbers);
-            parsed.notes.clone_from(&self.notes);
-            if told.is_none() {
-                parsed.encodings.clone_from(encodings);
-            }
-            let high = numbers().find(|(number, _)| *number > 15);
-            if let Some(&(_, at)) = high.filter(|_| encodings[0].bits != Bits::Codes) {
-                parsed.notes.push(Note::new(NoteKind::Ignored, at, "ignored the high bits"));
-            }
-            return Ok(parsed);
-        }
-        if !readings.is_empty() {
+        if readings.len() > 1 {
             let options = readings.iter().map(|reading| reading.encodings[0].to_string());
             let options = options.collect::<Vec<_>>().join(", or ");
             let found = format!("numbers that fit {} (choose {options})", readings.len());
-            let error = ParseError::at(at, "numbers that fit one maze", found);
-            let error = error.with_kind(ParseErrorKind::Ambiguous);
-            return Err(ParseError { readings, ..error }.into());
+            let error = ParseError::new(at, "numbers that fit one maze", found);
+            return Err(ParseError { kind: ParseErrorKind::Ambiguous, readings, ..error }.into());
+        }
+        if let Some(reading) = readings.pop() {
+            return Ok(reading);
         }
         let nearest = own.or_else(|| encodings.iter().copied().min_by_key(count));
         let is_known = own.is_some() || choice.bits.is_some() && choice.rows.is_some();
         let is_near = |it: &Encoding| is_known || 4 * count(it) <= sizes.0.area() + 8;
         let errors = nearest.filter(is_near).and_then(|nearest| decode(nearest).err());
         Err(errors.unwrap_or_else(|| {
-            let error = ParseError::at(at, "numbers for walls", "other numbers");
-            error.with_kind(ParseErrorKind::NotAMaze).into()
+            let error = ParseError::new(at, "numbers for walls", "other numbers");
+            ParseError { kind: ParseErrorKind::NotAMaze, ..error }.into()
         }))
     }
 }
@@ -233,9 +226,6 @@ struct Route<'a> {
 }
 
 impl<'a> Route<'a> {
-    /// The encoding of the numbers above a route.
-    const ENCODING: Encoding = Encoding { bits: Bits::WALLS, rows: Rows::NORTH };
-
     fn split_off(rows: &mut Vec<Row<'a>>) -> Option<Self> {
         let is_letter = |c| Heading::from_letter(c).is_some();
         let is_path =
@@ -255,11 +245,10 @@ impl<'a> Route<'a> {
     fn add_to(&self, mut parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseError>> {
         let (size, walls) = (parsed.maze.size(), parsed.maze.walls().clone());
         let end = |row: &Row| {
-            let [x, y] = [0, 1].map(|at| row.items[at].number(false).map_or(MAX_SIDE, usize::from));
-            let is_inside = x < size.width().into() && y < size.height().into();
-            let from_south = || cell(x, usize::from(size.height()) - 1 - y);
+            let [x, y] = [0, 1].map(|at| row.items[at].number(false).unwrap_or(u8::MAX));
             let error = || row.items[0].error(format!("x and y of a cell of the {size} maze"));
-            is_inside.then(from_south).ok_or_else(error)
+            let is_inside = size.contains(Cell { x, y });
+            is_inside.then(|| Cell { x, y: size.height() - 1 - y }).ok_or_else(error)
         };
         let (start, goal) = (end(&self.ends[0])?, end(&self.ends[1])?);
         if let Some(path) = self.path.as_ref().map(|row| row.items[0]) {
@@ -373,11 +362,11 @@ mod tests {
         insta::assert_snapshot!(error("ec46", "cc46"), @"line 4, column 2: expected no wall between (0, 0) and (1, 0) to match line 4, column 1, found 12 (nearest encoding: --bits N1E2S4W8 --rows north)");
         insta::assert_snapshot!(error("a93a", "a93"), @"line 2, column 4: expected 4 numbers, as on line 1, found 3");
         insta::assert_snapshot!(error("a93a", "a93g"), @r#"line 2, column 4: expected a hex digit, found "g""#);
-        let chosen = Choice { bits: Some(Bits::WALLS), rows: "south".parse().ok(), among: None };
+        let chosen = Choice { bits: Some(Bits::WALLS), rows: "south".parse().ok() };
         assert_ne!(chosen.read(b"9113\nec46\n").unwrap_err()[0].kind, ParseErrorKind::NotAMaze);
         let wide = "5".repeat(33) + "\n";
-        insta::assert_snapshot!(parse(&wide.repeat(3)).unwrap_err(), @"line 1, column 1: expected at most 32 rows of 32 cells, found 3 rows of 33 cells");
-        insta::assert_snapshot!(parse(&"55\n".repeat(33)).unwrap_err(), @"line 33, column 1: expected at most 32 rows of 32 cells, found 33 rows of 2 cells");
+        insta::assert_snapshot!(parse(&wide.repeat(3)).unwrap_err(), @"line 1, column 1: expected at most 32x32 cells, found 33x3");
+        insta::assert_snapshot!(parse(&"55\n".repeat(33)).unwrap_err(), @"line 1, column 1: expected at most 32x32 cells, found 2x33");
     }
 
     const TRIAL: &str = "4\n1,7,5,4\n2,10,3,6\n11,13,14,8\n9,5,13,4\n";
@@ -472,7 +461,7 @@ mod tests {
         insta::assert_snapshot!(error, @"line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 (choose --bits N1E2S4W8 --rows north, or --bits N1E8S4W2 --rows north-east, or --bits N4E2S1W8 --rows south)");
         for reading in &error.readings {
             for &Encoding { bits, rows } in &reading.encodings {
-                let choice = Choice { bits: Some(bits), rows: Some(rows), among: None };
+                let choice = Choice { bits: Some(bits), rows: Some(rows) };
                 assert_eq!(choice.read(b"b93\neee\n").unwrap().maze, reading.maze);
             }
         }

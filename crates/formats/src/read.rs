@@ -8,27 +8,24 @@ use std::sync::Arc;
 use mmsim_maze::Maze;
 
 use crate::encoding::{Bits, Encoding, Rows};
-use crate::error::{ParseError, ParseErrorKind, Reading, quoted};
+use crate::error::{Location, ParseError, ParseErrorKind, quoted};
 use crate::parsed_maze::ParsedMaze;
 use crate::{cells, drawing, numbers};
 
 /// The encodings of numbers that a file may have.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Choice<'a> {
+pub struct Choice {
     /// The meaning of the bits, or `None` if it is unknown.
     pub bits: Option<Bits>,
     /// The order of the numbers, or `None` if it is unknown.
     pub rows: Option<Rows>,
-    /// The encodings that are possible, or `None` for all.
-    pub among: Option<&'a [Encoding]>,
 }
 
-impl Choice<'_> {
+impl Choice {
     /// Returns true if the choice includes an encoding.
-    pub(crate) fn allows(&self, encoding: Encoding) -> bool {
+    pub(crate) fn allows(self, encoding: Encoding) -> bool {
         self.bits.is_none_or(|bits| bits == encoding.bits)
             && self.rows.is_none_or(|rows| rows == encoding.rows)
-            && self.among.is_none_or(|among| among.contains(&encoding))
     }
 
     /// Reads a maze from the content of a file.
@@ -49,17 +46,16 @@ impl Choice<'_> {
     /// assert!(choice.read(digits).is_ok());
     /// # Ok::<(), mmsim_formats::EncodingError>(())
     /// ```
-    pub fn read(&self, content: &[u8]) -> Result<ParsedMaze, Vec<ParseError>> {
-        if let Some(parsed) = numbers::parse_bytes(content, *self) {
+    pub fn read(self, content: &[u8]) -> Result<ParsedMaze, Vec<ParseError>> {
+        if let Some(parsed) = numbers::parse_bytes(content, self) {
             return parsed;
         }
-        let text = String::from_utf8_lossy(content);
+        let text = String::from_utf8_lossy(content).replace("\r\n", "\n").replace('\r', "\n");
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let text = text.replace("\r\n", "\n").replace('\r', "\n");
-        if let Some(parsed) = cells::parse(&text) {
+        if let Some(parsed) = cells::parse(text) {
             return parsed;
         }
-        match (numbers::parse_text(&text, *self), drawing::parse(&text)) {
+        match (numbers::parse_text(text, self), drawing::parse(text)) {
             // Digits may also be the posts and walls of a drawing.
             (Some(Err(errors)), drawn) if errors[0].kind != ParseErrorKind::Ambiguous => {
                 drawn.filter(Result::is_ok).unwrap_or(Err(errors))
@@ -69,8 +65,8 @@ impl Choice<'_> {
                 let first = text.lines().find(|line| !line.trim().is_empty());
                 let found = first.map_or("nothing".into(), quoted);
                 let expected = "a maze: a drawing, a number for each cell, or a line for each cell";
-                let error = ParseError::new(1, 1, expected, found);
-                Err(error.with_kind(ParseErrorKind::NotAMaze).into())
+                let error = ParseError::new(Location::FIRST, expected, found);
+                Err(ParseError { kind: ParseErrorKind::NotAMaze, ..error }.into())
             }
         }
     }
@@ -121,7 +117,7 @@ pub enum ReadError {
 
 impl ReadError {
     /// Returns the mazes that the numbers of an ambiguous file could mean.
-    pub fn readings(&self) -> &[Reading] {
+    pub fn readings(&self) -> &[ParsedMaze] {
         match self {
             Self::Parse { errors, .. } => &errors[0].readings,
             Self::Io { .. } => &[],
@@ -180,7 +176,6 @@ mod tests {
     use proptest::sample::{Index, select};
 
     use super::*;
-    use crate::error::Location;
     use crate::format::Format;
 
     #[test]
@@ -224,8 +219,8 @@ mod tests {
             errors("2\n1,6\n4,5\n"),
             [
                 (ParseErrorKind::Contradiction, at(1, 1)),
-                (ParseErrorKind::Contradiction, at(1, 1)),
                 (ParseErrorKind::OpenPerimeter, at(1, 0)),
+                (ParseErrorKind::Contradiction, at(1, 1)),
                 (ParseErrorKind::OpenPerimeter, at(1, 1)),
             ]
         );

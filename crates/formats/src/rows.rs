@@ -42,7 +42,7 @@ impl Item<'_> {
     }
 
     pub(crate) fn error(&self, expected: impl Into<String>) -> ParseError {
-        ParseError::at(self.location(), expected, quoted(self.text))
+        ParseError::new(self.location(), expected, quoted(self.text))
     }
 
     pub(crate) fn ignored(&self) -> Note {

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use mmsim_client::RunError;
-use mmsim_formats::{ReadError, Reading};
+use mmsim_formats::{ParsedMaze, ReadError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::import_exception;
 use pyo3::prelude::*;
@@ -59,7 +59,7 @@ pub(crate) fn read_error(error: &ReadError) -> PyErr {
 }
 
 /// Creates a `MazeError` that draws the mazes an ambiguous file could mean below the message.
-pub(crate) fn parse_error(error: impl Display, readings: &[Reading]) -> PyErr {
-    let drawn: String = readings.iter().map(Reading::to_string).collect();
+pub(crate) fn parse_error(error: impl Display, readings: &[ParsedMaze]) -> PyErr {
+    let drawn: String = readings.iter().map(ParsedMaze::to_string).collect();
     maze_error(format!("{error}\n{drawn}").trim_end())
 }

@@ -33,7 +33,7 @@ pub(crate) struct PyMaze {
 
 impl PyMaze {
     /// Reads a maze file. The name is the name of the file without the extension.
-    fn read(path: PathBuf, choice: Choice<'_>) -> Result<Self, ReadError> {
+    fn read(path: PathBuf, choice: Choice) -> Result<Self, ReadError> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into();
         match choice.read(&read_content(&path)?) {
             Ok(parsed) => Ok(Self { path, name, maze: parsed.maze }),
@@ -57,10 +57,10 @@ impl PyMaze {
 }
 
 /// Returns the encodings that the arguments `bits` and `rows` select.
-fn choice(bits: Option<&str>, rows: Option<&str>) -> PyResult<Choice<'static>> {
+fn choice(bits: Option<&str>, rows: Option<&str>) -> PyResult<Choice> {
     let bits = bits.map(str::parse).transpose().map_err(value_error)?;
     let rows = rows.map(str::parse).transpose().map_err(value_error)?;
-    Ok(Choice { bits, rows, among: None })
+    Ok(Choice { bits, rows })
 }
 
 #[pymethods]

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use axum::extract::State;
 use jiff::Timestamp;
 use mmsim_drawing::thumbnail;
-use mmsim_formats::{Catalogue, Choice, Entry, Reading};
+use mmsim_formats::{Catalogue, Choice, Entry, ParsedMaze};
 use mmsim_maze::{Maze, MazeSize};
 use mmsim_mouse::MouseControl;
 use mmsim_recording::{MemoryBudget, Recording};
@@ -307,7 +307,7 @@ impl MazeFile {
                 return Err(ApiError::bad_request(format!("{file}: {}", errors[0])));
             }
             Err(errors) => {
-                let options = |reading: &Reading| reading.encodings[0].to_string();
+                let options = |reading: &ParsedMaze| reading.encodings[0].to_string();
                 let readings = errors[0].readings.iter();
                 readings.map(|reading| MazeReading::new(&reading.maze, options(reading))).collect()
             }

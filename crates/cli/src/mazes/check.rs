@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_formats::{
     Catalogue, Encoding, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze,
-    ReadError, Reading,
+    ReadError,
 };
 use mmsim_maze::{Cell, Escaped, Maze, Symmetry, Wall, counted};
 use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
@@ -165,7 +165,7 @@ struct ReadingRow {
 }
 
 impl ReadingRow {
-    fn new(Reading { encodings, maze, .. }: &Reading) -> Self {
+    fn new(ParsedMaze { encodings, maze, .. }: &ParsedMaze) -> Self {
         let Encoding { bits, rows } = encodings[0];
         Self { bits: bits.to_string(), rows: rows.to_string(), maze: maze.to_string() }
     }

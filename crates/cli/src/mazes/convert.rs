@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use mmsim_formats::{Format, NoteKind, ReadError, WriteError, read_content, read_content_from};
+use mmsim_formats::{Format, NoteKind, ReadError, read_content, read_content_from};
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::EncodingArgs;
@@ -40,19 +40,18 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
         UsageError::new("mazes convert", format!("unknown format of {output} ({hint})"))
     })?;
     let maze = read(&args.input, &args.encoding)?;
-    let content = match to.write(&maze) {
-        Err(WriteError::Start { .. } | WriteError::Goal { .. }) if args.lossy => {
-            let bare = Maze::new(maze.walls().clone(), Cell::new(0, 0), CellSet::EMPTY)?;
+    let bare = Maze::new(maze.walls().clone(), Cell::new(0, 0), CellSet::EMPTY)?;
+    let content = match (to.write(&maze), to.write(&bare)) {
+        (Err(_), Ok(content)) if args.lossy => {
             note(format_args!("omitted: {}", omitted(&maze, &bare)));
-            to.write(&bare)
+            content
         }
-        written => written,
+        (Err(error), other) => {
+            let hint = if other.is_ok() { " (use --lossy to omit it)" } else { "" };
+            return Err(format!("cannot write {}: {error}{hint}", args.output.display()).into());
+        }
+        (Ok(content), _) => content,
     };
-    let content = content.map_err(|error| {
-        let is_mark = matches!(error, WriteError::Start { .. } | WriteError::Goal { .. });
-        let hint = if is_mark { " (use --lossy to omit it)" } else { "" };
-        format!("cannot write {}: {error}{hint}", args.output.display())
-    })?;
     replace_or_print(&args.output, &content)?;
     Ok(true)
 }
