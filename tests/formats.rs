@@ -25,8 +25,8 @@ fn round_trips(mazes: &[(String, Maze)]) -> BTreeMap<&'static str, usize> {
         for format in Format::ALL {
             let Ok(content) = format.write(maze) else { continue };
             let back = parse_maze(&content).unwrap();
-            assert_eq!(back.to_string(), maze.to_string(), "{path} as {format}");
-            assert_eq!(&back, maze, "{path} as {format}");
+            assert_eq!(back.to_string(), maze.to_string(), "{path} as {format:?}");
+            assert_eq!(&back, maze, "{path} as {format:?}");
             *counts.entry(format.name()).or_default() += 1;
         }
     }

@@ -62,7 +62,7 @@ fn check_maze(maze: &Maze) {
     assert_eq!(maze.to_string().parse().as_ref(), Ok(maze));
     for format in Format::ALL {
         if let Ok(written) = format.write(maze) {
-            assert_eq!(parse_maze(&written).as_ref(), Ok(maze), "{format}");
+            assert_eq!(parse_maze(&written).as_ref(), Ok(maze), "{format:?}");
         }
     }
 }

@@ -68,7 +68,7 @@ fn unsupported_content_is_refused_and_the_old_file_is_kept() {
     insta::assert_snapshot!(ended.stderr, @"mmsim: cannot write out.num: the format num requires the central cells as the goal, but the goal is (0, 1) (1, 1) (use --lossy to omit it)");
     let size = home.run(&["mazes", "convert", "marked.txt", "out.maz", "--lossy"]);
     assert_eq!((size.code, &old("out.maz")[..]), (Some(1), "old"));
-    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz supports only 16x16 and 32x32 mazes, but the maze is 2x2");
+    insta::assert_snapshot!(size.stderr, @"mmsim: cannot write out.maz: the format maz requires a 16x16 or 32x32 maze, but the maze is 2x2");
     let lossy = home.run(&["mazes", "convert", "marked.txt", "out.num", "--lossy"]);
     assert_eq!((lossy.code, &old("out.num")[..]), (Some(0), NUM));
     insta::assert_snapshot!(lossy.stderr, @"omitted: goal (0, 1) (1, 1), which will be read as (0, 0) (1, 0) (0, 1) (1, 1)");
@@ -108,7 +108,7 @@ fn every_reading_of_an_ambiguous_file_can_be_written() {
     });
     assert!(refused.iter().all(|message| *message == refused[0]), "{refused:?}");
     insta::assert_snapshot!(refused[0], @r"
-    mmsim: rows.txt: line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 (choose --bits N1E2S4W8 --rows north, or --bits N1E2S4W8 --rows north-east, or --bits N4E2S1W8 --rows south)
+    mmsim: rows.txt: line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes
     --bits N1E2S4W8 --rows north
     o---o---o
     |   |   |

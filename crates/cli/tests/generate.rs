@@ -106,7 +106,7 @@ fn the_output_path_selects_folder_or_format() {
     assert_eq!(generate("16x16", "x.MAZ").code, Some(0), "the same again is nothing else");
     let refused = generate("5x4", "small.maz");
     assert_eq!(refused.code, Some(1));
-    insta::assert_snapshot!(refused.stderr, @"mmsim: cannot write small.maz: the format maz supports only 16x16 and 32x32 mazes, but the maze is 5x4");
+    insta::assert_snapshot!(refused.stderr, @"mmsim: cannot write small.maz: the format maz requires a 16x16 or 32x32 maze, but the maze is 5x4");
     for other in ["maze", "maze.csv"] {
         assert_eq!(generate("5x4", other).code, Some(0));
         assert_eq!(read(other), printed("5x4").as_bytes());

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::slice;
 
 use mmsim_maze::Maze;
 use walkdir::{DirEntry, WalkDir};
@@ -141,12 +142,9 @@ impl Entry {
         }
     }
 
-    /// Returns the encodings that the numbers in the file fit.
-    fn encodings(&self) -> Vec<Encoding> {
-        match &self.parsed {
-            Ok(parsed) => parsed.encodings.clone(),
-            Err(error) => error.readings().iter().flat_map(|it| it.encodings.clone()).collect(),
-        }
+    /// Returns the mazes that the file could mean.
+    fn readings(&self) -> &[ParsedMaze] {
+        self.parsed.as_ref().map_or_else(ReadError::readings, slice::from_ref)
     }
 }
 
@@ -163,16 +161,18 @@ fn read_together(
     let mut entries: Vec<Entry> = contents.map(read).collect();
     let folder = |entry: &Entry| entry.path.parent().map(Path::to_path_buf);
     let mut shared: HashMap<Option<PathBuf>, Vec<Encoding>> = HashMap::new();
-    for entry in entries.iter().filter(|entry| !entry.encodings().is_empty()) {
-        let here = entry.encodings();
-        shared.entry(folder(entry)).or_insert_with(|| here.clone()).retain(|it| here.contains(it));
+    for entry in &entries {
+        let here: Vec<Encoding> =
+            entry.readings().iter().flat_map(|reading| reading.encodings.clone()).collect();
+        if !here.is_empty() {
+            let shared = shared.entry(folder(entry)).or_insert_with(|| here.clone());
+            shared.retain(|encoding| here.contains(encoding));
+        }
     }
     for entry in &mut entries {
-        let Some(shared) = shared.get(&folder(entry)) else { continue };
-        let is_shared =
-            |reading: &&ParsedMaze| reading.encodings.iter().any(|it| shared.contains(it));
-        let readings = entry.parsed.as_ref().map_or_else(ReadError::readings, |_| &[]);
-        if let [decided] = readings.iter().filter(is_shared).collect::<Vec<_>>()[..] {
+        let shared = shared.get(&folder(entry)).map_or(&[][..], Vec::as_slice);
+        let is_shared = |it: &&ParsedMaze| it.encodings.iter().any(|it| shared.contains(it));
+        if let [decided] = entry.readings().iter().filter(is_shared).collect::<Vec<_>>()[..] {
             entry.parsed = Ok(decided.clone());
         }
     }

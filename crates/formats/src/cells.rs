@@ -14,7 +14,8 @@ use crate::rows::{Item, Row, rows};
 pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
     let head: String =
         text.split_inclusive('\n').filter(|it| !it.trim().is_empty()).take(2).collect();
-    if let ["cell", sides @ ..] = &rows(&head).first()?.texts()[..] {
+    let head = rows(&head);
+    if let ["cell", sides @ ..] = &head.first()?.texts()[..] {
         let side = |name: &&str| Heading::from_letter(name.parse().ok()?);
         let sides: Vec<Heading> = sides.iter().filter_map(side).collect();
         return (sides.len() == 4).then(|| read(&rows(text)[1..], &sides, true));
@@ -25,7 +26,7 @@ pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
         let is_digit = |item: &&str| ["0", "1"].contains(item);
         texts.len() == 6 && texts.iter().all(is_number) && texts[2..].iter().all(is_digit)
     };
-    rows(&head).iter().any(is_cell).then(|| read(&rows(text), &Heading::ALL, false))
+    head.iter().any(is_cell).then(|| read(&rows(text), &Heading::ALL, false))
 }
 
 fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze, Vec<ParseError>> {
@@ -79,7 +80,7 @@ fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze,
     let start = is_pyamaze.then(|| Cell::new(size.width() - 1, 0));
     let goals = is_pyamaze.then(|| Cell::new(0, last));
     let maze = maze(walls, start, goals.into_iter().collect::<CellSet>())?;
-    Ok(ParsedMaze::new(maze, Notation::Cells))
+    Ok(ParsedMaze { maze, notation: Notation::Cells, encodings: Vec::new(), notes: Vec::new() })
 }
 
 #[cfg(test)]

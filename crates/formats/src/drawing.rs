@@ -18,9 +18,8 @@ const MAX_TOPS: usize = 64;
 
 /// Reads the drawing in `text`. Returns `None` if `text` has no grid of posts and walls.
 pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
-    let lines = (1..).zip(text.lines());
-    let lines = lines.map(|(number, text)| (number, text.trim_end().chars().collect()));
-    let lines = lines.map(|(number, characters)| Line { number, characters });
+    let line = |(number, text)| Line { number, characters: str::trim_end(text).chars().collect() };
+    let lines = (1..).zip(text.lines()).map(line);
     let lines: Vec<Line> = lines.filter(|line| !line.characters.is_empty()).collect();
     let is_rotated = lines.first()?.text(&(0..7)) == "OSHWDEM";
     let lines = &lines[usize::from(is_rotated)..];
@@ -29,7 +28,7 @@ pub(crate) fn parse(text: &str) -> Option<Result<ParsedMaze, Vec<ParseError>>> {
         let mut notes =
             title.iter().map(|line| line.ignored(&(0..line.characters.len()))).collect();
         let maze = frame.read(is_rotated, &mut notes)?;
-        Ok(ParsedMaze { notes, ..ParsedMaze::new(maze, Notation::Drawing) })
+        Ok(ParsedMaze { maze, notation: Notation::Drawing, encodings: Vec::new(), notes })
     }))
 }
 
@@ -83,7 +82,7 @@ enum Place {
 
 /// The position of a drawing in a file. A drawing has an odd number of rows and columns: posts where
 /// the numbers of both are even, counted from 0, cells where both are odd, and walls between them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Frame<'a> {
     /// The lines from the upper outer wall on.
     lines: &'a [Line],
@@ -95,8 +94,10 @@ struct Frame<'a> {
     last_column: usize,
     /// The most frequent character of the posts.
     post: char,
-    /// The number of posts with other characters.
+    /// The share of posts with other characters, in per mille.
     other_posts: usize,
+    /// The share of irregular walls, in per mille.
+    faults: usize,
     /// True if dots are walls, because outer walls or most posts are dots.
     is_dotted: bool,
 }
@@ -116,31 +117,29 @@ fn counts<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<(T, usize)> {
 /// Finds the drawing that has the fewest irregularities. Among equals, returns the first one with the
 /// widest cells.
 fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
-    let mut found: Vec<(usize, Frame)> = Vec::new();
+    let mut found: Vec<Frame> = Vec::new();
     // No line with a bar is above the drawing.
     let title = lines.iter().take_while(|line| !line.characters.contains(&'|')).count();
     for top in 0..lines.len().min(title + 1).min(MAX_TOPS) {
         let is_repeated = lines[..top].iter().any(|line| line.characters == lines[top].characters);
-        for frame in frames(&lines[top..]).filter(|_| !is_repeated) {
-            let faults = frame.faults();
-            found.extend(Some((faults, frame)).filter(|_| frame.is_maze(faults)));
-            if faults == 0 && frame.has_posts() && frame.post != lines[top].at(frame.left + 1) {
+        for frame in frames(&lines[top..]).filter(|frame| !is_repeated && frame.is_maze()) {
+            let are_walls_posts = frame.post == lines[top].at(frame.left + 1);
+            if frame.faults == 0 && frame.has_posts() && !are_walls_posts {
                 return Some(Ok(frame));
             }
+            found.push(frame);
         }
-        if found.iter().any(|(faults, frame)| *faults == 0 || frame.has_posts()) {
+        if found.iter().any(|frame| frame.faults == 0 || frame.has_posts()) {
             break;
         }
     }
-    let rank = |&&(faults, frame): &&(usize, Frame)| {
-        faults + if faults > 0 { 300 } else { 0 } + frame.other_posts_per_mille()
+    let rank = |it: &&Frame| it.faults + if it.faults > 0 { 300 } else { 0 } + it.other_posts;
+    let &frame = found.iter().min_by_key(rank)?;
+    let is_rival = |rival: &&Frame| {
+        let is_clean = frame.faults + rival.faults == 0;
+        is_clean && rival.pitch != frame.pitch && rival.other_posts <= frame.other_posts + 100
     };
-    let &(faults, frame) = found.iter().min_by_key(rank)?;
-    let is_rival = |&&(other_faults, rival): &&(usize, Frame)| {
-        let others = [rival, frame].map(|frame| frame.other_posts_per_mille());
-        faults + other_faults == 0 && rival.pitch != frame.pitch && others[0] <= others[1] + 100
-    };
-    Some(found.iter().find(is_rival).map_or(Ok(frame), |(_, rival)| {
+    Some(found.iter().find(is_rival).map_or(Ok(frame), |rival| {
         let expected = format!("cells {} characters wide", frame.pitch - 1);
         let found = format!("walls and posts that also fit cells {} wide", rival.pitch - 1);
         Err(ParseError::new(frame.lines[0].location(frame.left), expected, found))
@@ -153,31 +152,27 @@ fn frames(lines: &[Line]) -> impl Iterator<Item = Frame<'_>> {
     let top = &lines[0].characters;
     let (end, blanks) = (top.len(), top.iter().take_while(|c| c.is_whitespace()).count());
     let is_maze = lines.len() > 2 && end <= blanks + (MAX_SIDE + 1) * MAX_PITCH;
-    let lefts = [Some(blanks), blanks.checked_sub(1)].into_iter().flatten();
-    let lefts = lefts.filter(move |_| is_maze);
+    let lefts = (blanks.saturating_sub(1)..=blanks).rev().filter(move |_| is_maze);
     let pitches = move |left| (2..=MAX_PITCH.min(end - left)).rev().map(move |pitch| (left, pitch));
-    lefts.flat_map(pitches).flat_map(|(left, pitch)| Frame::at(lines, left, pitch))
+    lefts.flat_map(pitches).filter_map(|(left, pitch)| Frame::at(lines, left, pitch))
 }
 
 impl<'a> Frame<'a> {
-    /// Returns the possible numbers of columns of a drawing whose upper outer wall is in the first
-    /// line, as positions.
-    fn at(lines: &'a [Line], left: usize, pitch: usize) -> impl Iterator<Item = Self> {
-        let (top, end) = (&lines[0], lines[0].characters.len());
-        let (last_row, last_column, post) = (0, 0, top.at(left));
-        let (other_posts, is_dotted) = (0, false);
-        let frame =
-            Self { lines, left, pitch, last_row, last_column, post, other_posts, is_dotted };
-        let is_drawn = |cell: &usize| matches!(frame.place(0, 2 * cell + 1), Place::Wall(Some(_)));
-        let drawn = (0..end).take_while(is_drawn).count();
+    /// Returns the position of a drawing whose upper outer wall is in the first line, given the
+    /// index of its first post and the distance of its posts.
+    fn at(lines: &'a [Line], left: usize, pitch: usize) -> Option<Self> {
+        let (end, post) = (lines[0].characters.len(), lines[0].at(left));
+        let frame = Self { lines, left, pitch, post, ..Self::default() };
+        let wall = |cell| frame.place(0, 2 * cell + 1);
+        let drawn = (0..end).take_while(|&cell| matches!(wall(cell), Place::Wall(Some(_)))).count();
         // A line whose posts are alike may lack walls.
         let posts = (left..end).step_by(pitch);
-        let are_equal = post != ' ' && posts.clone().all(|at| top.at(at) == post);
+        let are_equal = post != ' ' && posts.clone().all(|at| lines[0].at(at) == post);
         let is_whole = are_equal && (end - 1 - left).is_multiple_of(pitch);
-        let whole = if is_whole { posts.count() - 1 } else { drawn };
-        let columns = [drawn, whole].into_iter().take(1 + usize::from(whole > drawn));
-        let columns = columns.filter(|columns| *columns > 0).map(|columns| 2 * columns);
-        columns.filter_map(move |last_column| Self { last_column, ..frame }.measured())
+        let columns = if is_whole { posts.count() - 1 } else { drawn };
+        // Otherwise the cells are narrower, with posts in the walls.
+        let is_clean = (0..columns).any(|cell| wall(cell) != Place::Wall(None));
+        is_clean.then(|| Self { last_column: 2 * columns, ..frame }.measured())?
     }
 
     /// Returns the indices of the characters in a column.
@@ -196,13 +191,8 @@ impl<'a> Frame<'a> {
         (0..=last_row).flat_map(move |row| (0..=last_column).map(move |column| (row, column)))
     }
 
-    /// Returns the rows and columns of the walls, and whether each is an outer wall.
-    fn walls(&self) -> impl Iterator<Item = (usize, usize, bool)> + use<> {
-        let Self { last_row, last_column, .. } = *self;
-        let walls = self.places().filter(|(row, column)| (row + column) % 2 == 1);
-        walls.map(move |(row, column)| {
-            (row, column, row % last_row == 0 || column % last_column == 0)
-        })
+    const fn is_outer(&self, row: usize, column: usize) -> bool {
+        row.is_multiple_of(self.last_row) || column.is_multiple_of(self.last_column)
     }
 
     /// Counts the rows of cells, each with a line of posts below it, and looks at the posts. Returns
@@ -212,12 +202,13 @@ impl<'a> Frame<'a> {
         let pairs = self.lines[1..].chunks_exact(2).take(MAX_SIDE + 1);
         self.last_row = 2 * pairs.take_while(|it| self.is_cells(&it[0], Some(&it[1]))).count();
         let posts = self.places().filter(|(row, column)| (row | column) % 2 == 0);
-        let posts =
-            counts(posts.map(|(row, column)| self.lines[row].post(self.span(column).start)));
-        let &(post, count) = posts.iter().max_by_key(|(_, count)| *count)?;
-        (self.post, self.other_posts) = (post, self.post_count() - count);
+        let posts = posts.map(|(row, column)| self.lines[row].post(self.span(column).start));
+        let (post, count) = counts(posts).into_iter().max_by_key(|(_, count)| *count)?;
+        let posts = (self.last_row / 2 + 1) * (self.last_column / 2 + 1);
+        (self.post, self.other_posts) = (post, (1000 * (posts - count)).div_ceil(posts));
         self.is_dotted = [top.at(self.left + 1), cells.at(self.left), post].contains(&'.');
-        (self.last_row > 0 && top.at(self.right() + 1) == ' ').then_some(self)
+        let is_maze = self.last_row > 0 && top.at(self.right() + 1) == ' ';
+        is_maze.then(|| Self { faults: self.faults(), ..self })
     }
 
     /// Returns true if a line is a row of cells rather than text. The line below decides about a
@@ -275,7 +266,9 @@ impl<'a> Frame<'a> {
     /// Returns the share of irregular walls in per mille: gaps, partly blank walls, and walls drawn
     /// in an unusual way for their direction, either among the inner or among the outer walls.
     fn faults(&self) -> usize {
-        let walls = counts(self.walls().filter_map(|(row, column, is_outer)| {
+        let walls = self.places().filter(|(row, column)| (row + column) % 2 == 1);
+        let walls = counts(walls.filter_map(|(row, column)| {
+            let is_outer = self.is_outer(row, column);
             let drawn = match self.place(row, column) {
                 Place::Blank | Place::Dot if !is_outer => return None,
                 Place::Wall(drawn) => drawn,
@@ -283,19 +276,14 @@ impl<'a> Frame<'a> {
             };
             Some((is_outer, row % 2 == 0, drawn))
         }));
-        let usual = |is_outer, is_row| {
-            let drawn = walls.iter().filter(|(key, _)| (key.0, key.1) == (is_outer, is_row));
-            let drawn = drawn.filter(|(key, _)| key.2.is_some());
+        let usual = |kind| {
+            let drawn = walls.iter().filter(|(key, _)| (key.0, key.1) == kind && key.2.is_some());
             drawn.map(|(_, count)| *count).max().unwrap_or(0)
         };
-        let usual =
-            usual(false, false) + usual(false, true) + usual(true, false) + usual(true, true);
+        let kinds = [(false, false), (false, true), (true, false), (true, true)];
+        let usual: usize = kinds.into_iter().map(usual).sum();
         let drawn = walls.iter().map(|(_, count)| count).sum::<usize>();
-        (1000 * (drawn - usual)).div_ceil(self.walls().count())
-    }
-
-    const fn post_count(&self) -> usize {
-        (self.last_row / 2 + 1) * (self.last_column / 2 + 1)
+        (1000 * (drawn - usual)).div_ceil((self.last_row + 1) * (self.last_column + 1) / 2)
     }
 
     /// Returns true if all posts are drawn with the same character.
@@ -303,18 +291,14 @@ impl<'a> Frame<'a> {
         self.other_posts == 0 && self.post != ' '
     }
 
-    const fn other_posts_per_mille(&self) -> usize {
-        1000 * self.other_posts / self.post_count()
-    }
-
     /// Returns true if the drawing is a maze, perhaps with errors, rather than other text.
-    fn is_maze(&self, faults: usize) -> bool {
+    fn is_maze(&self) -> bool {
+        let Self { faults, other_posts, .. } = *self;
         let mut cells = self.lines[..self.last_row].iter().skip(1).step_by(2);
         let is_blank = |line: &Line| line.text(&(self.left..self.right())).contains(' ');
         let is_table = self.lines[0].at(self.left).is_ascii_hexdigit() && !cells.any(is_blank);
-        let others = self.other_posts_per_mille();
-        let is_clear = others <= 250 && faults <= 500 && self.post != ' ';
-        !is_table && (faults == 0 || others <= 500 && faults <= 250 || is_clear)
+        let is_clear = other_posts <= 250 && faults <= 500 && self.post != ' ';
+        !is_table && (faults == 0 || other_posts <= 500 && faults <= 250 || is_clear)
     }
 
     /// Reads the maze, and adds notes.
@@ -330,14 +314,13 @@ impl<'a> Frame<'a> {
         for (row, column) in self.places() {
             let (line, span) = (&lines[row], self.span(column));
             // The cell to the lower right, if the place is above or in a row of cells.
-            let row_from_north = (row / 2) as u8;
-            let y = size.height().saturating_sub(1 + row_from_north);
+            let y = size.height().saturating_sub((row / 2 + 1) as u8);
             let here = Cell { x: (column / 2) as u8, y };
             let mut characters = span.clone().map(|index| line.at(index));
             if characters.clone().any(|c| c.is_control() || c == char::REPLACEMENT_CHARACTER) {
                 return Err(line.error(&span, "a maze drawn with printable characters").into());
             }
-            let is_outer = row % last_row == 0 || column % last_column == 0;
+            let is_outer = self.is_outer(row, column);
             match (row % 2, column % 2) {
                 (0, 0) if is_rotated && !is_outer && line.at(span.start) == 'B' => {
                     for (x, y) in [(1, 0), (0, 0), (1, 1), (0, 1)] {

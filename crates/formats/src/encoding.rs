@@ -79,17 +79,15 @@ impl Bits {
         let orders =
             (0..256).map(|order| [6, 4, 2, 0].map(|shift| Heading::ALL[order >> shift & 3]));
         let orders = orders.filter(|order| Heading::ALL.iter().all(|side| order.contains(side)));
-        orders
-            .flat_map(|sides| [false, true].map(|set_is_open| Self::Sides { sides, set_is_open }))
-            .chain([Self::Codes])
+        let sides = |sides| [false, true].map(|set_is_open| Self::Sides { sides, set_is_open });
+        orders.flat_map(sides).chain([Self::Codes])
     }
 
     /// Returns the sides of a cell that have a wall, or `None` for a number without meaning.
     pub(crate) fn sides(self, number: u8) -> Option<Sides> {
         match self {
             Self::Codes => {
-                let bits = CODES.get(usize::from(number.checked_sub(1)?))?;
-                Some(Sides::from_bits(*bits))
+                CODES.get(usize::from(number).wrapping_sub(1)).copied().map(Sides::from_bits)
             }
             Self::Sides { sides, set_is_open } => {
                 let set = if set_is_open { !number } else { number };

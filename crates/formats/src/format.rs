@@ -1,6 +1,5 @@
 //! The formats in which mazes are written.
 
-use std::fmt;
 use std::path::Path;
 
 use mmsim_maze::{Cell, Heading, Maze};
@@ -45,7 +44,7 @@ pub enum Format {
 
 /// An error while writing a maze in a [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the format {format} requires {expected}, but {found}")]
+#[error("the format {} requires {expected}, but {found}", format.name())]
 #[non_exhaustive]
 pub struct WriteError {
     /// The format.
@@ -143,12 +142,6 @@ impl Format {
         let column = |x| (0..size.height()).map(move |y| Cell { x, y });
         let cells = (0..size.width()).flat_map(column);
         head.into_bytes().into_iter().chain(cells.flat_map(write)).collect()
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }
 

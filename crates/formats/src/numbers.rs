@@ -4,11 +4,11 @@
 //! tried: adjacent cells must agree about the wall between them, the outer wall must be closed, and
 //! the start must be open only to the north. A file that fits several mazes is ambiguous.
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Sides};
+use mmsim_maze::{Cell, CellSet, Heading, Sides};
 
 use crate::encoding::{Bits, Encoding, Rows};
 use crate::error::{Location, Note, NoteKind, ParseError, ParseErrorKind};
-use crate::parsed_maze::{self, Notation, ParsedMaze, faults, maze, walls};
+use crate::parsed_maze::{self, Notation, ParsedMaze, faults, maze, size, walls};
 use crate::read::Choice;
 use crate::rows::{Item, Row, rows, without_code};
 
@@ -36,8 +36,7 @@ pub(crate) fn parse_bytes(
         let error = ParseError::new(at, expected, content.len().to_string());
         return is_low.then(|| Err(error.into()));
     };
-    let place = |(at, &byte)| (byte, Location::Byte(at));
-    let numbers: Vec<_> = (1..).zip(content).map(place).collect();
+    let numbers: Vec<_> = content.iter().copied().zip((1..).map(Location::Byte)).collect();
     let lines = numbers.chunks(side).map(<[_]>::to_vec).collect();
     let encoding = Some(Encoding { bits: Bits::WALLS, rows: Rows::WEST });
     let table = Table { lines, encoding, notes: Vec::new() };
@@ -58,17 +57,13 @@ pub(crate) fn parse_text(
     }
     let text = without_code(text);
     let mut rows = rows(&text);
-    let route = Route::split_off(&mut rows);
-    let is_word = |row: &&Row| match row.items[..] {
-        [item] => !row.is_separated || item.text.len() > 2,
-        _ => false,
-    };
+    let route = split_off_route(&mut rows);
+    let is_single = |row: &Row| !row.is_separated || row.items[0].text.len() > 2;
+    let is_word = |row: &&Row| row.items.len() == 1 && is_single(row);
     let are_words = 2 * rows.iter().filter(is_word).count() >= rows.len();
     let mut lines: Vec<Vec<Item>> = rows.iter().map(|row| row.numbers(are_words)).collect();
-    if let [all] = &lines[..]
-        && text.contains(['{', '['])
-    {
-        lines = all.chunks(all.len().isqrt()).map(<[_]>::to_vec).collect();
+    if lines.len() == 1 && text.contains(['{', '[']) {
+        lines = lines[0].chunks(lines[0].len().isqrt()).map(<[_]>::to_vec).collect();
     }
     let is_number = |item: &Item| item.number(are_words).or_else(|| item.number(true)).is_some();
     let is_numbers = |line: &Vec<Item>| line.iter().all(is_number);
@@ -84,23 +79,17 @@ pub(crate) fn parse_text(
     let around = lines[..first].iter().chain(&lines[last + 1..]);
     let mut notes: Vec<Note> = around.map(|line| line[0].ignored()).collect();
     let (mut encoding, mut numbers) = (None, table);
-    if let [head, below @ ..] = table
-        && head.len() <= 2
-        && head.len() < usual
-        && table.len() > 2
-    {
+    if table.len() > 2 && table[0].len() < usual.min(3) {
         // The size is above the numbers. In files of the trial, it is the side of the square.
-        let size = &rows[first].items;
-        numbers = below;
-        match size[..] {
+        numbers = &table[1..];
+        match rows[first].items[..] {
             [length] if length.text.parse() != Ok(usual) => notes.push(length.ignored()),
-            [length] if below.len() != usual => {
-                return Some(Err(length
-                    .error(format!("{} lines of numbers below", below.len()))
-                    .into()));
+            [length] if numbers.len() != usual => {
+                let expected = format!("{} lines of numbers below", numbers.len());
+                return Some(Err(length.error(expected).into()));
             }
             [_] => encoding = Some(Encoding { bits: Bits::OPENINGS, rows: Rows::WEST }),
-            _ => notes.push(size[0].ignored()),
+            ref size => notes.push(size[0].ignored()),
         }
     }
     let is_letter = |item: &Item| item.number(false).is_none() && item.number(true).is_some();
@@ -109,7 +98,7 @@ pub(crate) fn parse_text(
         Some(route) => {
             let (bits, rows) = (Bits::WALLS, Rows::NORTH);
             let table = Table { encoding: Some(Encoding { bits, rows }), notes, ..table };
-            route.add_to(table.parse(Choice { bits: Some(bits), rows: Some(rows) })?)
+            add_route(&route, table.parse(Choice { bits: Some(bits), rows: Some(rows) })?)
         }
         None => Table { encoding, notes, ..table }.parse(choice),
     });
@@ -120,61 +109,53 @@ pub(crate) fn parse_text(
 
 impl Table {
     fn new(lines: &[Vec<Item>], is_hex: bool) -> Result<Self, ParseError> {
-        let (first, mut table) = (&lines[0], Vec::new());
-        for line in lines {
-            let number = |item: &Item| {
-                let expected = if is_hex { "a hex digit" } else { "a whole number from 0 to 16" };
-                let number = item.number(is_hex).ok_or_else(|| item.error(expected))?;
-                Ok((number, item.location()))
-            };
-            table.push(line.iter().map(number).collect::<Result<Vec<_>, ParseError>>()?);
-            if line.len() != first.len() {
-                let expected = format!("{} numbers, as on line {}", first.len(), first[0].line);
-                let end = line[line.len() - 1].end();
-                return Err(ParseError::new(end, expected, line.len().to_string()));
-            }
+        let first = &lines[0];
+        if let Some(line) = lines.iter().find(|line| line.len() != first.len()) {
+            let expected = format!("{} numbers, as on line {}", first.len(), first[0].line);
+            let end = line[line.len() - 1].end();
+            return Err(ParseError::new(end, expected, line.len().to_string()));
         }
-        Ok(Self { lines: table, encoding: None, notes: Vec::new() })
-    }
-
-    fn size(&self, rows: Rows) -> Result<MazeSize, ParseError> {
-        let (lines, items) = (self.lines.len(), self.lines[0].len());
-        let (width, height) = if rows.are_columns() { (lines, items) } else { (items, lines) };
-        parsed_maze::size(self.lines[0][0].1, width, height)
-    }
-
-    /// Returns the sides of a cell that have a wall.
-    fn sides(&self, Encoding { bits, rows }: Encoding, size: MazeSize, cell: Cell) -> Sides {
-        let (line, item) = rows.position(size, cell);
-        bits.sides(self.lines[line][item].0).unwrap_or(Sides::from_bits(0))
+        let number = |item: &Item| {
+            let expected = if is_hex { "a hex digit" } else { "a whole number from 0 to 16" };
+            let number = item.number(is_hex).ok_or_else(|| item.error(expected))?;
+            Ok((number, item.location()))
+        };
+        let lines = lines.iter().map(|line| line.iter().map(number).collect());
+        Ok(Self { lines: lines.collect::<Result<_, _>>()?, encoding: None, notes: Vec::new() })
     }
 
     /// Decides which maze the numbers mean.
     fn parse(&self, choice: Choice) -> Result<ParsedMaze, Vec<ParseError>> {
-        let sizes = (self.size(Rows::NORTH)?, self.size(Rows::WEST)?);
-        let size = |Encoding { rows, .. }| if rows.are_columns() { sizes.1 } else { sizes.0 };
+        let (at, items, lines) = (self.lines[0][0].1, self.lines[0].len(), self.lines.len());
+        let sizes = [size(at, items, lines)?, size(at, lines, items)?];
+        let size = |rows: Rows| sizes[usize::from(rows.are_columns())];
+        let number = |rows: Rows, cell| {
+            let (line, item) = rows.position(size(rows), cell);
+            self.lines[line][item]
+        };
         let numbers = || self.lines.iter().flatten();
         let has_meaning = |bits: &Bits| numbers().all(|&(number, _)| bits.sides(number).is_some());
         let bits = Bits::all().filter(has_meaning);
         let encodings = bits.flat_map(|bits| Rows::all().map(move |rows| Encoding { bits, rows }));
         let encodings: Vec<Encoding> = encodings.filter(|it| choice.allows(*it)).collect();
-        let walled = |encoding| move |cell| self.sides(encoding, size(encoding), cell);
-        let count = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).count();
-        let fits = |&encoding: &Encoding| faults(size(encoding), walled(encoding)).next().is_none();
+        let walled = |Encoding { bits, rows }| {
+            move |cell| bits.sides(number(rows, cell).0).unwrap_or(Sides::from_bits(0))
+        };
+        let faults = |encoding: &Encoding| faults(size(encoding.rows), walled(*encoding));
         let own = self.encoding.filter(|own| encodings.contains(own));
         let rank = |it: &Encoding| (own == Some(*it), walled(*it)(Cell::new(0, 0)) == START);
-        let mut fitting: Vec<Encoding> = encodings.iter().copied().filter(fits).collect();
+        let fits = |it: &&Encoding| faults(it).next().is_none();
+        let mut fitting: Vec<Encoding> = encodings.iter().filter(fits).copied().collect();
         let best = fitting.iter().map(rank).max();
         fitting.retain(|encoding| Some(rank(encoding)) == best);
-        let place = |encoding: Encoding| {
-            move |cell| {
-                let (line, item) = encoding.rows.position(size(encoding), cell);
-                let (number, location) = self.lines[line][item];
+        let decode = |encoding: Encoding| {
+            let place = |cell| {
+                let (number, location) = number(encoding.rows, cell);
                 let nearest = format!(" (nearest encoding: {encoding})");
                 (location, format!("{number}{}", if own.is_some() { "" } else { &nearest }))
-            }
+            };
+            walls(size(encoding.rows), walled(encoding), place)
         };
-        let decode = |encoding| walls(size(encoding), walled(encoding), place(encoding));
         let mut readings: Vec<ParsedMaze> = Vec::new();
         for encoding in fitting {
             let maze = maze(decode(encoding)?, None, CellSet::EMPTY)?;
@@ -187,26 +168,20 @@ impl Table {
             let ignored = |&(_, at)| Note::new(NoteKind::Ignored, at, "ignored the high bits");
             notes.extend(high.map(ignored));
             let encodings = vec![encoding; usize::from(own != Some(encoding))];
-            readings.push(ParsedMaze {
-                encodings,
-                notes,
-                ..ParsedMaze::new(maze, Notation::Numbers)
-            });
+            readings.push(ParsedMaze { maze, notation: Notation::Numbers, encodings, notes });
         }
-        let at = self.lines[0][0].1;
         if readings.len() > 1 {
-            let options = readings.iter().map(|reading| reading.encodings[0].to_string());
-            let options = options.collect::<Vec<_>>().join(", or ");
-            let found = format!("numbers that fit {} (choose {options})", readings.len());
+            let found = format!("numbers that fit {} mazes", readings.len());
             let error = ParseError::new(at, "numbers that fit one maze", found);
             return Err(ParseError { kind: ParseErrorKind::Ambiguous, readings, ..error }.into());
         }
         if let Some(reading) = readings.pop() {
             return Ok(reading);
         }
+        let count = |encoding: &Encoding| faults(encoding).count();
         let nearest = own.or_else(|| encodings.iter().copied().min_by_key(count));
-        let is_known = own.is_some() || choice.bits.is_some() && choice.rows.is_some();
-        let is_near = |it: &Encoding| is_known || 4 * count(it) <= sizes.0.area() + 8;
+        let is_known = own.is_some() || encodings.len() == 1;
+        let is_near = |it: &Encoding| is_known || 4 * count(it) <= items * lines + 8;
         let errors = nearest.filter(is_near).and_then(|nearest| decode(nearest).err());
         Err(errors.unwrap_or_else(|| {
             let error = ParseError::new(at, "numbers for walls", "other numbers");
@@ -218,60 +193,44 @@ impl Table {
 /// The walls of a start: open only to the north.
 const START: Sides = Sides::from_bits(0b1110);
 
-/// The lines below the numbers in files of the exercise A-maze-ing: x and y of the entry, x and y of
-/// the exit, both from the north-west, and a path of the letters N, E, S and W.
-struct Route<'a> {
-    ends: [Row<'a>; 2],
-    path: Option<Row<'a>>,
+/// Splits off the lines below the numbers in files of the exercise A-maze-ing: x and y of the entry,
+/// x and y of the exit, both from the north-west, and perhaps a path of the letters N, E, S and W.
+fn split_off_route<'a>(rows: &mut Vec<Row<'a>>) -> Option<Vec<Row<'a>>> {
+    let is_letter = |c| Heading::from_letter(c).is_some();
+    let is_path = |row: &Row| matches!(row.items[..], [item] if item.text.chars().all(is_letter));
+    let is_cell = |row: &Row| row.is_separated && row.items.len() == 2;
+    let count = rows.len() - usize::from(rows.last().is_some_and(is_path));
+    let [.., last, entry, exit] = &rows[..count] else { return None };
+    let is_below = entry.items[0].line > last.items[0].line + 1;
+    (is_below && is_cell(entry) && is_cell(exit)).then(|| rows.split_off(count - 2))
 }
 
-impl<'a> Route<'a> {
-    fn split_off(rows: &mut Vec<Row<'a>>) -> Option<Self> {
-        let is_letter = |c| Heading::from_letter(c).is_some();
-        let is_path =
-            |row: &Row| matches!(row.items[..], [item] if item.text.chars().all(is_letter));
-        let is_cell = |row: &Row| row.is_separated && row.items.len() == 2;
-        let count = rows.len() - usize::from(rows.last().is_some_and(is_path));
-        let [.., last, entry, exit] = &rows[..count] else { return None };
-        let is_below = entry.items[0].line > last.items[0].line + 1;
-        if !is_below || !is_cell(entry) || !is_cell(exit) {
-            return None;
-        }
-        let mut route = rows.drain(count - 2..);
-        Some(Self { ends: [route.next()?, route.next()?], path: route.next() })
-    }
-
-    /// Adds the start and the goal to a maze, and checks the path.
-    fn add_to(&self, mut parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseError>> {
-        let (size, walls) = (parsed.maze.size(), parsed.maze.walls().clone());
-        let end = |row: &Row| {
-            let [x, y] = [0, 1].map(|at| row.items[at].number(false).unwrap_or(u8::MAX));
-            let error = || row.items[0].error(format!("x and y of a cell of the {size} maze"));
-            let is_inside = size.contains(Cell { x, y });
-            is_inside.then(|| Cell { x, y: size.height() - 1 - y }).ok_or_else(error)
+/// Adds the start and the goal of a route to a maze, and checks the path.
+fn add_route(route: &[Row], parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseError>> {
+    let ParsedMaze { maze, mut notes, .. } = parsed;
+    let (size, walls) = (maze.size(), maze.walls());
+    let end = |row: &Row| {
+        let [x, y] = [0, 1].map(|at| row.items[at].number(false).unwrap_or(u8::MAX));
+        let error = || row.items[0].error(format!("x and y of a cell of the {size} maze"));
+        let is_inside = size.contains(Cell { x, y });
+        is_inside.then(|| Cell { x, y: size.height() - 1 - y }).ok_or_else(error)
+    };
+    let (start, goal) = (end(&route[0])?, end(&route[1])?);
+    if let Some(path) = route.get(2).map(|row| row.items[0]) {
+        let follow = |here: Cell, step: Item| {
+            let heading = step.text.chars().next().and_then(Heading::from_letter);
+            let open = heading.filter(|&heading| !walls.has(here, heading));
+            let next = open.and_then(|heading| here.neighbour(heading));
+            next.ok_or_else(|| (step.location(), format!("the path crosses a wall of {here}")))
         };
-        let (start, goal) = (end(&self.ends[0])?, end(&self.ends[1])?);
-        if let Some(path) = self.path.as_ref().map(|row| row.items[0]) {
-            let mut here = start;
-            let mut is_blocked = |step: &Item| {
-                let heading = step.text.chars().next().and_then(Heading::from_letter);
-                let next = heading.filter(|&heading| !walls.has(here, heading));
-                let next = next.and_then(|heading| here.neighbour(heading));
-                here = next.unwrap_or(here);
-                next.is_none()
-            };
-            let note = match path.characters().iter().find(|step| is_blocked(step)) {
-                Some(step) => Some((step.location(), format!("the path crosses a wall of {here}"))),
-                None if here == goal => None,
-                None => {
-                    Some((path.end(), format!("the path ends in {here}, not in the exit {goal}")))
-                }
-            };
-            parsed.notes.extend(note.map(|(at, text)| Note::new(NoteKind::Path, at, text)));
-        }
-        parsed.maze = maze(walls, Some(start), [goal].into_iter().collect())?;
-        Ok(parsed)
+        let end = path.characters().into_iter().try_fold(start, follow);
+        let elsewhere =
+            |end| (path.end(), format!("the path ends in {end}, not in the exit {goal}"));
+        let wrong = end.map_or_else(Some, |end| (end != goal).then(|| elsewhere(end)));
+        notes.extend(wrong.map(|(at, text)| Note::new(NoteKind::Path, at, text)));
     }
+    let maze = parsed_maze::maze(walls.clone(), Some(start), [goal].into_iter().collect())?;
+    Ok(ParsedMaze { maze, notes, ..parsed })
 }
 
 #[cfg(test)]
@@ -458,7 +417,7 @@ mod tests {
     fn ambiguous_numbers_have_all_readings() {
         let error = parse("b93\neee\n").unwrap_err();
         assert_eq!(error.kind, ParseErrorKind::Ambiguous);
-        insta::assert_snapshot!(error, @"line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 (choose --bits N1E2S4W8 --rows north, or --bits N1E8S4W2 --rows north-east, or --bits N4E2S1W8 --rows south)");
+        insta::assert_snapshot!(error, @"line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes");
         for reading in &error.readings {
             for &Encoding { bits, rows } in &reading.encodings {
                 let choice = Choice { bits: Some(bits), rows: Some(rows) };

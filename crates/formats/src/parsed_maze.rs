@@ -33,12 +33,6 @@ pub enum Notation {
     Cells,
 }
 
-impl ParsedMaze {
-    pub(crate) const fn new(maze: Maze, notation: Notation) -> Self {
-        Self { maze, notation, encodings: Vec::new(), notes: Vec::new() }
-    }
-}
-
 /// Writes the option that selects the maze, if there is one, and draws the maze below it.
 impl fmt::Display for ParsedMaze {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -264,9 +264,9 @@ mod tests {
             if let Ok(content) = format.write(maze) {
                 let parsed = Choice::default().read(&content);
                 let parsed =
-                    parsed.unwrap_or_else(|errors| panic!("{format}: {}\n{maze}", errors[0]));
-                assert_eq!(parsed.maze, *maze, "{format}");
-                assert_eq!(parsed.notes, [], "{format}");
+                    parsed.unwrap_or_else(|errors| panic!("{format:?}: {}\n{maze}", errors[0]));
+                assert_eq!(parsed.maze, *maze, "{format:?}");
+                assert_eq!(parsed.notes, [], "{format:?}");
             }
         }
     }

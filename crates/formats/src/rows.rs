@@ -1,5 +1,7 @@
 //! Splitting text into rows of items.
 
+use std::mem;
+
 use crate::error::{Location, Note, ParseError, quoted};
 
 /// An item of a row and its column, counted from 1.
@@ -11,6 +13,7 @@ pub(crate) struct Item<'a> {
 }
 
 /// The items of a line of text, or of the inner brackets of an array. A row has at least one item.
+#[derive(Default)]
 pub(crate) struct Row<'a> {
     pub(crate) items: Vec<Item<'a>>,
     /// True if the row contains a comma or semicolon.
@@ -98,7 +101,7 @@ pub(crate) fn without_code(text: &str) -> String {
     let (mut depth, mut is_open) = (0, true);
     let array = code[start..].split_inclusive(['{', '[', '}', ']']).take_while(|part| {
         depth += if part.ends_with(['{', '[']) { 1 } else { -1 };
-        std::mem::replace(&mut is_open, depth > 0)
+        mem::replace(&mut is_open, depth > 0)
     });
     let before = code[..start].chars().map(|c| if c == '\n' { c } else { ' ' });
     before.collect::<String>() + &array.collect::<String>()
@@ -107,8 +110,7 @@ pub(crate) fn without_code(text: &str) -> String {
 /// Splits text into rows of items: the lines that are not blank, or the inner brackets of an array.
 pub(crate) fn rows(text: &str) -> Vec<Row<'_>> {
     let is_nested = text.matches(['{', '[']).count() > 1;
-    let new_row = || Row { items: Vec::new(), is_separated: false };
-    let (mut rows, mut row, mut start) = (Vec::new(), new_row(), None);
+    let (mut rows, mut row, mut start) = (Vec::new(), Row::default(), None);
     let (mut line, mut column) = (1, 1);
     for (at, c) in text.char_indices().chain([(text.len(), '\n')]) {
         let is_row_end = if is_nested { "{[]}".contains(c) } else { c == '\n' };
@@ -119,7 +121,7 @@ pub(crate) fn rows(text: &str) -> Vec<Row<'_>> {
         }
         row.is_separated |= ",;".contains(c);
         if (is_row_end || at == text.len()) && !row.items.is_empty() {
-            rows.push(std::mem::replace(&mut row, new_row()));
+            rows.push(mem::take(&mut row));
         }
         (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
     }

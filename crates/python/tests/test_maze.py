@@ -115,7 +115,7 @@ def test_faults_are_reported_with_the_messages_of_the_command(tmp_path: Path) ->
         mm.Maze.load(tmp_path / "missing")
     with pytest.raises(FileNotFoundError, match="cannot write .*missing"):
         mm.Maze.generate(1).save(tmp_path / "missing" / "maze.txt")
-    with pytest.raises(mm.MazeError, match="supports only 16x16 and 32x32 mazes"):
+    with pytest.raises(mm.MazeError, match="requires a 16x16 or 32x32 maze"):
         mm.Maze.parse(SMALL).write("maz")
     with pytest.raises(ValueError, match="expected one of text, "):
         mm.Maze.parse(SMALL).write("png")  # type: ignore[arg-type]
