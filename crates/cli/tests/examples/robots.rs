@@ -12,6 +12,7 @@ use mmsim_tests::{wait_for, wait_for_exit};
 use serde_json::Value;
 
 use crate::client;
+use crate::harness::mice::{interpreter, python2};
 use crate::harness::{Home, Output};
 
 /// Copies the robots with the published interface to a folder of the home folder, whose name has a blank.
@@ -30,26 +31,10 @@ fn robot_file(name: &str) -> String {
     format!("my robots/{name}")
 }
 
-/// Returns the path of an interpreter, or `None` if none of the commands prints it.
-fn interpreter(commands: &[&[&str]]) -> Option<String> {
-    commands.iter().find_map(|command| {
-        let output = Command::new(command[0]).args(&command[1..]).output().ok()?;
-        let path = String::from_utf8(output.stdout).unwrap().lines().next()?.to_string();
-        output.status.success().then_some(path)
-    })
-}
-
 /// Returns the path of Python 3, or `None` if there is none.
 fn python3() -> Option<String> {
     let name = client::python_with("sys")?.get_program().to_str().unwrap().to_string();
     interpreter(&[&[&name, "-c", "import sys; print(sys.executable)"]])
-}
-
-/// Returns the path of Python 2.7, which `mmsim` finds too, or `None` if there is none.
-fn python2() -> Option<String> {
-    let print = ["-c", "import sys; print(sys.executable)"];
-    let python2 = ["python2.7", "python2"].map(|name| [name, print[0], print[1]]);
-    interpreter(&[&python2[0], &python2[1], &["pyenv", "whence", "--path", "python2.7"]])
 }
 
 /// Returns the folders with mazes of the trial: the bundled ones, and the published ones if they are

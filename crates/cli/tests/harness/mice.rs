@@ -36,6 +36,22 @@ pub fn works(program: &str, arguments: &[&str]) -> bool {
     works
 }
 
+/// Returns the path of an interpreter, or `None` if none of the commands prints it.
+pub fn interpreter(commands: &[&[&str]]) -> Option<String> {
+    commands.iter().find_map(|command| {
+        let output = Command::new(command[0]).args(&command[1..]).output().ok()?;
+        let path = String::from_utf8(output.stdout).unwrap().lines().next()?.to_string();
+        output.status.success().then_some(path)
+    })
+}
+
+/// Returns the path of Python 2.7, which `mmsim` finds too, or `None` if there is none.
+pub fn python2() -> Option<String> {
+    let print = ["-c", "import sys; print(sys.executable)"];
+    let python2 = ["python2.7", "python2"].map(|name| [name, print[0], print[1]]);
+    interpreter(&[&python2[0], &python2[1], &["pyenv", "whence", "--path", "python2.7"]])
+}
+
 /// Returns the option value for a mouse whose program is a Python script with this text.
 pub fn script(home: &Home, name: &str, text: &str) -> String {
     let path = home.write(&format!("{name}.py"), text);

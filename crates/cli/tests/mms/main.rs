@@ -8,6 +8,7 @@ mod annotations;
 mod ending;
 mod known_walls;
 mod slalom;
+mod strangers;
 
 use std::fs;
 use std::io::Write;
