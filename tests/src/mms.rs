@@ -1,4 +1,4 @@
-//! What the program mms 1.2.0 accepts, noted from the program itself, since its README lists less.
+//! What mms 1.2.0 accepts: the facts of its `Color.cpp` and `Window.cpp`, since its README lists less.
 
 /// The letters of the colours, each with its colour in hexadecimal.
 pub const MMS_COLOURS: [(char, &str); 17] = [
