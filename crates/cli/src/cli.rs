@@ -4,7 +4,7 @@ use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use mmsim_maze::Escaped;
 
@@ -140,6 +140,14 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
         let message = format!("no such command, file or folder: {word:?}{hint}");
         exit_with_usage(&UsageError::new("", message));
     }
+    let missing = error.get(ContextKind::InvalidArg);
+    if arguments.iter().any(|word| word == "--published")
+        && matches!(missing, Some(ContextValue::Strings(names)) if names[..] == ["<MAZE>..."])
+    {
+        let message = "no maze before --published (put each MAZE first, because all words after \
+                       FILE are passed to the robot)";
+        exit_with_usage(&UsageError::new("trial", message));
+    }
     // The error may quote control characters from the command line.
     let escaped = arguments.iter().map(|argument| Escaped(argument.display()).to_string());
     Cli::try_parse_from(escaped).err().unwrap_or(error).exit()
@@ -192,7 +200,6 @@ fn verbosity_after_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
 #[cfg(test)]
 mod tests {
     use clap::Arg;
-    use clap::error::{ContextKind, ContextValue};
 
     use super::*;
 

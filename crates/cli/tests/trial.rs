@@ -375,7 +375,8 @@ fn usage_errors_set_exit_code_2() {
     home.write("a.txt", MAZE);
     for (arguments, error) in [
         (&[][..], "<MAZE>"),
-        (&["--published", "robot.py", "a.txt"], "Usage: mmsim trial <MAZE>... [OPTIONS]"),
+        (&["--published", "robot.py", "a.txt"], "put each MAZE first"),
+        (&["--json", "--published", "robot.py"], "Usage: mmsim trial <MAZE>... [OPTIONS]"),
         (&["a.txt", "--python", "python3"], "--published <FILE>"),
         (&["a.txt", "--robot", "Random"], "[possible values: random"),
         (&["a.txt", "--noise", "1.5"], "expected a probability from 0 to 1"),
