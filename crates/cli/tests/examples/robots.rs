@@ -106,7 +106,8 @@ fn a_robot_with_the_published_interface_scores_and_is_compared() {
     let robots: Vec<_> =
         ended.stdout.lines().skip(1).filter_map(|line| line.split_whitespace().nth(1)).collect();
     assert_eq!((robots, &ended.stderr[..]), (vec!["swing-as-published", "python3.py"], ""));
-    let ended = home.run(&[&["trial", mazes[0]], &published[..]].concat());
+    // Mazes may follow a file after `=`.
+    let ended = home.run(&["trial", &format!("--published={file}"), mazes[0]]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), "a robot for 12\n"));
     let ended = home.run(&[&["trial", mazes[0], "--compare"], &published[..]].concat());
     let robots = ended.stdout.split("\n\n").find(|table| table.starts_with("Robots ")).unwrap();
