@@ -90,8 +90,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// - A wall that has blocked the mouse, and an opening that it has driven through, are certain.
     /// - If the goal is unreachable, the mouse tries to drive through the walls around the cells that it
     ///   can reach, those with the fewest readings first.
-    /// - A mouse that a wall has blocked drives the path of its fast run once as part of the search,
-    ///   and returns to the start, before the fast run.
+    /// - Before the fast run, the mouse drives its path once as part of the search, and returns to the
+    ///   start.
     ///
     /// ```
     /// use mmsim_maze::{KnownMaze, Maze, Misreadings, WallSensor};
