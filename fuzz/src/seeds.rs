@@ -32,7 +32,7 @@ const REQUESTS_PER_INPUT: usize = 8;
 const INPUTS_PER_EXCHANGE: usize = 16;
 
 /// Mazes in every notation, some of them ambiguous or decorated.
-const MAZES: [&str; 22] = [
+const MAZES: [&str; 24] = [
     "o---o\n| S |\no---o\n",
     "o---o\n|SG |\no---o\n",
     "#######\n#  G G#\n# ### #\n#S#   #\n#######\n",
@@ -45,6 +45,8 @@ const MAZES: [&str; 22] = [
     "8.0 7.000000000000000000e+00\n5.0 6.0\n",
     "9553\na93a\naaaa\nec46\n",
     "0x9, 0x3,\n0xe, 0xe,\n",
+    "0x\n",
+    "{0x}\n",
     "+---+---+\n| S . G |\n+ . +   +\n|   |   |\n+---+---+\n",
     "OSHWDEM Maze Generator\n+---+---+---+\n| A |       |\n+   +   B   +\n|   |   |   |\n\
      +   +   +   +\n|           |\n+---+---+---+\n",

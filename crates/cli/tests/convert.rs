@@ -108,7 +108,7 @@ fn every_reading_of_an_ambiguous_file_can_be_written() {
     });
     assert!(refused.iter().all(|message| *message == refused[0]), "{refused:?}");
     insta::assert_snapshot!(refused[0], @r"
-    mmsim: rows.txt: line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes
+    mmsim: rows.txt: line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes (use --bits and --rows)
     --bits N1E2S4W8 --rows north
     o---o---o
     |   |   |

@@ -169,7 +169,7 @@ fn read_together(
             shared.retain(|encoding| here.contains(encoding));
         }
     }
-    for entry in &mut entries {
+    for entry in entries.iter_mut().filter(|entry| entry.parsed.is_err()) {
         let shared = shared.get(&folder(entry)).map_or(&[][..], Vec::as_slice);
         let is_shared = |it: &&ParsedMaze| it.encodings.iter().any(|it| shared.contains(it));
         if let [decided] = entry.readings().iter().filter(is_shared).collect::<Vec<_>>()[..] {

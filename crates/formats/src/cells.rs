@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Sides};
+use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Sides, counted};
 
 use crate::error::{Location, ParseError, ParseErrorKind, quoted};
 use crate::parsed_maze::{Notation, ParsedMaze, maze, size, walls};
@@ -69,7 +69,7 @@ fn read(rows: &[Row], sides: &[Heading], is_pyamaze: bool) -> Result<ParsedMaze,
     if let Some(missing) = size.cells().find(|cell| !cells.contains_key(cell)) {
         let line = rows.last().map_or(1, |row| row.items[0].line + 1);
         let expected = format!("a line for each of the {} cells", size.area());
-        let found = format!("{} lines, but none for {missing}", cells.len());
+        let found = format!("{}, but none for {missing}", counted(cells.len(), "line"));
         return Err(ParseError::new(Location::Text { line, column: 1 }, expected, found).into());
     }
     // The rows of pyamaze are counted from the north.

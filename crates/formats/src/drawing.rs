@@ -95,7 +95,7 @@ struct Frame<'a> {
     /// The most frequent character of the posts.
     post: char,
     /// The share of posts with other characters, in per mille.
-    other_posts: usize,
+    post_faults: usize,
     /// The share of irregular walls, in per mille.
     faults: usize,
     /// True if dots are walls, because outer walls or most posts are dots.
@@ -133,11 +133,11 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
             break;
         }
     }
-    let rank = |it: &&Frame| it.faults + if it.faults > 0 { 300 } else { 0 } + it.other_posts;
+    let rank = |it: &&Frame| it.faults + if it.faults > 0 { 300 } else { 0 } + it.post_faults;
     let &frame = found.iter().min_by_key(rank)?;
     let is_rival = |rival: &&Frame| {
         let is_clean = frame.faults + rival.faults == 0;
-        is_clean && rival.pitch != frame.pitch && rival.other_posts <= frame.other_posts + 100
+        is_clean && rival.pitch != frame.pitch && rival.post_faults <= frame.post_faults + 100
     };
     Some(found.iter().find(is_rival).map_or(Ok(frame), |rival| {
         let expected = format!("cells {} characters wide", frame.pitch - 1);
@@ -151,28 +151,31 @@ fn find(lines: &[Line]) -> Option<Result<Frame<'_>, ParseError>> {
 fn frames(lines: &[Line]) -> impl Iterator<Item = Frame<'_>> {
     let top = &lines[0].characters;
     let (end, blanks) = (top.len(), top.iter().take_while(|c| c.is_whitespace()).count());
-    let is_maze = lines.len() > 2 && end <= blanks + (MAX_SIDE + 1) * MAX_PITCH;
-    let lefts = (blanks.saturating_sub(1)..=blanks).rev().filter(move |_| is_maze);
+    let has_space = lines.len() > 2 && end <= blanks + (MAX_SIDE + 1) * MAX_PITCH;
+    let lefts = (blanks.saturating_sub(1)..=blanks).rev().filter(move |_| has_space);
     let pitches = move |left| (2..=MAX_PITCH.min(end - left)).rev().map(move |pitch| (left, pitch));
-    lefts.flat_map(pitches).filter_map(|(left, pitch)| Frame::at(lines, left, pitch))
+    lefts.flat_map(pitches).flat_map(|(left, pitch)| Frame::at(lines, left, pitch))
 }
 
 impl<'a> Frame<'a> {
-    /// Returns the position of a drawing whose upper outer wall is in the first line, given the
-    /// index of its first post and the distance of its posts.
-    fn at(lines: &'a [Line], left: usize, pitch: usize) -> Option<Self> {
+    /// Returns the possible numbers of columns, as positions, of a drawing whose upper outer wall is
+    /// in the first line.
+    fn at(lines: &'a [Line], left: usize, pitch: usize) -> impl Iterator<Item = Self> {
         let (end, post) = (lines[0].characters.len(), lines[0].at(left));
         let frame = Self { lines, left, pitch, post, ..Self::default() };
-        let wall = |cell| frame.place(0, 2 * cell + 1);
+        let wall = move |cell| frame.place(0, 2 * cell + 1);
         let drawn = (0..end).take_while(|&cell| matches!(wall(cell), Place::Wall(Some(_)))).count();
         // A line whose posts are alike may lack walls.
         let posts = (left..end).step_by(pitch);
         let are_equal = post != ' ' && posts.clone().all(|at| lines[0].at(at) == post);
         let is_whole = are_equal && (end - 1 - left).is_multiple_of(pitch);
-        let columns = if is_whole { posts.count() - 1 } else { drawn };
-        // Otherwise the cells are narrower, with posts in the walls.
-        let is_clean = (0..columns).any(|cell| wall(cell) != Place::Wall(None));
-        is_clean.then(|| Self { last_column: 2 * columns, ..frame }.measured())?
+        let whole = if is_whole { posts.count() - 1 } else { drawn };
+        let columns = [drawn, whole].into_iter().take(1 + usize::from(whole > drawn));
+        // If each wall contains a post, the cells are narrower.
+        let has_post = move |cell| lines[0].text(&frame.span(2 * cell + 1)).contains(post);
+        let is_wide = move |cell| wall(cell) != Place::Wall(None) || !has_post(cell);
+        let columns = columns.filter(move |&columns| (0..columns).any(is_wide));
+        columns.filter_map(move |columns| Self { last_column: 2 * columns, ..frame }.measured())
     }
 
     /// Returns the indices of the characters in a column.
@@ -195,8 +198,9 @@ impl<'a> Frame<'a> {
         row.is_multiple_of(self.last_row) || column.is_multiple_of(self.last_column)
     }
 
-    /// Counts the rows of cells, each with a line of posts below it, and looks at the posts. Returns
-    /// `None` if there are no cells. Counts at most one row of cells too many.
+    /// Counts the rows of cells, each with a line of posts below it, and measures posts and walls.
+    /// Returns `None` if there are no cells, or if the upper outer wall continues to the right.
+    /// Counts at most one row of cells too many.
     fn measured(mut self) -> Option<Self> {
         let [top, cells, ..] = self.lines else { return None };
         let pairs = self.lines[1..].chunks_exact(2).take(MAX_SIDE + 1);
@@ -205,10 +209,10 @@ impl<'a> Frame<'a> {
         let posts = posts.map(|(row, column)| self.lines[row].post(self.span(column).start));
         let (post, count) = counts(posts).into_iter().max_by_key(|(_, count)| *count)?;
         let posts = (self.last_row / 2 + 1) * (self.last_column / 2 + 1);
-        (self.post, self.other_posts) = (post, (1000 * (posts - count)).div_ceil(posts));
+        (self.post, self.post_faults) = (post, (1000 * (posts - count)).div_ceil(posts));
         self.is_dotted = [top.at(self.left + 1), cells.at(self.left), post].contains(&'.');
-        let is_maze = self.last_row > 0 && top.at(self.right() + 1) == ' ';
-        is_maze.then(|| Self { faults: self.faults(), ..self })
+        let is_whole = self.last_row > 0 && top.at(self.right() + 1) == ' ';
+        is_whole.then(|| Self { faults: self.faults(), ..self })
     }
 
     /// Returns true if a line is a row of cells rather than text. The line below decides about a
@@ -254,12 +258,11 @@ impl<'a> Frame<'a> {
         let first = line.at(drawn.start);
         let is_partial = before != after || drawn.clone().any(|at| is_blank(&at));
         let is_dot = drawn.len() == 1 && first == '.' && !self.is_dotted;
+        let is_plain = before == 0 && drawn.all(|at| line.at(at) == first);
         match (is_partial, is_dot) {
             (true, _) => Place::Partial,
             (_, true) => Place::Dot,
-            _ => Place::Wall(
-                Some(first).filter(|_| before == 0 && drawn.all(|at| line.at(at) == first)),
-            ),
+            _ => Place::Wall(is_plain.then_some(first)),
         }
     }
 
@@ -288,17 +291,17 @@ impl<'a> Frame<'a> {
 
     /// Returns true if all posts are drawn with the same character.
     const fn has_posts(&self) -> bool {
-        self.other_posts == 0 && self.post != ' '
+        self.post_faults == 0 && self.post != ' '
     }
 
     /// Returns true if the drawing is a maze, perhaps with errors, rather than other text.
     fn is_maze(&self) -> bool {
-        let Self { faults, other_posts, .. } = *self;
+        let Self { faults, post_faults, .. } = *self;
         let mut cells = self.lines[..self.last_row].iter().skip(1).step_by(2);
         let is_blank = |line: &Line| line.text(&(self.left..self.right())).contains(' ');
         let is_table = self.lines[0].at(self.left).is_ascii_hexdigit() && !cells.any(is_blank);
-        let is_clear = other_posts <= 250 && faults <= 500 && self.post != ' ';
-        !is_table && (faults == 0 || other_posts <= 500 && faults <= 250 || is_clear)
+        let is_clear = post_faults <= 250 && faults <= 500 && self.post != ' ';
+        !is_table && (faults == 0 || post_faults <= 500 && faults <= 250 || is_clear)
     }
 
     /// Reads the maze, and adds notes.
@@ -580,6 +583,9 @@ o---o---o---o
         insta::assert_snapshot!(replaced("o   o---o", "o   A---o"), @r#"line 3, column 5: ignored "A""#);
         assert_eq!(replaced("o   o---o", "o    ---o"), "");
         insta::assert_snapshot!(replaced("| S |", "|S 0|"), @r#"line 4, column 2: ignored "S 0""#);
+        for top in ["o-0-o-1-o-2-o", "o 0 o 1 o 2 o", "o-=-o-=-o-=-o", "o - o - o - o"] {
+            assert_eq!(replaced("o---o---o---o\n|     G", &format!("{top}\n|     G")), "", "{top}");
+        }
         insta::assert_snapshot!(replaced("| S |  ", "| S | 7"), @r#"line 4, column 6: ignored "7""#);
         insta::assert_snapshot!(replaced("| S |  ", "| S | |"), @r#"line 4, column 6: ignored "|""#);
         insta::assert_snapshot!(replaced("| S |", "| s |"), @"");
@@ -590,6 +596,16 @@ o---o---o---o
         assert_eq!(parse(&labels).as_ref(), Ok(&maze), "{labels}");
         let boxes = "┌───┬───┬───┐\n│     G   G │\n├   ╶───┐   ┤\n│ S │       │\n└───┴───┴───┘\n";
         assert_eq!(parse(&boxes.replace("╶───┐", "o───o")).as_ref(), Ok(&maze));
+    }
+
+    #[test]
+    fn the_first_of_two_adjacent_mazes_is_read() {
+        let two = "o---o---o   o---o\n|       |   |   |\no---o---o   o---o\n";
+        insta::assert_snapshot!(parse(two).unwrap(), @"
+        o---o---o
+        |SG   G |
+        o---o---o
+        ");
     }
 
     #[test]
@@ -630,7 +646,7 @@ OSHWDEM Maze Generator v1.2 R42263
         ");
         assert_eq!(notes(GENERATED), [""; 0]);
         let posts = "OSHWDEMO\n|      |\nOSHWDEMO\n";
-        assert!(parse(posts).is_err(), "the first line may also be the upper outer wall");
+        assert!(parse(posts).is_err(), "a first line that begins with OSHWDEM is a title");
         insta::assert_snapshot!(error(&GENERATED.replacen("|   |   |", "| A |   |", 1)), @r#"line 5, column 2: expected one start, found " A ""#);
     }
 }

@@ -112,13 +112,9 @@ impl Location {
 }
 
 impl ParseError {
-    pub(crate) fn new(
-        location: Location,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> Self {
+    pub(crate) fn new(at: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (kind, expected, found) = (ParseErrorKind::Unreadable, expected.into(), found.into());
-        Self { kind, location, cell: None, expected, found, readings: Vec::new() }
+        Self { kind, location: at, cell: None, expected, found, readings: Vec::new() }
     }
 }
 

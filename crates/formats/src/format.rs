@@ -51,7 +51,7 @@ pub struct WriteError {
     pub format: Format,
     /// The size, start or goal that the format supports.
     pub expected: &'static str,
-    /// The size, start or goal of the maze.
+    /// What the maze has instead.
     pub found: String,
 }
 

@@ -14,7 +14,7 @@ use crate::rows::{Item, Row, rows, without_code};
 
 /// The numbers of a file.
 struct Table {
-    /// The numbers of each line, which are equally many, and their locations.
+    /// The numbers of each line and their locations. All lines have the same length.
     lines: Vec<Vec<(u8, Location)>>,
     /// The encoding, if the file tells it.
     encoding: Option<Encoding>,
@@ -73,7 +73,7 @@ pub(crate) fn parse_text(
     let usual = table[table.len() / 2].len();
     let is_usual = |line: &&Vec<Item>| is_numbers(line) && line.len() == usual;
     let count = table.iter().filter(is_usual).count();
-    if 4 * count + 6 < 3 * table.len() || 2 * count + 1 < lines.len() {
+    if table.len() < 2 || 4 * count + 6 < 3 * table.len() || 2 * count + 1 < lines.len() {
         return None;
     }
     let around = lines[..first].iter().chain(&lines[last + 1..]);
@@ -171,7 +171,8 @@ impl Table {
             readings.push(ParsedMaze { maze, notation: Notation::Numbers, encodings, notes });
         }
         if readings.len() > 1 {
-            let found = format!("numbers that fit {} mazes", readings.len());
+            let found =
+                format!("numbers that fit {} mazes (use --bits and --rows)", readings.len());
             let error = ParseError::new(at, "numbers that fit one maze", found);
             return Err(ParseError { kind: ParseErrorKind::Ambiguous, readings, ..error }.into());
         }
@@ -209,13 +210,13 @@ fn split_off_route<'a>(rows: &mut Vec<Row<'a>>) -> Option<Vec<Row<'a>>> {
 fn add_route(route: &[Row], parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseError>> {
     let ParsedMaze { maze, mut notes, .. } = parsed;
     let (size, walls) = (maze.size(), maze.walls());
-    let end = |row: &Row| {
+    let cell = |row: &Row| {
         let [x, y] = [0, 1].map(|at| row.items[at].number(false).unwrap_or(u8::MAX));
         let error = || row.items[0].error(format!("x and y of a cell of the {size} maze"));
         let is_inside = size.contains(Cell { x, y });
         is_inside.then(|| Cell { x, y: size.height() - 1 - y }).ok_or_else(error)
     };
-    let (start, goal) = (end(&route[0])?, end(&route[1])?);
+    let (start, goal) = (cell(&route[0])?, cell(&route[1])?);
     if let Some(path) = route.get(2).map(|row| row.items[0]) {
         let follow = |here: Cell, step: Item| {
             let heading = step.text.chars().next().and_then(Heading::from_letter);
@@ -224,8 +225,7 @@ fn add_route(route: &[Row], parsed: ParsedMaze) -> Result<ParsedMaze, Vec<ParseE
             next.ok_or_else(|| (step.location(), format!("the path crosses a wall of {here}")))
         };
         let end = path.characters().into_iter().try_fold(start, follow);
-        let elsewhere =
-            |end| (path.end(), format!("the path ends in {end}, not in the exit {goal}"));
+        let elsewhere = |end| (path.end(), format!("the path ends in {end}, not in {goal}"));
         let wrong = end.map_or_else(Some, |end| (end != goal).then(|| elsewhere(end)));
         notes.extend(wrong.map(|(at, text)| Note::new(NoteKind::Path, at, text)));
     }
@@ -390,7 +390,7 @@ mod tests {
             parsed.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
         };
         insta::assert_snapshot!(note("ES", "EE"), @"line 6, column 2: the path crosses a wall of (1, 1)");
-        insta::assert_snapshot!(note("ES", "E"), @"line 6, column 2: the path ends in (1, 1), not in the exit (1, 0)");
+        insta::assert_snapshot!(note("ES", "E"), @"line 6, column 2: the path ends in (1, 1), not in (1, 0)");
         insta::assert_snapshot!(note("ES\n", ""), @"");
         insta::assert_snapshot!(parse(&A_MAZE_ING.replace("1,1", "1,2")).unwrap_err(), @r#"line 5, column 1: expected x and y of a cell of the 2x2 maze, found "1""#);
         insta::assert_snapshot!(parse(&A_MAZE_ING.replace("93", "13")).unwrap_err(), @"line 1, column 1: expected an outer wall to the west of (0, 1), found 1");
@@ -412,12 +412,12 @@ mod tests {
         insta::assert_snapshot!(parsed(&bytes[..255]).unwrap_err()[0], @"byte 256: expected 256 or 1024 bytes, one for each cell of a 16x16 or 32x32 maze, found 255");
     }
 
-    /// Another corner is open only to one side, too, so that the maze may also be reflected.
+    /// Another cell is open only to one side, too, so that the maze may also be reflected.
     #[test]
     fn ambiguous_numbers_have_all_readings() {
         let error = parse("b93\neee\n").unwrap_err();
         assert_eq!(error.kind, ParseErrorKind::Ambiguous);
-        insta::assert_snapshot!(error, @"line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes");
+        insta::assert_snapshot!(error, @"line 1, column 1: expected numbers that fit one maze, found numbers that fit 3 mazes (use --bits and --rows)");
         for reading in &error.readings {
             for &Encoding { bits, rows } in &reading.encodings {
                 let choice = Choice { bits: Some(bits), rows: Some(rows) };

@@ -21,6 +21,16 @@ pub struct ParsedMaze {
     pub notes: Vec<Note>,
 }
 
+/// Writes the options that select the maze, if it has an encoding, and draws the maze below them.
+impl fmt::Display for ParsedMaze {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(encoding) = self.encodings.first() {
+            writeln!(f, "{encoding}")?;
+        }
+        self.maze.fmt(f)
+    }
+}
+
 /// How a file describes a maze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -31,16 +41,6 @@ pub enum Notation {
     Numbers,
     /// A line for each cell.
     Cells,
-}
-
-/// Writes the option that selects the maze, if there is one, and draws the maze below it.
-impl fmt::Display for ParsedMaze {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(encoding) = self.encodings.first() {
-            writeln!(f, "{encoding}")?;
-        }
-        self.maze.fmt(f)
-    }
 }
 
 impl Notation {

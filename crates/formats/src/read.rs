@@ -197,6 +197,11 @@ mod tests {
             b"import sys\nprint(\"hello\")\nprint(\"3\")\nprint(input())\n",
             b"o---o\n|   |\n",
             b"1,2,3\n4,5,6\n7,8,9\n",
+            b"1,1,1\n1,1,1\n1,1,1\n",
+            b"0\n",
+            b"0x\n",
+            b"{0x}\n",
+            b"9553\n0x\naaaa\n",
         ] {
             error(other);
         }

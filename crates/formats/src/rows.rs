@@ -54,8 +54,9 @@ impl Item<'_> {
 
     /// Returns the item without the prefix of hexadecimal numbers.
     fn without_prefix(self) -> Self {
-        let text = self.text.strip_prefix("0x").or_else(|| self.text.strip_prefix("0X"));
-        text.map_or(self, |text| Self { text, column: self.column + 2, ..self })
+        let digits = ["0x", "0X"].iter().find_map(|prefix| self.text.strip_prefix(prefix));
+        let digits = digits.filter(|digits| !digits.is_empty());
+        digits.map_or(self, |text| Self { text, column: self.column + 2, ..self })
     }
 
     /// Returns the characters of the item, without the prefix of hexadecimal numbers, as items.

@@ -1,6 +1,7 @@
 //! Long numbers, contrast themes, and what screen readers and the keyboard find.
 
 use mmsim_solvers::BundledStrategy;
+use mmsim_tests::wait_for;
 use serde_json::json;
 
 use crate::browser::{Browser, with_browser, with_page};
@@ -85,7 +86,9 @@ fn a_contrast_theme_hides_no_control() {
                 ['pressed', ...['follow', 'play'].map((name) => style(`.controls [name=${name}]`).backgroundColor)],
                 ['text of Run', style('[name=run]').color, style('[name=run]').backgroundColor],
             ].filter(([, one, other]) => one === other).map(([name]) => name);";
-        assert_eq!(browser.run::<Vec<String>>(script, &[]), [""; 0]);
+        let is_active = "return matchMedia('(forced-colors: active)').matches";
+        wait_for("the theme", || browser.run::<bool>(is_active, &[]).then_some(()));
+        wait_for("styles", || browser.run::<Vec<String>>(script, &[]).is_empty().then_some(()));
         browser.devtools("Emulation.setEmulatedMedia", &json!({ "features": [] }));
     });
 }
