@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use mmsim_compare::NamedMaze;
-use mmsim_formats::{Bits, Choice, ReadError, Rows, read_content};
+use mmsim_formats::{Bits, Choice, Rows};
 use mmsim_solvers::Distances;
 use serde::Serialize;
 
@@ -102,10 +102,6 @@ impl EncodingArgs {
     fn choice(&self) -> Choice {
         Choice { bits: self.bits, rows: self.rows }
     }
-
-    fn is_set(&self) -> bool {
-        self.bits.is_some() || self.rows.is_some()
-    }
 }
 
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
@@ -134,15 +130,7 @@ fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
 }
 
 fn show(name: &str, mazes: Option<&Path>, encoding: &EncodingArgs, json: bool) -> CommandResult {
-    let (path, maze) = if encoding.is_set() {
-        let path = PathBuf::from(name);
-        let parsed = encoding.choice().read(&read_content(&path)?);
-        let error = |errors| ReadError::Parse { path: path.clone(), errors };
-        (path.clone(), parsed.map_err(error)?.maze)
-    } else {
-        let NamedMaze { path, maze, .. } = Collection::with(name, mazes)?.select(name)?;
-        (path, maze)
-    };
+    let NamedMaze { path, maze, .. } = Collection::find(name, mazes, encoding.choice())?;
     let row = MazeRow::from_maze(&path, &maze);
     if json {
         #[derive(Serialize)]

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use clap::Args;
 use mmsim_compare::NamedMaze;
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Theme, frame_indices};
+use mmsim_formats::Choice;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
@@ -100,7 +101,7 @@ fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenEr
 
 fn maze(args: &RenderArgs, name: &str) -> PictureResult {
     let NamedMaze { path, maze, .. } =
-        Collection::with(name, args.mazes.as_deref())?.select(name)?;
+        Collection::find(name, args.mazes.as_deref(), Choice::default())?;
     let path = path.display();
     if args.output.format == PictureFormat::Gif {
         return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());

@@ -5,7 +5,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use mmsim_compare::NamedMaze;
-use mmsim_formats::{Catalogue, Entry, ReadError};
+use mmsim_formats::{Catalogue, Choice, Entry, ReadError};
 use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
@@ -53,20 +53,32 @@ impl Collection {
     /// Returns the mazes at `path`. Without a path, returns the mazes in the user's folder, or the
     /// bundled mazes if that folder has none.
     pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
-        let Some(path) = path else { return Ok(Self::from_home().unwrap_or_else(Self::bundled)) };
-        Ok(Self { catalogue: Catalogue::from_path(path)?, path: path.into(), is_default: false })
+        Self::encoded(path, Choice::default())
     }
 
-    /// Returns the collection in which to search for a maze by name. Without a path, returns the
-    /// file `name` if it exists, else the default collection.
-    pub(crate) fn with(name: &str, path: Option<&Path>) -> Result<Self, SelectionError> {
-        let file = Path::new(name);
-        Self::at(path.or_else(|| Some(file).filter(|file| file.is_file())))
+    /// Returns the same mazes as [`at`](Self::at), with a choice of the encoding of numbers.
+    fn encoded(path: Option<&Path>, choice: Choice) -> Result<Self, SelectionError> {
+        let Some(path) = path else {
+            return Ok(Self::from_home(choice).unwrap_or_else(Self::bundled));
+        };
+        let catalogue = Catalogue::from_encoded(path, choice)?;
+        Ok(Self { catalogue, path: path.into(), is_default: false })
     }
 
-    fn from_home() -> Option<Self> {
+    /// Returns the maze with this name in the collection at `path`. Without a path, returns the maze
+    /// in the file `name` if it exists, else a maze of the default collection.
+    pub(crate) fn find(
+        name: &str,
+        path: Option<&Path>,
+        choice: Choice,
+    ) -> Result<NamedMaze, SelectionError> {
+        let file = Some(Path::new(name)).filter(|file| file.is_file());
+        Self::encoded(path.or(file), choice)?.select(name)
+    }
+
+    fn from_home(choice: Choice) -> Option<Self> {
         let path = home_folder()?;
-        let catalogue = Catalogue::from_path(&path).ok()?;
+        let catalogue = Catalogue::from_encoded(&path, choice).ok()?;
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
             return Some(Self { catalogue, path, is_default: true });
         }

@@ -148,8 +148,10 @@ fn every_reading_of_an_ambiguous_file_can_be_written() {
         let written = home.run(&[&["mazes", "convert", "rows.txt", "-"][..], &options].concat());
         assert_eq!((written.code, &written.stdout[..]), (Some(0), maze));
         assert!(refused[0].contains(&format!("\n{}\n{maze}", options.join(" "))), "{refused:?}");
-        let shown = home.run(&[&["mazes", "show", "rows.txt", "--json"][..], &options].concat());
-        assert_eq!(shown.json()["maze"], maze);
+        for words in [&["rows.txt"][..], &["rows", "--mazes", "."]] {
+            let show = [&["mazes", "show", "--json"], words, &options].concat();
+            assert_eq!(home.run(&show).json()["maze"], maze);
+        }
         let checked = home.run(&[&["mazes", "check", "rows.txt"][..], &options].concat());
         assert_eq!(checked.code, Some(0));
     }
