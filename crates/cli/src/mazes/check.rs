@@ -1,6 +1,6 @@
 //! `mmsim mazes check`: find problems in maze files.
 
-use std::fmt::Display;
+use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -18,6 +18,7 @@ use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
 use crate::output::{drawn_readings, print, print_pretty_json};
+use crate::selection::SelectionError;
 
 /// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]
@@ -70,8 +71,8 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
     for path in &args.paths {
         match Catalogue::from_encoded(path, args.encoding.choice()) {
             Ok(catalogue) if catalogue.entries().is_empty() => {
-                let error = format!("{}: no maze files", path.display());
-                files.push(Checked::with_error(path, &error));
+                let location = path.display().to_string();
+                files.push(Checked::unread(path, &SelectionError::Empty { location }));
             }
             Ok(catalogue) => {
                 let entries = catalogue.entries().iter();
@@ -110,22 +111,15 @@ impl Checked {
     }
 
     /// Returns the result for a file or folder that cannot be read.
-    fn unread(path: &Path, error: &ReadError) -> Self {
-        match error {
-            ReadError::Parse { errors, .. } => {
-                let findings = errors.iter().map(Finding::from_error).collect();
-                let drawn_readings = drawn_readings(error);
-                Self { findings, drawn_readings, ..Self::with_error(path, error) }
+    fn unread(path: &Path, error: &(dyn Error + 'static)) -> Self {
+        let findings = match error.downcast_ref() {
+            Some(ReadError::Parse { errors, .. }) => {
+                errors.iter().map(Finding::from_error).collect()
             }
-            _ => Self::with_error(path, error),
-        }
-    }
-
-    /// Returns the result for an error, whose message must contain the path.
-    fn with_error(path: &Path, error: &impl Display) -> Self {
-        let findings = vec![Finding::unreadable(error.to_string())];
-        let row = MazeRow::from_error(path, error);
-        Self { row, notation: None, findings, drawn_readings: String::new() }
+            _ => vec![Finding::new(FindingKind::Unreadable, error.to_string())],
+        };
+        let row = MazeRow::from_error(path, &error);
+        Self { row, notation: None, findings, drawn_readings: drawn_readings(error) }
     }
 
     /// Formats one line with the properties of the maze, or with the first error if the file cannot
@@ -212,11 +206,6 @@ impl Finding {
         let (line, column, byte, cell) = (None, None, None, None);
         let (readings, place) = (Vec::new(), String::new());
         Self { severity, kind, message, line, column, byte, cell, readings, place }
-    }
-
-    /// Returns the finding for an unreadable file.
-    fn unreadable(message: String) -> Self {
-        Self::new(FindingKind::Unreadable, message)
     }
 
     fn from_error(error: &ParseError) -> Self {

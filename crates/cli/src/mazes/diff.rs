@@ -2,7 +2,7 @@
 //! to a maze.
 
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::{io, slice};
 
 use clap::Args;
@@ -101,8 +101,8 @@ impl Equal {
 /// The differences between two mazes. The field names are JSON keys.
 #[derive(Serialize)]
 struct Difference<'a> {
-    a: &'a Path,
-    b: &'a Path,
+    a: String,
+    b: String,
     /// What differs: `size`, `start`, `goals` or `walls`.
     differs: Vec<&'static str>,
     /// The walls that only one of the mazes has. Mazes of different sizes have no such list.
@@ -144,8 +144,8 @@ impl<'a> Difference<'a> {
             ("walls", a.maze.walls() != b.maze.walls()),
         ];
         Self {
-            a: &a.path,
-            b: &b.path,
+            a: a.path.display().to_string(),
+            b: b.path.display().to_string(),
             differs: differs.into_iter().filter_map(|(what, is)| is.then_some(what)).collect(),
             only_a: only(mazes),
             only_b: only([&b.maze, &a.maze]),
@@ -156,23 +156,22 @@ impl<'a> Difference<'a> {
 
     /// Lists the differences, and draws those between the walls.
     fn text(&self, has_colours: bool) -> String {
-        let (a, b) = (Escaped(self.a.display()), Escaped(self.b.display()));
+        let (a, b) = (Escaped(&self.a), Escaped(&self.b));
         if self.differs.is_empty() {
             return format!("{a} and {b} have the same walls, start and goal\n");
         }
         let mut lines = Vec::new();
         for what in &self.differs {
-            let [a_value, b_value] = self.mazes.map(|maze| match *what {
-                "size" => Some(format!("{} cells", maze.size())),
-                "start" => Some(maze.start().cell.to_string()),
-                "goals" => Some(cells(maze.goals())),
-                _ => None,
-            });
-            if let (Some(a_value), Some(b_value)) = (a_value, b_value) {
+            let value = |maze: &Maze| match *what {
+                "size" => format!("{} cells", maze.size()),
+                "start" => maze.start().cell.to_string(),
+                _ => cells(maze.goals()),
+            };
+            if *what != "walls" {
+                let [a_value, b_value] = self.mazes.map(value);
                 lines.push(format!("{what}: {a_value} in {a}, {b_value} in {b}\n"));
+                continue;
             }
-        }
-        if self.differs.contains(&"walls") {
             if let Some(Equal { symmetry, .. }) = &self.equal {
                 lines.push(format!("walls: {b} is {a}, {symmetry}\n"));
             }

@@ -1,6 +1,6 @@
 //! Mazes by their walls, to find those that are equal after a rotation or reflection.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use mmsim_maze::{Maze, Symmetry, Walls};
@@ -29,7 +29,7 @@ impl MazeIndex {
     /// Returns the mazes that are equal to `maze`, in the order in which they were added. If several
     /// symmetries lead to one, prefers the first with the same start and goals.
     pub(super) fn find(&self, maze: &Maze) -> Vec<EqualMaze<'_>> {
-        let mut best = HashMap::new();
+        let mut best = BTreeMap::new();
         for symmetry in Symmetry::ALL {
             let image = maze.transformed(symmetry);
             for &index in self.by_walls.get(image.walls()).into_iter().flatten() {
@@ -44,9 +44,7 @@ impl MazeIndex {
                 }
             }
         }
-        let mut found: Vec<_> = best.into_iter().collect();
-        found.sort_by_key(|&(index, _)| index);
-        found.into_iter().map(|(_, found)| found).collect()
+        best.into_values().collect()
     }
 }
 
