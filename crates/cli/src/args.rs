@@ -213,7 +213,7 @@ pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
 }
 
 /// Parses a probability from 0 to 1, or from 0% to 100%.
-fn parse_probability(text: &str) -> Result<f64, &'static str> {
+pub(crate) fn parse_probability(text: &str) -> Result<f64, &'static str> {
     let ratio = text.parse().map(Tolerance::ratio);
     ratio.map_err(|_| "expected a probability from 0 to 100%, such as 1% or 0.01")
 }

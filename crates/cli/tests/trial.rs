@@ -42,7 +42,10 @@ fn prints_a_line_per_trial_and_a_summary_per_robot() {
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
     assert_eq!(random(&home, &["mazes/a.txt"]).stdout, ended.stdout, "the same seed");
     assert_ne!(random(&home, &["mazes/a.txt", "--seed", "7"]).stdout, ended.stdout);
-    assert_ne!(random(&home, &["mazes/a.txt", "--noise", "0.5"]).code, Some(2));
+    let [noisy, percent] =
+        ["0.5", "50%"].map(|noise| random(&home, &["mazes/a.txt", "--noise", noise]));
+    assert_ne!(noisy.code, Some(2), "{noisy:?}");
+    assert_eq!(noisy.stdout, percent.stdout);
 }
 
 #[test]
@@ -379,7 +382,7 @@ fn usage_errors_set_exit_code_2() {
         (&["--json", "--published", "robot.py"], "Usage: mmsim trial <MAZE>... [OPTIONS]"),
         (&["a.txt", "--python", "python3"], "--published <FILE>"),
         (&["a.txt", "--robot", "Random"], "[possible values: random"),
-        (&["a.txt", "--noise", "1.5"], "expected a probability from 0 to 1"),
+        (&["a.txt", "--noise", "1.5"], "expected a probability from 0 to 100%"),
         (&["a.txt", "--seed=-1"], "--seed"),
         (&["a.txt", "--charts", "charts"], "--compare"),
         (&["a.txt", "--compare", "--robot", "random"], "cannot be used with"),

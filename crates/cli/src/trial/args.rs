@@ -14,8 +14,8 @@ use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
 use crate::args::{
-    RetentionArgs, UsageError, ViewerArgs, each_once, extension, one_of, parse_seconds,
-    wrong_extension,
+    RetentionArgs, UsageError, ViewerArgs, each_once, extension, one_of, parse_probability,
+    parse_seconds, wrong_extension,
 };
 use crate::picture::{PictureFile, PictureFormat, parse_picture, themes};
 
@@ -72,7 +72,7 @@ pub(crate) struct TrialArgs {
     /// Random seed for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Probability from 0 to 1 that a sensor reading is off by one cell
+    /// Probability that a sensor reading is off by one cell, such as 1% or 0.01
     #[arg(long, value_name = "P", default_value_t = 0., value_parser = parse_probability)]
     noise: f64,
     /// Number of corners to visit, 0 to 3 (swing, swing-as-published and swing-timed only) [default:
@@ -264,26 +264,4 @@ fn variants() -> impl TypedValueParser<Value = Variant> {
 fn parse_still(text: &str) -> Result<PictureFile, String> {
     let picture = parse_picture(text).ok().filter(|picture| picture.format != PictureFormat::Gif);
     picture.ok_or_else(|| wrong_extension(".svg or .png", &extension(text.as_ref())))
-}
-
-fn parse_probability(text: &str) -> Result<f64, String> {
-    let probability = text.parse().ok().filter(|probability| (0. ..=1.).contains(probability));
-    probability.ok_or_else(|| "expected a probability from 0 to 1".into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn probabilities_range_from_0_to_1() {
-        assert_eq!(parse_probability("0.25"), Ok(0.25));
-        assert_eq!(parse_probability("1"), Ok(1.));
-        assert!(
-            ["-0.1", "1.01", "nan", "inf", "often", ""]
-                .map(parse_probability)
-                .iter()
-                .all(Result::is_err)
-        );
-    }
 }
