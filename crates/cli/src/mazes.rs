@@ -17,7 +17,7 @@ use mmsim_solvers::Distances;
 use serde::Serialize;
 
 use crate::args::CommandResult;
-use crate::output::{print, print_json, print_pretty_json};
+use crate::output::{print, print_json, print_report};
 use crate::selection::Collection;
 use check::CheckArgs;
 use convert::ConvertArgs;
@@ -121,11 +121,7 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
 fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
     let rows: Vec<MazeRow> =
         Collection::at(mazes)?.catalogue.entries().iter().map(MazeRow::from_entry).collect();
-    if json {
-        print_pretty_json(&rows)?;
-    } else {
-        print(&rows.iter().map(|row| row.line() + "\n").collect::<String>())?;
-    }
+    print_report(json, &rows, || rows.iter().map(|row| row.line() + "\n").collect())?;
     Ok(true)
 }
 

@@ -52,6 +52,15 @@ pub(crate) fn print_pretty_json(value: &impl Serialize) -> io::Result<()> {
     write_json(value, PrettyFormatter::new())
 }
 
+/// Prints a value as indented JSON if `is_json` is true, else its text.
+pub(crate) fn print_report(
+    is_json: bool,
+    value: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> io::Result<()> {
+    if is_json { print_pretty_json(value) } else { print(&text()) }
+}
+
 fn write_json(value: &impl Serialize, formatter: impl Formatter) -> io::Result<()> {
     let mut out = EscapedJson(BufWriter::new(io::stdout().lock()));
     let written = value.serialize(&mut Serializer::with_formatter(&mut out, formatter));

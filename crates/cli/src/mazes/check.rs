@@ -17,7 +17,7 @@ use super::EncodingArgs;
 use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
-use crate::output::{drawn_readings, print, print_pretty_json};
+use crate::output::{drawn_readings, print_report};
 use crate::selection::SelectionError;
 
 /// A maze file and the problems found in it. The field names are JSON keys.
@@ -81,11 +81,7 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
             Err(error) => files.push(Checked::unread(path, &error)),
         }
     }
-    if args.json {
-        print_pretty_json(&files)?;
-    } else {
-        print(&files.iter().map(Checked::text).collect::<String>())?;
-    }
+    print_report(args.json, &files, || files.iter().map(Checked::text).collect())?;
     let mut findings = files.iter().flat_map(|file| &file.findings);
     Ok(!findings.any(|it| it.severity == "error" || args.strict && it.severity == "warning"))
 }

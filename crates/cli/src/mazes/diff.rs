@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::index::{EqualMaze, MazeIndex, real_path};
 use crate::args::CommandResult;
-use crate::output::{note, print, print_json, print_pretty_json};
+use crate::output::{note, print, print_json, print_report};
 use crate::selection::Inputs;
 use crate::terminal::has_colours;
 
@@ -60,11 +60,7 @@ fn print_equal(a: &[NamedMaze], b: &[NamedMaze], args: &DiffArgs) -> CommandResu
             }
         }
     }
-    if args.json {
-        print_pretty_json(&found)?;
-    } else {
-        print(&found.iter().map(Equal::line).collect::<String>())?;
-    }
+    print_report(args.json, &found, || found.iter().map(Equal::line).collect())?;
     if found.is_empty() {
         note(format_args!("no maze in {} is equal to {}", args.b.display(), args.a.display()));
     }
