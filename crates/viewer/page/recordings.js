@@ -17,6 +17,8 @@ export class RecordingList {
   #openMaze;
   /** List items by name. @type {Map<string, HTMLElement>} */
   #items = new Map();
+  /** Uploads follow one another, since the server limits parallel ones, and each may ask the user. */
+  #uploads = Promise.resolve();
 
   /** @param {(id: string) => void} onOpen @param {(file: File) => Promise<void>} openMaze */
   constructor(onOpen, openMaze) {
@@ -77,25 +79,23 @@ export class RecordingList {
     button.title = name;
     button.onclick = () => {
       clearError();
-      this.#open(api.openRecording(name));
+      api.openRecording(name).then(this.#onOpen).catch(showError);
     };
     this.#items.set(name, item);
     return item;
   }
 
   /** @param {FileList | null | undefined} files */
-  async #upload(files) {
+  #upload(files) {
     clearError();
-    // Upload one file at a time, since the server limits parallel uploads. Copy the list of files, since
-    // clearing the input empties the list.
-    for (const file of [...(files ?? [])]) {
-      const isRecording = file.name.endsWith(".mcap") || (await file.slice(0, MAGIC.length).text()) === MAGIC;
-      await (isRecording ? this.#open(api.uploadRecording(file)) : this.#openMaze(file).catch(showError));
-    }
+    // Copy the list of files, since clearing the input empties the list.
+    for (const file of [...(files ?? [])]) this.#uploads = this.#uploads.then(() => this.#uploadFile(file)).catch(showError);
   }
 
-  /** @param {Promise<string>} id */
-  #open(id) {
-    return id.then(this.#onOpen).catch(showError);
+  /** @param {File} file */
+  async #uploadFile(file) {
+    const isRecording = file.name.endsWith(".mcap") || (await file.slice(0, MAGIC.length).text()) === MAGIC;
+    if (isRecording) this.#onOpen(await api.uploadRecording(file));
+    else await this.#openMaze(file);
   }
 }

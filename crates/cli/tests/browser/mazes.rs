@@ -286,3 +286,23 @@ fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
         Panel::live(browser).assert_shows(&readings[1].maze, &[]);
     });
 }
+
+#[test]
+fn each_dropped_file_is_asked_about_in_turn() {
+    with_page(&["--maze", "harbour"], |browser, simulator| {
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        let digits = "b93\neee\n";
+        let readings = Choice::default().read(digits.as_bytes()).unwrap_err().remove(0).readings;
+        for name in ["first.txt", "second.txt"] {
+            drop_files(browser, &[(name, digits)]);
+        }
+        for (name, chosen) in [("first", 2), ("second", 1)] {
+            browser.wait_for_text("#readings .name", name);
+            browser.click(&format!("#readings li:nth-child({chosen}) button"));
+            wait_for(name, || (simulator.info().name == name).then_some(()));
+            live.wait_for_run(simulator.run_number());
+            live.assert_shows(&readings[chosen - 1].maze, &[]);
+        }
+    });
+}
