@@ -1,5 +1,6 @@
 //! The figures of a search.
 
+use mmsim_fastrun::FastRun;
 use mmsim_maze::{Cell, Walls, counted};
 use serde::Serialize;
 
@@ -69,6 +70,8 @@ pub struct SearchOutcome {
     pub last_cell: Option<Cell>,
     /// The cells of the first complete fast run, or no cells if the mouse made none.
     pub route: Vec<Cell>,
+    /// This fast run, if the mouse has driven it with slalom turns.
+    pub driven: Option<FastRun>,
     /// The number of quarter turns until the mouse first reached a goal cell, or 0.
     pub turns_to_goal: u32,
     /// The number of times that the mouse was put back at the start or ran into a wall.

@@ -1,5 +1,6 @@
 //! Judges what a mouse did in a maze from its poses and the walls that it has read.
 
+use mmsim_fastrun::FastRun;
 #[cfg(feature = "recording")]
 use mmsim_maze::Wall;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState};
@@ -49,6 +50,8 @@ pub struct Judge {
     /// The cells of the current or latest fast run, until one is complete.
     route: Vec<Cell>,
     is_route_complete: bool,
+    /// The fast run along the route, if the mouse has driven slalom turns.
+    driven: Option<FastRun>,
 }
 
 impl Judge {
@@ -69,6 +72,7 @@ impl Judge {
             exploration: None,
             route: Vec::new(),
             is_route_complete: false,
+            driven: None,
         }
     }
 
@@ -101,6 +105,14 @@ impl Judge {
             self.read_ahead.push(pose);
         } else {
             self.note_walls(pose);
+        }
+    }
+
+    /// Notes the latest run that the mouse has driven with slalom turns.
+    pub fn drive(&mut self, run: &FastRun) {
+        let has_turns = self.driven.is_none() && !run.turns().is_empty();
+        if has_turns && self.is_route_complete && run.cells() == self.route {
+            self.driven = Some(run.clone());
         }
     }
 
@@ -229,6 +241,7 @@ impl Judge {
             is_complete: self.exploration.is_some() && self.phases.first_jump.is_none(),
             outcome: SearchOutcome {
                 route,
+                driven: self.driven.clone(),
                 turns_to_goal: goal.map_or(0, |goal| saturate(goal.turns)),
                 touches_to_goal: self.touches_to_goal,
                 ..exploration.outcome

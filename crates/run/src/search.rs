@@ -154,6 +154,7 @@ pub fn search<S: Strategy>(
         outcome: SearchOutcome {
             known_walls: Some(known_walls),
             last_cell: Some(last_cell),
+            driven: None,
             route: if has_fast_run && ending == Ending::Finished { route } else { Vec::new() },
             turns_to_goal: stats.steps_to_goal.map_or(0, |_| stats.search_run.turns),
             touches,

@@ -54,6 +54,12 @@ fn the_documented_mouse_needs_the_time_of_the_model() {
         assert!(difference > -1e-4 && (name != "ukmars" || difference < 1e-4), "{report}");
         let verdict = (&report["goal_reached"], &report["ending"], &report["crashes"]);
         assert_eq!(verdict, (&json!(true), &json!("finished"), &json!(0)), "{report}");
+        let mouse = format!("mouse={python} mouse.py");
+        let options = ["path.txt", "--strategies", "none", "--json", "--vehicle", name];
+        let compared =
+            home.run(&[&["compare"], &options[..], &["--mouse", &mouse]].concat()).json();
+        let found = &compared[0]["mazes"][0];
+        assert_eq!(found["fast_run_time_s"], report["fast_run_time_s"], "{found}");
     }
 }
 

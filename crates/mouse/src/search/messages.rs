@@ -226,9 +226,12 @@ impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, 
         self.environment().fault = Some(format!("last invalid line: {line}"));
     }
 
-    fn reply(&mut self, _: &SimulatedMouse, reply: Response) -> Result<(), SearchOver> {
-        if reply == Response::Crash {
-            self.environment().judge.as_mut().map(Judge::crash);
+    fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), SearchOver> {
+        if let Some(judge) = &mut self.environment().judge {
+            if reply == Response::Crash {
+                judge.crash();
+            }
+            mouse.fast_run().into_iter().for_each(|run| judge.drive(run));
         }
         self.environment().end_at_goal();
         // Writing may take a long time.
