@@ -112,6 +112,33 @@ sys.exit(found != ['true', 'true', 'ack', 'true', 'ack', 'true', 'ack', 'crash']
 }
 
 #[test]
+fn a_mouse_for_mms_ends_if_its_simulator_misreads_walls() {
+    if !works("python3", &["--version"]) {
+        return;
+    }
+    let home = Home::new();
+    home.write("maze.txt", "o---o---o\n|     G |\no   o   o\n| S |   |\no---o---o\n");
+    let mouse = "\
+def ask(line):
+    print(line, flush=True)
+    return input()
+assert [ask('turnRight'), ask('wallFront')] == ['ack', 'false']
+ask('moveForward')
+";
+    home.write("mouse.py", mouse);
+    let serving = home.serve(&["maze.txt", "--port", "0", "--misread", "100%"]);
+    let options = ["--connect", &serving.address, "--goal", "server", "--json"];
+    let ended = home.run(&[&["mms"], &options[..], &["--", "python3", "mouse.py"]].concat());
+    let report = ended.json();
+    assert_eq!((ended.code, &report["goal_reached"]), (Some(1), &json!(false)), "{report}");
+    let error = report["error"].as_str().unwrap();
+    assert!(
+        error.starts_with("stopped: the simulator misreads walls (use mmsim mms --misread "),
+        "{error}"
+    );
+}
+
+#[test]
 fn a_crash_counts_as_a_touch_in_a_contest() {
     let home = Home::new();
     home.write(

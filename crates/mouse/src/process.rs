@@ -10,7 +10,7 @@ use std::{env, iter, thread};
 
 use mmsim_client::RunError;
 use mmsim_maze::{Escaped, needs_escape};
-use mmsim_protocol::MAX_NAME_BYTES;
+use mmsim_protocol::{CRASH_PREFIX, MAX_NAME_BYTES};
 use mmsim_run::{Ending, Goal, Phases, Verdict};
 
 use crate::commands::MAX_LINE_BYTES;
@@ -272,6 +272,15 @@ pub enum ExitCause {
 
 impl From<RunError> for ExitCause {
     fn from(error: RunError) -> Self {
+        let is_misread = match &error {
+            RunError::Refused { reason, .. } => reason.starts_with(CRASH_PREFIX),
+            RunError::Contradiction(_) => true,
+            _ => false,
+        };
+        if is_misread {
+            let hint = "the simulator misreads walls (use mmsim mms --misread without --connect)";
+            return Self::Failed(format!("{hint}: {error}"));
+        }
         Self::LostSimulator(error)
     }
 }
