@@ -36,6 +36,9 @@ pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     /// The votes of a mouse that recovers from wrong readings.
     votes: Option<&'m mut WallVotes>,
+    /// True if the mouse recovers, unless it has driven the path of its fast run, and no wall has
+    /// blocked it since.
+    is_wary: bool,
     max_states: u32,
     states: u32,
     /// The last decision, or `None` once the mouse has acted on it.
@@ -74,6 +77,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         Self {
             mouse,
             votes: None,
+            is_wary: false,
             max_states,
             states: 0,
             decision: None,
@@ -110,6 +114,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn recovering(mut self, votes: Option<&'m mut WallVotes>) -> Self {
+        self.is_wary = votes.is_some();
         self.votes = votes;
         self
     }
@@ -255,6 +260,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         match &mut self.votes {
             Some(votes) if self.phase != Phase::FastRun => {
                 votes.touch(crash.cell, crash.heading);
+                self.is_wary = true;
                 strategy.reconsider();
                 Ok(())
             }
@@ -271,8 +277,8 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
             match decision {
                 Err(SearchError::GoalUnreachable { .. } | SearchError::BoxedIn { .. })
                     if votes.doubt_barrier(self.mouse.parts_mut().0, cell) => {}
-                Ok(Move::Stop) if votes.is_wary() && self.mouse.phase() == Phase::FastRun => {
-                    votes.trust_path();
+                Ok(Move::Stop) if self.is_wary && self.mouse.phase() == Phase::FastRun => {
+                    self.is_wary = false;
                 }
                 _ => return decision,
             }
@@ -289,9 +295,7 @@ impl<'m, S: Strategy> SearchDriver<'m, S> {
         self.states += 1;
         if self.phase != Phase::FastRun {
             self.phase = match self.mouse.phase() {
-                Phase::FastRun if self.votes.as_ref().is_some_and(|votes| votes.is_wary()) => {
-                    Phase::ReturnRun
-                }
+                Phase::FastRun if self.is_wary => Phase::ReturnRun,
                 phase => phase,
             };
         }
@@ -307,6 +311,7 @@ mod tests {
     use mmsim_maze::{Cell, Heading, KnownMaze};
 
     use super::*;
+    use crate::swing::Swing;
 
     const ROOM: &str = "o---o---o\n|     G |\no   o   o\n| S     |\no---o---o\n";
     const CORRIDOR: &str = "o---o\n| G |\no   o\n| S |\no   o\n|   |\no---o\n";
@@ -503,6 +508,20 @@ mod tests {
         assert_eq!(found, [(start.cell, 0), (start.cell, 0), (Cell::new(0, 0), 1)]);
         assert_eq!((driver.stats().turns(), driver.stats().crashes), (2, 1));
         assert_eq!(mouse.map().wall(start.cell, Heading::North), WallState::Present);
+    }
+
+    #[test]
+    fn a_mouse_that_recovers_drives_the_path_of_its_fast_run_once_before_it() {
+        let maze: Maze = ROOM.parse().unwrap();
+        let [trusting, wary] = [false, true].map(|recovers| {
+            let mut mouse = Mouse::new(Swing::new(), KnownMaze::unexplored(&maze), maze.start());
+            let mut votes = recovers.then(WallVotes::new);
+            let mut driver = SearchDriver::new(&mut mouse, 1000).recovering(votes.as_mut());
+            while driver.advance_in(&maze).unwrap() {}
+            *driver.stats()
+        });
+        assert_eq!(wary.fast_run, trusting.fast_run);
+        assert_eq!(wary.steps(), trusting.steps() + 2 * trusting.fast_run.steps);
     }
 
     #[test]

@@ -15,8 +15,6 @@ use crate::flood::{Distances, only};
 pub struct WallVotes {
     /// The votes of the walls to the north and east of each cell: positive for a wall.
     votes: CellMap<[i8; 2]>,
-    /// True unless the mouse has driven the path of its fast run, and no wall has blocked it since.
-    is_wary: bool,
 }
 
 /// The votes of a wall that has blocked the mouse.
@@ -46,7 +44,7 @@ pub(crate) struct Reading {
 impl WallVotes {
     /// Creates the votes of a mouse that has read nothing.
     pub const fn new() -> Self {
-        Self { votes: CellMap::new([0; 2]), is_wary: true }
+        Self { votes: CellMap::new([0; 2]) }
     }
 
     fn votes_mut(&mut self, Wall { cell, heading, .. }: Wall) -> &mut i8 {
@@ -102,18 +100,6 @@ impl WallVotes {
     /// Notes that a wall has blocked the mouse.
     pub(crate) fn touch(&mut self, cell: Cell, heading: Heading) {
         *self.votes_mut(Wall::new(cell, heading)) = TOUCHED;
-        self.is_wary = true;
-    }
-
-    /// Returns true unless the mouse has driven the path of its fast run, and no wall has blocked it
-    /// since.
-    pub(crate) const fn is_wary(&self) -> bool {
-        self.is_wary
-    }
-
-    /// Notes that the mouse has driven to the goal on the path of its fast run.
-    pub(crate) const fn trust_path(&mut self) {
-        self.is_wary = false;
     }
 
     /// Opens the walls with the fewest votes that separate the cells around the mouse from other
@@ -184,8 +170,6 @@ mod tests {
     #[test]
     fn touched_walls_and_passed_openings_are_certain() {
         let ((mut map, pose), mut votes) = (map(), WallVotes::new());
-        assert!(votes.is_wary());
-        votes.trust_path();
         for (around, state) in [(OPEN, WallState::Absent), (AHEAD, WallState::Present)] {
             votes.read(&mut map, pose, around).unwrap();
             map.set_wall(pose.cell, Heading::North, state);
@@ -198,7 +182,6 @@ mod tests {
                 assert_eq!(map.wall(pose.cell, Heading::North), state);
             }
         }
-        assert!(votes.is_wary());
     }
 
     #[test]
