@@ -30,7 +30,7 @@ impl Post {
 
     /// Returns true if a wall ends at the post.
     pub(crate) fn has_wall(self, walls: &Walls) -> bool {
-        self.is_outer(walls.size()) || self.connected(walls).next().is_some()
+        walls.has_wall_at_corner(Cell::new(self.x, self.y))
     }
 
     /// Returns true if the post is part of the outer wall.

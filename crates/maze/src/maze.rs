@@ -107,17 +107,8 @@ impl Maze {
     /// ```
     pub fn posts_without_wall(&self) -> impl Iterator<Item = Cell> + '_ {
         let size = self.size();
-        let inside = |cell: &Cell| cell.x > 0 && cell.y > 0;
         let is_middle = move |cell: Cell| (2 * cell.x, 2 * cell.y) == (size.width(), size.height());
-        size.cells().filter(inside).filter(move |&north_east| {
-            let south_west = Cell::new(north_east.x - 1, north_east.y - 1);
-            let has_wall = |cell, headings: [Heading; 2]| {
-                headings.into_iter().any(|heading| self.walls.has(cell, heading))
-            };
-            !is_middle(north_east)
-                && !has_wall(north_east, [Heading::South, Heading::West])
-                && !has_wall(south_west, [Heading::North, Heading::East])
-        })
+        size.cells().filter(move |&post| !is_middle(post) && !self.walls.has_wall_at_corner(post))
     }
 }
 

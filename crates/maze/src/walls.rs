@@ -136,6 +136,21 @@ impl Walls {
         self.sides(pose.cell).around(pose.heading)
     }
 
+    /// Returns true if a wall ends at the south-west corner of a cell.
+    ///
+    /// ```
+    /// use mmsim_maze::{Cell, Heading, MazeSize, Walls};
+    /// let mut walls = Walls::open(MazeSize::CLASSIC);
+    /// assert!(walls.has_wall_at_corner(Cell::new(0, 3)) && !walls.has_wall_at_corner(Cell::new(3, 3)));
+    /// walls.set(Cell::new(2, 3), Heading::South, true);
+    /// assert!(walls.has_wall_at_corner(Cell::new(3, 3)));
+    /// ```
+    pub fn has_wall_at_corner(&self, cell: Cell) -> bool {
+        let beyond = Cell::new(cell.x.wrapping_sub(1), cell.y.wrapping_sub(1));
+        let has = |cell, [one, other]: [Heading; 2]| self.has(cell, one) || self.has(cell, other);
+        has(cell, [Heading::South, Heading::West]) || has(beyond, [Heading::North, Heading::East])
+    }
+
     /// Returns true if the cells are neighbours with a wall between them.
     ///
     /// ```
