@@ -4,7 +4,7 @@
 
 use crate::cases::{Case, any_case, any_vehicle};
 use mmsim_fastrun::{Arc, StraightLimits, TurnKind, Vehicle, VehicleParameters, dijkstra, fastest};
-use mmsim_maze::{Cell, CellSet, Heading, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Heading, Maze, MazeSize, Symmetry, Walls};
 use proptest::prelude::*;
 
 /// The planner counts in ticks of less than a microsecond, and rounds each straight and each arc.
@@ -17,22 +17,6 @@ fn time(Case { walls, start, goals }: &Case, vehicle: &Vehicle) -> f64 {
 
 fn is_close(a: f64, b: f64) -> bool {
     a == b || (a - b).abs() < TOLERANCE
-}
-
-/// Moves every cell of a maze, and its walls with it.
-fn moved(
-    case: &Case,
-    size: MazeSize,
-    cell: impl Fn(Cell) -> Cell,
-    turn: impl Fn(Heading) -> Heading,
-) -> Case {
-    let mut walls = Walls::open(size);
-    for from in case.walls.size().cells() {
-        for heading in Heading::ALL {
-            walls.set(cell(from), turn(heading), case.walls.has(from, heading));
-        }
-    }
-    Case { walls, start: cell(case.start), goals: case.goals.iter().map(cell).collect() }
 }
 
 fn changed(vehicle: &Vehicle, change: impl FnOnce(&mut VehicleParameters)) -> Option<Vehicle> {
@@ -72,17 +56,14 @@ proptest! {
         case in any_case(16),
         vehicle in any_vehicle(),
     ) {
-        let size = case.walls.size();
-        let (east, north) = (size.width() - 1, size.height() - 1);
-        let mirrored = moved(&case, size, |Cell { x, y }| Cell::new(east - x, y), |heading| match heading {
-            Heading::East | Heading::West => heading.back(),
-            _ => heading,
-        });
-        let turned_size = MazeSize::new(size.height().into(), size.width().into()).unwrap();
-        let turned = moved(&case, turned_size, |Cell { x, y }| Cell::new(north - y, x), Heading::left);
         let expected = time(&case, &vehicle);
-        prop_assert!(is_close(time(&mirrored, &vehicle), expected));
-        prop_assert!(is_close(time(&turned, &vehicle), expected));
+        let maze = Maze::new(case.walls, case.start, case.goals).unwrap();
+        for symmetry in [Symmetry::MirrorEastWest, Symmetry::Anticlockwise] {
+            let moved = maze.transformed(symmetry);
+            let (walls, start, goals) = (moved.walls().clone(), moved.start().cell, *moved.goals());
+            let moved = Case { walls, start, goals };
+            prop_assert!(is_close(time(&moved, &vehicle), expected));
+        }
     }
 
     #[test]
