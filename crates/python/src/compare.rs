@@ -1,8 +1,9 @@
 //! Comparing mice and robots over many mazes.
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -14,7 +15,8 @@ use mmsim_compare::{
 };
 use mmsim_fastrun::Vehicle;
 use mmsim_formats::Catalogue;
-use mmsim_mouse::SearchLimits;
+use mmsim_maze::Misreadings;
+use mmsim_mouse::{Program, SearchLimits};
 use mmsim_run::{Ending, Judge, SearchFigures, Senses, Timing, Verdict};
 use mmsim_solvers::Tolerance;
 use mmsim_trial::Settings;
@@ -23,7 +25,7 @@ use pyo3::prelude::*;
 use serde::Serialize;
 
 use crate::connection::lock;
-use crate::convert::{limit, named, to_python};
+use crate::convert::{limit, named, number, probability, to_python};
 use crate::error::{io_error, read_error, value_error};
 use crate::fast_run::vehicle;
 use crate::maze::PyMaze;
@@ -60,6 +62,11 @@ pub(crate) struct Competition<'py> {
     vehicle: Option<String>,
     search_speed: (f64, f64),
     time_limit: f64,
+    misread: f64,
+    misread_fixed: bool,
+    misread_seed: Bound<'py, PyAny>,
+    recover: bool,
+    stop_at_goal: bool,
 }
 
 /// The row of a search.
@@ -115,13 +122,18 @@ impl Competition<'_> {
         let max_states = limit(self.max_states.as_ref())?;
         let time = seconds(self.time_limit)?;
         let states = max_states.unwrap_or(MAX_STATES);
-        let limits = SearchLimits { time, states, stops_at_goal: false };
+        let limits = SearchLimits { time, states, stops_at_goal: self.stop_at_goal };
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
         let vehicle = timing.map_or_else(Vehicle::expert, |timing| timing.vehicle.clone());
         let exploration = Exploration::new(vehicle, Tolerance::ZERO);
-        let senses = Senses::default();
+        let misreadings = Misreadings {
+            probability: probability(self.misread)?,
+            seed: number(&self.misread_seed)?,
+            are_fixed: self.misread_fixed,
+        };
+        let senses = Senses { misreadings, recovers: self.recover };
         let searches =
             Searches { exploration: &exploration, senses, limits, max_states, jobs: None };
         let found = signals::interruptible(py, |must_stop| {
@@ -131,7 +143,8 @@ impl Competition<'_> {
         let mut found = found.into_iter();
         let figures = self.mice.iter().map(|(_, mouse)| {
             if mouse.is_callable() {
-                self.mazes.iter().map(|maze| run_function(py, mouse, maze, limits.states)).collect()
+                let run = |maze| run_function(py, mouse, maze, limits, misreadings);
+                self.mazes.iter().map(run).collect()
             } else {
                 Ok(found.next().unwrap_or_default())
             }
@@ -151,12 +164,7 @@ fn program(py: Python<'_>, name: &str, text: &str, unknown: impl Display) -> PyR
     if !text.contains([' ', '/', '\\']) {
         return Err(value_error(unknown));
     }
-    #[cfg(unix)]
-    if let Some(command) =
-        py.import("micromouse_sim.__main__")?.call_method0("command")?.extract()?
-    {
-        mmsim_mouse::use_guard(command);
-    }
+    use_guard(py)?;
     let mouse = NamedMouse::new(name, text).map_err(value_error)?;
     match mouse.program.missing_file() {
         None => Ok(mouse),
@@ -165,6 +173,17 @@ fn program(py: Python<'_>, name: &str, text: &str, unknown: impl Display) -> PyR
             Err(io_error(io::ErrorKind::NotFound, message))
         }
     }
+}
+
+/// Lets the command that the wheel has installed end programs, even after this process was killed.
+fn use_guard(py: Python<'_>) -> PyResult<()> {
+    #[cfg(unix)]
+    if let Some(command) =
+        py.import("micromouse_sim.__main__")?.call_method0("command")?.extract()?
+    {
+        mmsim_mouse::use_guard(command);
+    }
+    Ok(())
 }
 
 fn seconds(seconds: f64) -> PyResult<Duration> {
@@ -177,45 +196,78 @@ fn run_function(
     py: Python<'_>,
     mouse: &Bound<'_, PyAny>,
     maze: &Py<PyMaze>,
-    max_states: u32,
+    SearchLimits { states, stops_at_goal, .. }: SearchLimits,
+    misreadings: Misreadings,
 ) -> PyResult<SearchFigures> {
-    let initializer = PySimulator::initializer(maze.clone_ref(py), Some(max_states));
+    let initializer = PySimulator::initializer(maze.clone_ref(py), Some(states), misreadings);
     let simulator = Bound::new(py, initializer)?;
     let error = match mouse.call1((&simulator,)) {
         Err(error) if !error.is_instance_of::<PyException>(py) => return Err(error),
         result => result.err().map(|error| error.to_string()),
     };
     let simulated = lock(&simulator.get().simulated, py)?;
-    let mut judge = Judge::from_history(&maze.get().maze, simulated.simulation.history());
+    let history = simulated.simulation.history();
+    let mut judge =
+        Judge::from_history(&maze.get().maze, history, &simulated.crashes, stops_at_goal);
     drop(simulated);
+    let error = error.filter(|_| !(stops_at_goal && judge.phases().is_goal_reached()));
     let ending = match error {
         None => Ending::Finished,
-        Some(_) if judge.phases().states >= max_states => Ending::StepLimit,
+        Some(_) if judge.phases().states >= states => Ending::StepLimit,
         Some(_) => Ending::Failed,
     };
     let verdict = Verdict::new(judge.phases(), ending, error);
-    Ok(SearchFigures { crashes: None, ..own_figures(&mut judge, verdict) })
+    let figures = own_figures(&mut judge, verdict);
+    Ok(SearchFigures {
+        crashes: figures.crashes.filter(|_| misreadings.probability > 0.0),
+        ..figures
+    })
+}
+
+/// Returns the robot in a file with the published interface, which is followed by words of its command
+/// line.
+fn published(
+    py: Python<'_>,
+    (name, words): (String, Vec<OsString>),
+    python: Option<&OsString>,
+    answer_limit: Duration,
+) -> PyResult<OwnRobot> {
+    use_guard(py)?;
+    let Some((file, words)) = words.split_first() else {
+        return Err(value_error(format_args!("{name}: expected a file")));
+    };
+    let file = Path::new(file);
+    if !file.is_file() {
+        let message = format!("{} is not a file", file.display());
+        return Err(io_error(io::ErrorKind::NotFound, message));
+    }
+    let find = || Program::from_published_robot(file, words, python.map(OsString::as_os_str));
+    let program = py.detach(find).map_err(|error| {
+        let message = error.to_string().replace("--python EXE", "`python`");
+        io_error(io::ErrorKind::NotFound, message)
+    })?;
+    Ok(OwnRobot { name, program, answer_limit })
 }
 
 /// Runs each robot in each maze, and returns a row for each trial. Without robots, returns the rows of
 /// `mmsim trial --compare`.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "those of the function in Python")]
 pub(crate) fn trial(
     py: Python<'_>,
     mazes: Vec<Py<PyMaze>>,
     robots: Option<Vec<(String, String)>>,
+    published_robots: Vec<(String, Vec<OsString>)>,
+    python: Option<OsString>,
     seed: u64,
     noise: f64,
     answer_limit: f64,
 ) -> PyResult<Bound<'_, PyAny>> {
-    if !(0.0..=1.0).contains(&noise) {
-        return Err(value_error(format_args!("expected a probability from 0 to 1, found {noise}")));
-    }
-    let settings = Settings { seed, noise, ..Settings::default() };
+    let settings = Settings { seed, noise: probability(noise)?, ..Settings::default() };
     let answer_limit = seconds(answer_limit)?;
     let tables = match robots {
-        None => TrialTable::all(settings, Vec::new()),
-        Some(robots) => {
+        None if published_robots.is_empty() => TrialTable::all(settings, Vec::new()),
+        robots => {
             let row = |(name, text): (String, String)| {
                 let kind = text.parse().map(RobotKind::Bundled).or_else(|error| {
                     let NamedMouse { name, program, .. } = program(py, &name, &text, error)?;
@@ -223,7 +275,13 @@ pub(crate) fn trial(
                 })?;
                 Ok((name, TrialRobot { kind, settings }))
             };
-            let rows = robots.into_iter().map(row).collect::<PyResult<_>>()?;
+            let published = |(name, words): (String, Vec<OsString>)| {
+                let robot = published(py, (name.clone(), words), python.as_ref(), answer_limit)?;
+                Ok((name, TrialRobot { kind: RobotKind::Own(robot), settings }))
+            };
+            let own = published_robots.into_iter().map(published);
+            let rows = robots.into_iter().flatten().map(row).chain(own);
+            let rows = rows.collect::<PyResult<_>>()?;
             vec![TrialTable { rows, ..TrialTable::from_robots([]) }]
         }
     };

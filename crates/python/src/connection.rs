@@ -44,10 +44,12 @@ pub(crate) enum Backend {
     Socket(Arc<Socket>),
 }
 
-/// A simulation, the times of its states, and the buffer of its last reply.
+/// A simulation, the times of its states, its blocked movements, and the buffer of its last reply.
 pub(crate) struct Simulated {
     pub(crate) simulation: Simulation,
     pub(crate) times: Times,
+    /// The number of states before each movement that a wall blocked.
+    pub(crate) crashes: Vec<usize>,
     clock: Clock,
     /// The maximum number of states.
     max_states: usize,
@@ -59,6 +61,7 @@ impl Simulated {
         Self {
             simulation,
             times: Times::new(1),
+            crashes: Vec::new(),
             clock: Clock::start(),
             max_states: max_states.map_or(usize::MAX, |states| states as usize),
             reply: Vec::new(),
@@ -77,8 +80,13 @@ impl Simulated {
         match self.simulation.handle(request, &mut self.reply) {
             // A missing time only makes the recording less precise.
             Change::State => drop(self.times.push(self.clock.now())),
-            Change::Reset => self.times = Times::new(1),
-            Change::Annotations | Change::Nothing => {}
+            Change::Reset => (self.times, self.crashes) = (Times::new(1), Vec::new()),
+            Change::Annotations => {}
+            Change::Nothing => {
+                if Reply::decode(&self.reply).is_ok_and(|reply| reply.is_crash()) {
+                    self.crashes.push(self.simulation.history().len());
+                }
+            }
         }
         &self.reply
     }

@@ -94,6 +94,14 @@ pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<u64> {
     integer(value, "an integer from 0 to 2**64 - 1")
 }
 
+/// Checks a probability.
+pub(crate) fn probability(value: f64) -> PyResult<f64> {
+    if (0.0..=1.0).contains(&value) {
+        return Ok(value);
+    }
+    Err(value_error(format_args!("expected a probability from 0 to 1, found {value}")))
+}
+
 /// Reads a limit on states or steps, or `None` for the default.
 pub(crate) fn limit(value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<u32>> {
     value.map(|value| integer(value, "a limit from 0 to 4294967295")).transpose()

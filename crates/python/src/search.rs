@@ -7,7 +7,7 @@ use std::time::Instant;
 use mmsim_client::{
     BUNDLED_MOUSE_NAME, BrokenRun, InMemory, Named, RunError, SearchRun, search_run,
 };
-use mmsim_maze::KnownMaze;
+use mmsim_maze::{KnownMaze, Misreadings};
 use mmsim_protocol::State;
 use mmsim_recording::History;
 use mmsim_run::Goal;
@@ -56,7 +56,10 @@ pub(crate) fn search(
     let simulator = if let Ok(simulator) = maze.cast::<PySimulator>() {
         simulator.clone()
     } else if let Ok(maze) = maze.cast::<PyMaze>() {
-        Bound::new(py, PySimulator::initializer(maze.clone().unbind(), None))?
+        Bound::new(
+            py,
+            PySimulator::initializer(maze.clone().unbind(), None, Misreadings::default()),
+        )?
     } else {
         return Err(type_error("a Maze or a Simulator", maze));
     };

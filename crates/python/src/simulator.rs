@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use mmsim_maze::KnownMaze;
+use mmsim_maze::{KnownMaze, Misreadings};
 use mmsim_recording::{Block, save};
 use mmsim_server::Simulation;
 use pyo3::prelude::*;
@@ -32,11 +32,12 @@ impl PySimulator {
     pub(crate) fn initializer(
         maze: Py<PyMaze>,
         max_states: Option<u32>,
+        misreadings: Misreadings,
     ) -> PyClassInitializer<Self> {
         let PyMaze { name, maze: truth, .. } = maze.get();
         let unexplored = KnownMaze::unexplored(truth);
         let searched = Arc::new(SearchedMaze { unexplored, truth: Some(truth.clone()) });
-        let simulation = Simulation::new(name, truth.clone());
+        let simulation = Simulation::new(name, truth.clone()).with_misreadings(misreadings);
         let simulated = Arc::new(Mutex::new(Simulated::new(simulation, max_states)));
         let connection = PyConnection::new(Backend::Process(Arc::clone(&simulated)), Some(true));
         PyClassInitializer::from(connection).add_subclass(Self { maze, searched, simulated })
@@ -51,7 +52,7 @@ impl PySimulator {
         maze: Py<PyMaze>,
         max_states: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::initializer(maze, limit(max_states)?))
+        Ok(Self::initializer(maze, limit(max_states)?, Misreadings::default()))
     }
 
     /// Returns the map of a mouse that has not read any walls yet.

@@ -48,6 +48,50 @@ def test_the_figures_are_those_of_the_command(
     assert rows == expected
 
 
+@pytest.mark.parametrize("is_fixed", [False, True])
+@pytest.mark.parametrize("recover", [False, True])
+def test_wrong_readings_are_those_of_the_command(
+    mmsim: str, folder: Path, is_fixed: bool, recover: bool
+) -> None:
+    options = ["--misread=5%", "--misread-seed=3"]
+    options += ["--misread-fixed"] * is_fixed + ["--recover"] * recover
+    reports = output(mmsim, "compare", "--strategies=flood-fill,swing", folder, *options)
+    mice = {"flood-fill": "flood-fill", "swing": "swing", "mine": flood_fill.search}
+    rows = mm.compare(
+        folder, mice, misread=0.05, misread_fixed=is_fixed, misread_seed=3, recover=recover
+    )
+    for maze in range(4):
+        for report, row in zip(reports, rows[3 * maze:]):
+            assert {**report["mazes"][maze], "time_us": row["time_us"]}.items() <= row.items()
+        # A function misreads the same walls, but does not recover.
+        if not recover:
+            assert all(
+                rows[3 * maze + 2][key] == rows[3 * maze][key]
+                for key in ("goal_reached", "steps_in_all", "turns", "crashes", "states")
+            )
+    contest = ["contest", folder, "--strategies=flood-fill,swing", "--vehicle=expert", *options]
+    assert output(mmsim, *contest) == mm.contest(
+        folder, ("flood-fill", "swing"), misread=0.05, misread_fixed=is_fixed, misread_seed=3,
+        recover=recover,
+    )
+
+
+def test_what_a_function_does_after_the_goal_may_be_ignored() -> None:
+    maze = mm.Maze.parse("o---o---o\n| S   G |\no---o---o\n")
+
+    def mouse(simulator: mm.Simulator) -> None:
+        empty = [[0] * maze.height] * maze.width
+        for x in (0, 1, 0):
+            simulator.state(x, 0, "E", empty, empty)
+        raise RuntimeError("a bad day")
+
+    for stops, expected in ((False, (3, "failed", "RuntimeError: a bad day")),
+                            (True, (2, "finished", None))):
+        [row] = mm.compare(maze, {"mine": mouse}, stop_at_goal=stops)
+        assert row["goal_reached"]
+        assert (row["states"], row["ending"], row["error"]) == expected
+
+
 def test_a_contest_is_that_of_the_command(mmsim: str, folder: Path) -> None:
     options = ["--rules=apec", "--vehicle=ares", "--strategies=swing,left-wall"]
     mice = ("swing", "left-wall")
@@ -74,6 +118,33 @@ def test_a_trial_is_that_of_the_command(mmsim: str, folder: Path) -> None:
         mm.trial("01-harbour", noise=2.0)
     with pytest.raises(TypeError, match="expected names of robots"):
         mm.trial("01-harbour", {"mine": flood_fill.search})
+
+
+def test_a_robot_may_have_the_published_interface(
+    mmsim: str, folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    robot = tmp_path_factory.mktemp("robots") / "my robot.py"
+    robot.write_text("""\
+import sys
+class Robot:
+    def __init__(self, maze_dim):
+        sys.exit(f"{maze_dim} {sys.argv[1:]}")
+    def next_move(self, sensors):
+        return 0, 1
+""")
+    options = ["--python", sys.executable, "--published", robot]
+    expected = output(mmsim, "trial", folder, *options, "--published", robot, "90")
+    rows = mm.trial(folder, published={"a": robot, "b": [robot, "90"]}, python=sys.executable)
+
+    assert sorted(row["error"] for row in rows) == sorted(row["error"] for row in expected)
+    words = {"a": "['maze.txt']", "b": "['maze.txt', '90']"}
+    assert len(rows) == 8 and all(row["error"].endswith(words[row["row"]]) for row in rows)
+    [row] = mm.trial("01-harbour", published=robot)
+    assert row["robot"] == "my robot.py" and row["error"].endswith("16 ['maze.txt']")
+    with pytest.raises(FileNotFoundError, match="missing.py is not a file"):
+        mm.trial("01-harbour", published="missing.py")
+    with pytest.raises(ValueError, match="expected a file"):
+        mm.trial("01-harbour", published={"mine": []})
 
 
 def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:

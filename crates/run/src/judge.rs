@@ -253,16 +253,28 @@ impl Judge {
 
 #[cfg(feature = "recording")]
 impl Judge {
-    /// Judges the states of a history. A client that has not read any walls through the simulator knows
-    /// the walls that it claims correctly.
-    pub fn from_history(maze: &Maze, history: &mmsim_recording::History) -> Self {
+    /// Judges the states of a history, or only those until the goal. A client that has not read any
+    /// walls through the simulator knows the walls that it claims correctly. `crashes` holds, for each
+    /// movement that a wall blocked, the number of states before it.
+    pub fn from_history(
+        maze: &Maze,
+        history: &mmsim_recording::History,
+        crashes: &[usize],
+        stops_at_goal: bool,
+    ) -> Self {
         use mmsim_recording::Block;
 
         let (mut judge, unexplored) = (Self::new(maze), KnownMaze::unexplored(maze));
+        let mut crashes = crashes.iter().peekable();
+        let mut count = 0;
         let blocks = 0..history.len().div_ceil(Block::STATES);
         for states in blocks.map_while(|block| history.block(block)?.unpack()) {
             let Some(mut scan) = states.scan() else { break };
             while let Some(scanned) = scan.advance() {
+                while crashes.next_if(|&&before| before <= count).is_some() {
+                    judge.crash();
+                }
+                count += 1;
                 judge.add(scanned.pose, scanned.has_restart);
                 match (scanned.context.walls_read(), scanned.state(maze.size())) {
                     (Some(read), _) if scanned.is_context_new => {
@@ -276,8 +288,12 @@ impl Judge {
                     }
                     _ => {}
                 }
+                if stops_at_goal && judge.phases.is_goal_reached() {
+                    return judge;
+                }
             }
         }
+        crashes.for_each(|_| judge.crash());
         judge
     }
 

@@ -8,9 +8,12 @@ from typing import Any, Callable, Iterable, Mapping, Union
 from . import _native
 from ._native import Maze, Simulator, bundled_mazes
 
-MazeLike = Union[Maze, str, "os.PathLike[str]"]
 Mouse = Callable[[Simulator], object]
 Mice = Union[str, Iterable[str], Mapping[str, Union[str, Mouse]]]
+Path = Union[str, "os.PathLike[str]"]
+Published = Union[Path, Iterable[Path], Mapping[str, Union[Path, Iterable[Path]]]]
+
+MazeLike = Union[Maze, Path]
 
 DEFAULT_MICE = ("flood-fill", "shortest-path-search")
 
@@ -23,6 +26,11 @@ def compare(
     vehicle: str | None = None,
     search_speed: tuple[float, float] = (0.3, 0.2),
     time_limit: float = 10.0,
+    misread: float = 0.0,
+    misread_fixed: bool = False,
+    misread_seed: int = 1,
+    recover: bool = False,
+    stop_at_goal: bool = False,
 ) -> list[dict[str, Any]]:
     """Returns one row for each maze and mouse, which `pandas.DataFrame` accepts.
 
@@ -39,12 +47,19 @@ def compare(
     An exception of a function becomes the error of its row. Unreadable files of a folder are
     skipped with a warning. A search ends after `max_states` states: the simulator of a function
     refuses further ones. By default, functions and programs may report 10,000 states. A program is
-    stopped after `time_limit` seconds.
+    stopped after `time_limit` seconds. With `stop_at_goal`, a program is stopped when it reaches the
+    goal, and what a function does after that does not count.
+
+    Mice misread walls with the probability `misread`, with `misread_fixed` the same walls each time.
+    The same `misread_seed` gives the same wrong readings. A movement that a wall blocks is refused.
+    With `recover`, strategies recover from wrong readings.
     """
     rows: list[dict[str, Any]] = _native.compare(
         _competition(
             _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
-            search_speed=search_speed, time_limit=time_limit,
+            search_speed=search_speed, time_limit=time_limit, misread=misread,
+            misread_fixed=misread_fixed, misread_seed=misread_seed, recover=recover,
+            stop_at_goal=stop_at_goal,
         )
     )
     return rows
@@ -59,6 +74,10 @@ def contest(
     vehicle: str = "expert",
     search_speed: tuple[float, float] = (0.3, 0.2),
     time_limit: float = 10.0,
+    misread: float = 0.0,
+    misread_fixed: bool = False,
+    misread_seed: int = 1,
+    recover: bool = False,
 ) -> dict[str, Any]:
     """Returns the results of a contest, with the keys of `mmsim contest --json`.
 
@@ -67,7 +86,9 @@ def contest(
     results: dict[str, Any] = _native.compare(
         _competition(
             _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
-            search_speed=search_speed, time_limit=time_limit,
+            search_speed=search_speed, time_limit=time_limit, misread=misread,
+            misread_fixed=misread_fixed, misread_seed=misread_seed, recover=recover,
+            stop_at_goal=False,
         ),
         rules,
     )
@@ -78,6 +99,8 @@ def trial(
     mazes: MazeLike | Iterable[MazeLike] | None = None,
     robots: str | Iterable[str] | Mapping[str, str] | None = None,
     *,
+    published: Published = (),
+    python: Path | None = None,
     seed: int = 0,
     noise: float = 0.0,
     answer_limit: float = 10.0,
@@ -85,14 +108,27 @@ def trial(
     """Runs the two-run trial, and returns one row for each robot and maze.
 
     `robots` holds names of `ROBOTS` and commands of programs, or is a dict of names and robots or
-    commands. The keys of a row are those of `mmsim trial --compare --json`. Without robots, the rows
-    are those of its tables. `noise` is the probability that a sensor reading is off by one cell. A
-    program is stopped if an answer takes longer than `answer_limit` seconds.
+    commands. `published` holds paths of files with the published interface, or is a dict of names
+    and paths or sequences of a path and the words that follow the maze in `sys.argv`. `python` runs
+    these files; by default, it is the first Python 3 or 2 on the PATH that suits the file.
+
+    The keys of a row are those of `mmsim trial --compare --json`. Without robots, the rows are those
+    of its tables. `noise` is the probability that a sensor reading is off by one cell. A program is
+    stopped if an answer takes longer than `answer_limit` seconds.
     """
     named = None if robots is None else list(_named(robots).items())
     if not all(isinstance(robot, str) for _, robot in named or []):
         raise TypeError("expected names of robots or commands")
-    return _native.trial(_mazes(mazes), named, seed, noise, answer_limit)
+    if isinstance(published, (str, os.PathLike)):
+        published = [published]
+    if not isinstance(published, Mapping):
+        published = {os.path.basename(path): path for path in published}
+    files = [
+        (str(name), [*map(os.fspath, [words] if isinstance(words, (str, os.PathLike)) else words)])
+        for name, words in published.items()
+    ]
+    python = None if python is None else os.fspath(python)
+    return _native.trial(_mazes(mazes), named, files, python, seed, noise, answer_limit)
 
 
 def _competition(mazes: list[Maze], mice: Mice, **options: object) -> dict[str, object]:

@@ -605,6 +605,8 @@ def compare(competition: dict[str, object], rules: str | None = None) -> Any: ..
 def trial(
     mazes: Sequence[Maze],
     robots: Sequence[tuple[str, str]] | None,
+    published_robots: Sequence[tuple[str, Sequence[str]]],
+    python: str | None,
     seed: int,
     noise: float,
     answer_limit: float,
