@@ -1,7 +1,8 @@
 """A client that reports poses and ends in a given way: client.py POSES ENDING.
 
 POSES are separated by spaces, such as `00N 01N`. Among them, `reset` resets the simulation, and
-`restart` reports that the mouse was put back. It needs no ZeroMQ library.
+`restart` reports that the mouse was put back. A pose that a wall blocks is skipped. It needs no
+ZeroMQ library.
 """
 import json
 import os
@@ -49,7 +50,8 @@ for pose in poses.split():
         ask(b"reset" if pose == "reset" else b"AR")
         continue
     x, y, heading = int(pose[0]), int(pose[1]), pose[2].encode()
-    ask(b"W" + bytes([x, y]) + heading)
+    if ask(b"W" + bytes([x, y]) + heading).startswith(b"error: crash: "):
+        continue
     ask(b"S" + bytes([x, y]) + heading + b"C" + bytes(cells) + b"C" + bytes(cells))
 if ending == "hangs":
     time.sleep(1000)

@@ -36,6 +36,8 @@ struct Mouse {
     goal_reached: bool,
     ending: String,
     error: Option<String>,
+    /// The number of movements that a wall blocks, if the mouse misreads walls.
+    crashes: Option<u32>,
 }
 
 impl Mouse {
@@ -51,6 +53,11 @@ impl Mouse {
             (expected, found) => expected.is_none() && found.is_none(),
         };
         assert!(is_equal, "{} in {place}: {error}", self.name);
+    }
+
+    /// Returns the options of a simulator that lets the mouse misread walls.
+    fn misread(&self) -> &'static [&'static str] {
+        if self.crashes.is_some() { &["--misread", "100%"] } else { &[] }
     }
 
     fn hangs(&self) -> bool {
@@ -91,20 +98,24 @@ fn home() -> Option<(Home, Mice, [PathBuf; 2])> {
 #[test]
 fn commands_agree_on_each_mouse() {
     let Some((home, Mice { mice, .. }, programs)) = home() else { return };
-    let (hanging, others): (Vec<_>, Vec<_>) = mice.iter().partition(|mouse| mouse.hangs());
+    let (misreading, others): (Vec<_>, Vec<_>) =
+        mice.iter().partition(|mouse| mouse.crashes.is_some());
+    let (hanging, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|mouse| mouse.hangs());
     // A mouse that hangs does not change the verdict on a mouse beside it.
     let hanging = [hanging, others[..1].to_vec()].concat();
     for command in ["compare", "contest"] {
-        check_command(&home, command, &hanging, &programs);
-        check_command(&home, command, &others, &programs);
+        for mice in [&hanging, &others, &misreading] {
+            check_command(&home, command, mice, &programs);
+        }
     }
 }
 
-/// Checks the verdicts of a command on mice that have the same time limit.
+/// Checks the verdicts of a command on mice that have the same options.
 fn check_command(home: &Home, command: &str, mice: &[&Mouse], [client, mms]: &[PathBuf; 2]) {
     let mut arguments = vec![command.into(), "maze.txt".into(), "--json".into()];
     arguments.extend(["--strategies", "none"].map(String::from));
-    arguments.extend(mice[0].time_limit().map(String::from));
+    let options = mice[0].time_limit();
+    arguments.extend(options.iter().chain(mice[0].misread()).copied().map(String::from));
     let mut named = Vec::new();
     for &mouse in mice {
         let mut add = |name: String, command: Vec<String>| {
@@ -126,6 +137,14 @@ fn check_command(home: &Home, command: &str, mice: &[&Mouse], [client, mms]: &[P
             _ => find(&report["mazes"][0]["entries"], "mouse", &name),
         };
         mouse.check(command, &verdict);
+        if let Some(crashes) = mouse.crashes {
+            // A contest counts touches.
+            let (key, expected) = match command {
+                "compare" => ("crashes", json!(crashes)),
+                _ => ("touched", json!(true)),
+            };
+            assert_eq!(verdict[key], expected, "{name} in {command}: {verdict}");
+        }
     }
 }
 
@@ -148,14 +167,17 @@ fn runs_and_recordings_agree_on_each_mouse() {
 fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
     let folder = format!("runs-{}", mouse.name);
     let options = ["run", "maze.txt", "--port", "0", "--no-viewer", "--record", &folder];
+    let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
     let command = mouse.command(client, &mouse.poses);
-    let arguments = [&options[..], &mouse.time_limit(), &["--"], &strs(&command)].concat();
+    let arguments = [&options[..], &["--"], &strs(&command)].concat();
     let ended = home.run(&arguments);
     let has_finished = mouse.ending == "finished" || mouse.ending == "gave_up";
     assert_eq!(ended.code, Some(i32::from(!has_finished)), "{}: {ended:?}", mouse.name);
     let outcome = ended.stderr.lines().last().unwrap();
     let goal = if mouse.goal_reached { "goal reached" } else { "goal not reached" };
     assert!(outcome.contains(&format!("; {goal}, ")), "{outcome}");
+    let crashes = mouse.crashes.map(|_| ", 1 crashed movement");
+    assert!(crashes.is_none_or(|crashes| outcome.contains(crashes)), "{}: {outcome}", mouse.name);
     let error = mouse.error.as_deref().filter(|_| mouse.ending != "gave_up");
     assert!(error.is_none_or(|error| outcome.contains(error)), "{}: {outcome}", mouse.name);
 
@@ -177,9 +199,12 @@ fn mms_agrees_on_each_mouse() {
         let Some(commands) = &mouse.commands else { continue };
         let command = mouse.command(&mms, commands);
         let options = ["mms", "maze.txt", "--port", "0", "--no-viewer", "--json"];
-        let ended =
-            home.run(&[&options[..], &mouse.time_limit(), &["--"], &strs(&command)].concat());
-        mouse.check("mms", &ended.json());
+        let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
+        let ended = home.run(&[&options[..], &["--"], &strs(&command)].concat());
+        let verdict = ended.json();
+        mouse.check("mms", &verdict);
+        let crashes = mouse.crashes.map_or(0, u64::from);
+        assert_eq!(verdict["crashes"], json!(crashes), "{}: {verdict}", mouse.name);
     }
 }
 
@@ -193,10 +218,11 @@ fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
             let command = mouse.command(program, way);
             [&command[..command.len() - 1], &[name.into()]].concat()
         };
-        let client = stopped(&client, &mouse.poses);
+        let (client, misread) = (stopped(&client, &mouse.poses), mouse.misread());
         let options = ["--port", "0", "--no-viewer", "--stop-at-goal", "--time-limit", "600"];
         let run = |command, more: &[&str], mouse: &[String]| {
-            home.run(&[&[command, "maze.txt"], &options[..], more, &["--"], &strs(mouse)].concat())
+            let options = [&[command, "maze.txt"], &options[..], misread, more].concat();
+            home.run(&[&options[..], &["--"], &strs(mouse)].concat())
         };
         let ended = run("run", &[], &client);
         assert_eq!(ended.code, Some(0), "{}: {ended:?}", mouse.name);
@@ -209,7 +235,8 @@ fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
         };
         let own = format!("one='{}'", client.join("' '"));
         let compare = ["compare", "maze.txt", "--strategies", "none", "--json", "--stop-at-goal"];
-        let ended = home.run(&[&compare[..], &["--mouse", &own, "--time-limit", "600"]].concat());
+        let limit = ["--mouse", &own, "--time-limit", "600"];
+        let ended = home.run(&[&compare[..], &limit, misread].concat());
         check("compare", &ended.json()[0]["mazes"][0]);
         if let Some(commands) = &mouse.commands {
             let ended = run("mms", &["--json"], &stopped(&mms, commands));
@@ -242,8 +269,9 @@ fn first_event(page: &str) -> Value {
 
 fn check_page(home: &Home, mouse: &Mouse, client: &Path) {
     let options = ["run", "maze.txt", "--port", "0", "--viewer-port", "0", "--stay"];
+    let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
     let command = mouse.command(client, &mouse.poses);
-    let arguments = [&options[..], &mouse.time_limit(), &["--"], &strs(&command)].concat();
+    let arguments = [&options[..], &["--"], &strs(&command)].concat();
     let serving = home.serve_until(&arguments, "still serving");
     let page = serving.messages.split_whitespace().find(|word| word.starts_with("http://"));
     let page = page.expect("the address of the page").trim_end_matches(['/', ';', ',']);
