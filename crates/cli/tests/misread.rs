@@ -15,6 +15,14 @@ fn search<'r>(reports: &'r Value, mouse: &str) -> &'r Value {
     &reports.iter().find(|one| one["strategy"] == mouse).unwrap()["mazes"][0]
 }
 
+/// Returns what a mouse has done in the only maze of a contest.
+fn entry(contest: &Value, mouse: &str) -> Value {
+    let entries = contest["mazes"][0]["entries"].as_array().unwrap();
+    let mut entry = entries.iter().find(|one| one["mouse"] == mouse).unwrap().clone();
+    (entry["mouse"], entry["rank"]) = (Value::Null, Value::Null);
+    entry
+}
+
 #[test]
 fn the_same_seed_gives_the_same_search_in_each_command() {
     let home = Home::new();
@@ -28,8 +36,16 @@ fn the_same_seed_gives_the_same_search_in_each_command() {
         let compare = ["compare", "harbour", "--recover", "--vehicle", "expert", "--json"];
         let mice = ["--mouse", &first, "--mouse", &second];
         let reports = home.run(&[&compare[..], &strategies, &options, &mice].concat()).json();
+        let contest = ["contest", "harbour", "--recover", "--json"];
+        let contest = home.run(&[&contest[..], &strategies, &options, &mice].concat()).json();
         for (strategy, own) in [("flood-fill", "f"), ("shortest-path-search", "s")] {
+            let run = entry(&contest, strategy);
+            assert_eq!(entry(&contest, own), run, "{strategy} with {options:?}");
             let (mut bundled, own) = (search(&reports, strategy).clone(), search(&reports, own));
+            let seconds = |value: &Value| value.as_f64().unwrap();
+            let first = &run["runs"][1];
+            let end = seconds(&first["start_s"]) + seconds(&first["rest_to_rest_s"]);
+            assert!((end - seconds(&bundled["total_time_s"])).abs() < 1e-3, "{run} and {bundled}");
             assert!(bundled["crashes"].as_u64() > Some(0), "{bundled}");
             // Only bundled strategies have a processor time.
             bundled["time_us"] = Value::Null;
