@@ -16,7 +16,7 @@ pub(crate) struct DrivenRun {
     straight: u8,
     /// False if the mouse has turned in place, or run into a wall, outside the start cell.
     is_driving: bool,
-    /// The latest run that ended in a goal cell.
+    /// The run since the start, if it has ended in a goal cell.
     latest: Option<FastRun>,
 }
 
@@ -35,6 +35,7 @@ impl DrivenRun {
     /// Notes that the mouse rests at the centre of the start cell in this direction.
     pub(crate) fn begin(&mut self, direction: Direction) {
         self.turns.clear();
+        self.latest = None;
         (self.direction, self.straight, self.is_driving) = (direction, 0, true);
     }
 

@@ -49,8 +49,9 @@ pub struct Judge {
     exploration: Option<SearchFigures>,
     /// The cells of the current or latest fast run, until one is complete.
     route: Vec<Cell>,
-    is_route_complete: bool,
-    /// The fast run along the route, if the mouse has driven slalom turns.
+    /// The number of the fast run along the route, once it is complete.
+    route_run: Option<u32>,
+    /// This fast run, if the mouse has driven it with slalom turns.
     driven: Option<FastRun>,
 }
 
@@ -71,7 +72,7 @@ impl Judge {
             touches_to_goal: 0,
             exploration: None,
             route: Vec::new(),
-            is_route_complete: false,
+            route_run: None,
             driven: None,
         }
     }
@@ -108,10 +109,11 @@ impl Judge {
         }
     }
 
-    /// Notes the latest run that the mouse has driven with slalom turns.
+    /// Notes a run from the start to the goal that the mouse has just completed, with its turns. It
+    /// may lead further into the goal than the route. Later runs than that along the route do not count.
     pub fn drive(&mut self, run: &FastRun) {
-        let has_turns = self.driven.is_none() && !run.turns().is_empty();
-        if has_turns && self.is_route_complete && run.cells() == self.route {
+        let is_first = self.driven.is_none() && self.route_run == Some(self.phases.fast_runs);
+        if is_first && !run.turns().is_empty() && run.cells().starts_with(&self.route) {
             self.driven = Some(run.clone());
         }
     }
@@ -165,7 +167,7 @@ impl Judge {
 
     /// Notes the cells of the fast run. `fast_runs` is the number of fast runs before this movement.
     fn note_route(&mut self, from: Cell, to: Cell, fast_runs: u32) {
-        if self.is_route_complete {
+        if self.route_run.is_some() {
             return;
         }
         // A run with a jump has no route.
@@ -180,7 +182,7 @@ impl Judge {
         let is_complete = phase == RunPhase::AtGoal && !self.route.is_empty();
         if has_begun || phase == RunPhase::Fast || is_complete {
             self.route.extend(self.rules.cells_between(from, to));
-            self.is_route_complete = is_complete;
+            self.route_run = is_complete.then_some(now);
         } else {
             // The mouse was put back at the start.
             self.route.clear();
@@ -228,7 +230,7 @@ impl Judge {
         let last_cell = pose.map_or(start, |pose| pose.cell);
         let whole = || self.exploration_at(total.steps, total.turns, last_cell);
         let exploration = self.exploration.clone().unwrap_or_else(whole);
-        let route = if self.is_route_complete { self.route.clone() } else { Vec::new() };
+        let route = self.route_run.map(|_| self.route.clone()).unwrap_or_default();
         SearchFigures {
             goal_reached: goal.is_some(),
             steps_to_goal: goal.map(|goal| saturate(goal.steps)),
@@ -328,6 +330,35 @@ mod tests {
                 judge.read_walls(pose);
             }
             assert_eq!(judge.figures().steps_until_proven, Some(1), "{reads_first}");
+        }
+    }
+
+    /// Slalom turns count only on the first complete fast run, not on the search run or a later run.
+    #[test]
+    fn only_the_first_complete_fast_run_counts_as_driven() {
+        let maze = "o---o---o---o\n|     G   G |\no   o---o---o\n| S |       |\no---o---o---o\n";
+        let maze: Maze = maze.parse().unwrap();
+        let there =
+            [pose(0, 0, Heading::North), pose(0, 1, Heading::East), pose(1, 1, Heading::East)];
+        let back =
+            [pose(1, 1, Heading::West), pose(0, 1, Heading::South), pose(0, 0, Heading::South)];
+        let deep = FastRun::parse(Cell::new(0, 0), "N 1 s90R 3").unwrap();
+        for is_first in [true, false] {
+            let mut judge = Judge::new(&maze);
+            let add = |judge: &mut Judge, poses: &[Pose]| {
+                for &pose in poses {
+                    judge.add(pose, false);
+                }
+            };
+            add(&mut judge, &there);
+            judge.drive(&deep);
+            add(&mut judge, &[&back[..], &there].concat());
+            assert_eq!(judge.figures().outcome.driven, None, "not yet driven");
+            if !is_first {
+                add(&mut judge, &[&back[..], &there].concat());
+            }
+            judge.drive(&deep);
+            assert_eq!(judge.figures().outcome.driven.is_some(), is_first);
         }
     }
 

@@ -137,10 +137,10 @@ impl fmt::Display for SearchSpeed {
     }
 }
 
-/// Returns the fast run of a mouse after its search: its own one if it has driven slalom turns, the
-/// fastest run along the cells of its own one otherwise or, if the mouse made none, the fastest run
-/// through the walls that it knows. Returns `None` if it knows no path, if a wall that it does not know
-/// blocks the run, or if the vehicle cannot drive it.
+/// Returns the fast run of a mouse after its search: the one that it has driven with slalom turns,
+/// else the fastest run along the cells of its own fast run, else the fastest run through the walls
+/// that it knows. Returns `None` if it knows no path, if a wall that it does not know blocks the run,
+/// or if the vehicle cannot drive it.
 pub fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) -> Option<FastRun> {
     if let Some(driven) = &outcome.driven {
         return driven.with_fastest_speeds(planner.vehicle()).ok();

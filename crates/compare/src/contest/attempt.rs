@@ -96,7 +96,9 @@ impl Attempt {
         let unfinished =
             || figures.unfinished().map(|error| format!("after reaching the goal: {error}"));
         let missing_run = || performance.missing_run(&runs, rules);
-        let error = figures.failure().or_else(unfinished).or_else(missing_run);
+        let has_driven = figures.outcome.driven.is_some();
+        let undrivable = || has_driven.then(|| "the vehicle cannot drive its slalom turns".into());
+        let error = figures.failure().or_else(unfinished).or_else(missing_run).or_else(undrivable);
         let scores = runs.iter().map(|run| run.score_s);
         Self {
             score_s: scores.reduce(f64::min),

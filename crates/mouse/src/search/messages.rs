@@ -231,7 +231,9 @@ impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, 
             if reply == Response::Crash {
                 judge.crash();
             }
-            mouse.fast_run().into_iter().for_each(|run| judge.drive(run));
+            if let Some(run) = mouse.fast_run() {
+                judge.drive(run);
+            }
         }
         self.environment().end_at_goal();
         // Writing may take a long time.
