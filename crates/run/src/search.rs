@@ -67,9 +67,9 @@ pub fn search<S: Strategy>(
 ) -> Option<SearchFigures> {
     let begin = clock();
     let mut mouse = Mouse::new(strategy(), KnownMaze::unexplored(maze), maze.start());
-    let mut votes = senses.recovers.then(WallVotes::new);
-    let mut driver = SearchDriver::new(&mut mouse, max_states).recovering(votes.as_mut());
     let mut sensor = WallSensor::new(senses.misreadings, maze);
+    let mut votes = (senses.recovers && !sensor.is_exact()).then(WallVotes::new);
+    let mut driver = SearchDriver::new(&mut mouse, max_states).recovering(votes.as_mut());
     let mut judge = (!sensor.is_exact()).then(|| Judge::new(maze));
     let mut at = maze.start().cell;
     let mut advance = |driver: &mut SearchDriver<'_, S>| {

@@ -36,8 +36,7 @@ pub struct SearchDriver<'m, S> {
     mouse: &'m mut Mouse<S>,
     /// The votes of a mouse that recovers from wrong readings.
     votes: Option<&'m mut WallVotes>,
-    /// True if the mouse recovers, unless it has driven the path of its fast run, and no wall has
-    /// blocked it since.
+    /// True until a mouse that recovers has driven the path of its fast run without a crash.
     is_wary: bool,
     max_states: u32,
     states: u32,
