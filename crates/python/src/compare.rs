@@ -244,6 +244,7 @@ fn published(
     let find = || Program::from_published_robot(file, words, python.map(OsString::as_os_str));
     let program = py.detach(find).map_err(|error| {
         let message = error.to_string().replace("--python EXE", "`python`");
+        let message = format!("cannot run {}: {message}", file.display());
         io_error(io::ErrorKind::NotFound, message)
     })?;
     Ok(OwnRobot { name, program, answer_limit })
@@ -257,7 +258,7 @@ pub(crate) fn trial(
     py: Python<'_>,
     mazes: Vec<Py<PyMaze>>,
     robots: Option<Vec<(String, String)>>,
-    published_robots: Vec<(String, Vec<OsString>)>,
+    published_robots: Option<Vec<(String, Vec<OsString>)>>,
     python: Option<OsString>,
     seed: u64,
     noise: f64,
@@ -266,7 +267,7 @@ pub(crate) fn trial(
     let settings = Settings { seed, noise: probability(noise)?, ..Settings::default() };
     let answer_limit = seconds(answer_limit)?;
     let tables = match robots {
-        None if published_robots.is_empty() => TrialTable::all(settings, Vec::new()),
+        None if published_robots.is_none() => TrialTable::all(settings, Vec::new()),
         robots => {
             let row = |(name, text): (String, String)| {
                 let kind = text.parse().map(RobotKind::Bundled).or_else(|error| {
@@ -279,7 +280,7 @@ pub(crate) fn trial(
                 let robot = published(py, (name.clone(), words), python.as_ref(), answer_limit)?;
                 Ok((name, TrialRobot { kind: RobotKind::Own(robot), settings }))
             };
-            let own = published_robots.into_iter().map(published);
+            let own = published_robots.into_iter().flatten().map(published);
             let rows = robots.into_iter().flatten().map(row).chain(own);
             let rows = rows.collect::<PyResult<_>>()?;
             vec![TrialTable { rows, ..TrialTable::from_robots([]) }]

@@ -141,6 +141,11 @@ class Robot:
     assert len(rows) == 8 and all(row["error"].endswith(words[row["row"]]) for row in rows)
     [row] = mm.trial("01-harbour", published=robot)
     assert row["robot"] == "my robot.py" and row["error"].endswith("16 ['maze.txt']")
+    rows = mm.trial("01-harbour", published=[robot, robot])
+    assert [row["robot"] for row in rows] == ["my robot.py", "my robot.py (2)"]
+    assert mm.trial("01-harbour", published=[]) == []
+    with pytest.raises(ValueError, match="expected files in published"):
+        mm.trial("01-harbour", python=sys.executable)
     with pytest.raises(FileNotFoundError, match="missing.py is not a file"):
         mm.trial("01-harbour", published="missing.py")
     with pytest.raises(ValueError, match="expected a file"):

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Callable, Iterable, Mapping, Union
+from typing import Any, Callable, Iterable, Iterator, Mapping, Union
 
 from . import _native
 from ._native import Maze, Simulator, bundled_mazes
@@ -48,7 +48,7 @@ def compare(
     skipped with a warning. A search ends after `max_states` states: the simulator of a function
     refuses further ones. By default, functions and programs may report 10,000 states. A program is
     stopped after `time_limit` seconds. With `stop_at_goal`, a program is stopped when it reaches the
-    goal, and what a function does after that does not count.
+    goal. A function must return by itself, but what it does after the goal does not count.
 
     Mice misread walls with the probability `misread`, with `misread_fixed` the same walls each time.
     The same `misread_seed` gives the same wrong readings. A movement that a wall blocks is refused.
@@ -99,7 +99,7 @@ def trial(
     mazes: MazeLike | Iterable[MazeLike] | None = None,
     robots: str | Iterable[str] | Mapping[str, str] | None = None,
     *,
-    published: Published = (),
+    published: Published | None = None,
     python: Path | None = None,
     seed: int = 0,
     noise: float = 0.0,
@@ -119,16 +119,27 @@ def trial(
     named = None if robots is None else list(_named(robots).items())
     if not all(isinstance(robot, str) for _, robot in named or []):
         raise TypeError("expected names of robots or commands")
-    if isinstance(published, (str, os.PathLike)):
-        published = [published]
-    if not isinstance(published, Mapping):
-        published = {os.path.basename(path): path for path in published}
-    files = [
-        (str(name), [*map(os.fspath, [words] if isinstance(words, (str, os.PathLike)) else words)])
-        for name, words in published.items()
-    ]
+    if python is not None and published is None:
+        raise ValueError("expected files in published, which python runs")
+    files = None if published is None else list(_published(published))
     python = None if python is None else os.fspath(python)
     return _native.trial(_mazes(mazes), named, files, python, seed, noise, answer_limit)
+
+
+def _published(published: Published) -> Iterator[tuple[str, list[str]]]:
+    """Returns the name of each robot, and the path of its file with the words that follow it."""
+    if isinstance(published, Mapping):
+        for name, words in published.items():
+            if isinstance(words, (str, os.PathLike)):
+                words = [words]
+            yield str(name), [os.fspath(word) for word in words]
+        return
+    paths = [published] if isinstance(published, (str, os.PathLike)) else published
+    seen: dict[str, int] = {}
+    for path in paths:
+        name = os.path.basename(path)
+        seen[name] = seen.get(name, 0) + 1
+        yield name if seen[name] == 1 else f"{name} ({seen[name]})", [os.fspath(path)]
 
 
 def _competition(mazes: list[Maze], mice: Mice, **options: object) -> dict[str, object]:

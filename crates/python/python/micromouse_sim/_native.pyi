@@ -605,7 +605,7 @@ def compare(competition: dict[str, object], rules: str | None = None) -> Any: ..
 def trial(
     mazes: Sequence[Maze],
     robots: Sequence[tuple[str, str]] | None,
-    published_robots: Sequence[tuple[str, Sequence[str]]],
+    published_robots: Sequence[tuple[str, Sequence[str]]] | None,
     python: str | None,
     seed: int,
     noise: float,
