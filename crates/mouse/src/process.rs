@@ -272,14 +272,14 @@ pub enum ExitCause {
 
 impl From<RunError> for ExitCause {
     fn from(error: RunError) -> Self {
-        let is_misread = match &error {
+        let may_be_misread = match &error {
             RunError::Refused { reason, .. } => reason.starts_with(CRASH_PREFIX),
             RunError::Contradiction(_) => true,
             _ => false,
         };
-        if is_misread {
-            let hint = "the simulator misreads walls (use mmsim mms --misread without --connect)";
-            return Self::Failed(format!("{hint}: {error}"));
+        if may_be_misread {
+            let hint = "if the simulator misreads walls, use mmsim mms --misread instead";
+            return Self::Failed(format!("{error} ({hint})"));
         }
         Self::LostSimulator(error)
     }
