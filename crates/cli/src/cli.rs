@@ -141,7 +141,7 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
         exit_with_usage(&UsageError::new("", message));
     }
     let missing = error.get(ContextKind::InvalidArg);
-    if arguments.iter().any(|word| word == "--published")
+    if arguments.iter().take_while(|word| *word != "--").any(|word| word == "--published")
         && matches!(missing, Some(ContextValue::Strings(names)) if names[..] == ["<MAZE>..."])
     {
         let message = "no maze before --published (put each MAZE first, because all words after \

@@ -72,7 +72,7 @@ impl Collection {
         path: Option<&Path>,
         choice: Choice,
     ) -> Result<NamedMaze, SelectionError> {
-        let file = Some(Path::new(name)).filter(|file| file.is_file());
+        let file = Some(Path::new(name)).filter(|file| file.exists() && !file.is_dir());
         Self::encoded(path.or(file), choice)?.select(name)
     }
 
