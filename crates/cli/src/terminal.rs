@@ -12,7 +12,8 @@ use crate::output::is_quiet;
 /// Returns true if messages on this stream have colours. Follows `NO_COLOR`, `CLICOLOR`,
 /// `CLICOLOR_FORCE` and `TERM`, as the messages about arguments do.
 pub(crate) fn has_colours(stream: &impl RawStream) -> bool {
-    AutoStream::choice(stream) != ColorChoice::Never && interprets_escape_codes()
+    let is_shown = !stream.is_terminal() || interprets_escape_codes();
+    AutoStream::choice(stream) != ColorChoice::Never && is_shown
 }
 
 /// Returns true if this stream is a terminal on which a program can replace its output.
