@@ -23,10 +23,9 @@ fn folder(path: &Path) -> &Path {
     folder.unwrap_or(Path::new("."))
 }
 
-/// Returns the default limit on the size of a recording at `path`: a tenth of the free disk space, at
-/// most `MAX_DEFAULT_LIMIT`.
-fn default_limit(path: &Path) -> u64 {
-    let free = fs4::available_space(folder(path));
+/// Returns the default limit on the size of a recording on a disk with `free` bytes, if that is known:
+/// a tenth of them, at most `MAX_DEFAULT_LIMIT`.
+fn default_limit(free: Option<u64>) -> u64 {
     free.map_or(MAX_DEFAULT_LIMIT, |free| MAX_DEFAULT_LIMIT.min(free / 10))
 }
 
@@ -74,7 +73,8 @@ impl RecordingWriter {
             let _ = fs::remove_file(path);
             failed(error)
         })?;
-        let (limit, path, records) = (default_limit(path), path.into(), Some(records));
+        let limit = default_limit(fs4::available_space(folder(path)).ok());
+        let (path, records) = (path.into(), Some(records));
         Ok(Self { path, identity, clock, records, has_failed: false, messages: None, limit })
     }
 
@@ -224,10 +224,8 @@ mod tests {
 
     #[test]
     fn the_default_limit_is_a_tenth_of_the_free_space() {
-        let limit = default_limit(Path::new("a.mcap"));
-        let free = fs4::available_space(".").unwrap();
-        assert!(limit <= MAX_DEFAULT_LIMIT && limit <= free.saturating_add(1 << 30) / 10);
-        assert_eq!(default_limit(Path::new("no such folder/a.mcap")), MAX_DEFAULT_LIMIT);
+        let limits = [Some(0), Some(1000), Some(u64::MAX), None].map(default_limit);
+        assert_eq!(limits, [0, 100, MAX_DEFAULT_LIMIT, MAX_DEFAULT_LIMIT]);
     }
 
     #[test]
