@@ -65,7 +65,7 @@ impl Folder {
         {
             model.reply(request, Some(0));
         }
-        model.check(&new);
+        model.check(new.iter().filter(|recording| is_closed || has_state(recording)));
         let is_intact = |integrity: &Integrity| match integrity {
             Integrity::Closed => true,
             Integrity::Truncated { .. } => !is_closed,
@@ -86,10 +86,17 @@ impl Folder {
         assert_eq!(server.wait().0.code(), Some(0));
         self.end(self.model.clone(), &[], true);
         for (model, paths) in &self.ended {
-            let all = recordings(&self.path());
-            model.check(all.iter().filter(|(path, _)| paths.contains(path)).map(|(_, it)| it));
+            let mut all = recordings(&self.path());
+            all.retain(|(path, recording)| paths.contains(path) && has_state(recording));
+            model.check(all.iter().map(|(_, recording)| recording));
         }
     }
+}
+
+/// Returns true if the recording has a state. A server may be killed after it has created a file and
+/// before it has written the first state.
+fn has_state(recording: &Recording) -> bool {
+    !recording.history().is_empty()
 }
 
 /// Returns the temporary files in which recordings are being compressed.

@@ -15,7 +15,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::{fs, thread};
 
 use mmsim_protocol::DEFAULT_PORT;
-use mmsim_recording::{Integrity, Recording};
+use mmsim_recording::Recording;
 use mmsim_tests::{TIMEOUT, output, wait_for, wait_for_exit, within};
 use serde_json::Value;
 
@@ -139,8 +139,8 @@ pub fn recorded(folder: &Path) -> PathBuf {
     files.filter(is_recording).max().expect("a recording")
 }
 
-/// Returns the recordings in a folder, in the order in which they began. Skips those of servers that
-/// were killed before the first state was in the file.
+/// Returns the recordings in a folder, in the order in which they began. Skips files that contain no
+/// description yet.
 #[track_caller]
 pub fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
@@ -149,12 +149,7 @@ pub fn recordings(folder: &Path) -> Vec<(PathBuf, Recording)> {
     files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
     // Sort by the number at the end of the name, because the clock may go backwards.
     files.sort_by_key(|path| path.file_stem().unwrap().to_str().unwrap()[20..].to_string());
-    let has_state = |recording: &Recording| {
-        !recording.history().is_empty()
-            || !matches!(recording.integrity(), Integrity::Truncated { .. })
-    };
     let read = |path: PathBuf| match Recording::open(&path) {
-        Ok(recording) if !has_state(&recording) => None,
         Ok(recording) => Some((path, recording)),
         Err(_) if fs::metadata(&path).unwrap().len() < 200 => None,
         Err(error) => panic!("{error}"),

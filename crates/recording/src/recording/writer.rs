@@ -23,8 +23,8 @@ fn folder(path: &Path) -> &Path {
     folder.unwrap_or(Path::new("."))
 }
 
-/// Returns the default limit on the size of a recording on a disk with `free` bytes, if that is known:
-/// a tenth of them, at most `MAX_DEFAULT_LIMIT`.
+/// Returns the default limit on the size of a recording in bytes: a tenth of the `free` bytes of the
+/// disk, at most `MAX_DEFAULT_LIMIT`, or this maximum if the free space is unknown.
 fn default_limit(free: Option<u64>) -> u64 {
     free.map_or(MAX_DEFAULT_LIMIT, |free| MAX_DEFAULT_LIMIT.min(free / 10))
 }
@@ -226,6 +226,12 @@ mod tests {
     fn the_default_limit_is_a_tenth_of_the_free_space() {
         let limits = [Some(0), Some(1000), Some(u64::MAX), None].map(default_limit);
         assert_eq!(limits, [0, 100, MAX_DEFAULT_LIMIT, MAX_DEFAULT_LIMIT]);
+        let (folder, maze) = (tempfile::tempdir().unwrap(), MAZE.parse::<Maze>().unwrap());
+        let info = Info::new("small", maze.size(), maze.start(), maze.goals(), 0);
+        let path = folder.path().join("a.mcap");
+        let writer = RecordingWriter::create(&path, &info, Some(&maze)).unwrap();
+        let free = fs4::available_space(folder.path()).unwrap();
+        assert!(writer.limit <= default_limit(Some(free.saturating_add(1 << 30))));
     }
 
     #[test]
