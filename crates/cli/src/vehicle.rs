@@ -5,11 +5,14 @@ use std::io::ErrorKind;
 use mmsim_fastrun::{LoadVehicleError, Vehicle};
 use mmsim_maze::Escaped;
 
+use crate::args::extension;
 use crate::output::warn;
 
 /// The possible values of `--vehicle`, for its help.
 pub(crate) const VEHICLES: &str =
     "ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
+
+const NOT_TOML: &str = "expected the name of a vehicle or a TOML file, found another file";
 
 /// Parses a value of `--vehicle`: the name of a preset, or a TOML file.
 pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
@@ -21,7 +24,13 @@ pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
                 }
                 _ => "",
             };
-            format!("cannot read the file: {source}{hint}")
+            match source.kind() {
+                ErrorKind::InvalidData => format!("{NOT_TOML}: {source}"),
+                _ => format!("cannot read the file: {source}{hint}"),
+            }
+        }
+        LoadVehicleError::Invalid { path, source } if extension(&path) != "toml" => {
+            format!("{NOT_TOML}: {source}")
         }
         LoadVehicleError::Invalid { source, .. } => source.to_string(),
         _ => unknown(text),
@@ -110,6 +119,11 @@ mod tests {
         assert!(text(&"#".repeat(2 << 20)).unwrap_err().ends_with("larger than 1 MiB"));
         fs::write(&file, [0xff]).unwrap();
         assert!(parse_vehicle(&file.display().to_string()).unwrap_err().contains("UTF-8"));
+        let mouse = folder.path().join("my-mouse");
+        for content in [&b"\x7fELF\x02\xff"[..], b"#!/bin/sh\nexit 1\n"] {
+            fs::write(&mouse, content).unwrap();
+            assert!(error(&mouse.display().to_string()).starts_with(&format!("{NOT_TOML}: ")));
+        }
         assert!(error(&folder.path().display().to_string()).starts_with("cannot read the file: "));
     }
 
