@@ -126,16 +126,9 @@ impl MisreadArgs {
 /// Options for serving a maze.
 #[derive(Debug, Args)]
 pub(crate) struct ServerArgs {
-    /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    pub(crate) mazes: Option<PathBuf>,
     /// Port to listen on; 0 picks a free port [default: 6574]
     #[arg(short, long)]
     pub(crate) port: Option<u16>,
-    /// Serve the first maze whose path contains all WORDS, ignoring case [default: the first maze
-    /// with a reachable goal]
-    #[arg(long = "maze", value_name = "WORDS")]
-    pub(crate) words: Vec<String>,
     #[command(flatten)]
     pub(crate) misread: MisreadArgs,
     #[command(flatten)]

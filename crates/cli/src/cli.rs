@@ -21,6 +21,7 @@ use crate::mms::MmsArgs;
 use crate::render::RenderArgs;
 use crate::replay::ReplayArgs;
 use crate::run::RunArgs;
+use crate::selection::Selection;
 use crate::serve::{ServeArgs, suggest};
 use crate::solve::SolveArgs;
 use crate::trial::args::TrialArgs;
@@ -49,7 +50,8 @@ const AFTER_HELP: &str = "\
 Examples:
   mmsim demo                           watch a flood-fill mouse search a maze
   mmsim                                serve a maze on port 6574 for your own mouse
-  mmsim mazes/ --maze \"apec 2018\"      serve a maze of your own collection
+  mmsim harbour                        serve the maze of this name
+  mmsim mazes/ apec 2018               serve a maze of your own collection
   mmsim solve weight-increment         run a bundled strategy against a simulator
   mmsim render run.mcap -o run.gif     animate a recorded search
   mmsim export run.mcap -o run.html    save a recorded search as a web page
@@ -108,8 +110,8 @@ impl Cli {
         let arguments = verbosity_after_command(env::args_os().collect());
         let parsed = Self::try_parse_from(&arguments);
         let may_have_options_first = match &parsed {
-            // The command may have been parsed as a folder of mazes.
-            Ok(cli) => cli.serve.server.mazes.as_ref().is_some_and(|path| !path.exists()),
+            // The command may have been parsed as a maze.
+            Ok(cli) => cli.serve.maze.first().is_some_and(|word| !Path::new(word).exists()),
             Err(error) => error.use_stderr(),
         };
         if may_have_options_first && let Some(name) = command_after_options(&arguments) {
@@ -137,7 +139,7 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
         && let Some(word) = unknown_word(arguments)
     {
         let hint = suggest(word, &Cli::command()).unwrap_or_default();
-        let message = format!("no such command, file or folder: {word:?}{hint}");
+        let message = format!("no such command or maze: {word:?}{hint}");
         exit_with_usage(&UsageError::new("", message));
     }
     let missing = error.get(ContextKind::InvalidArg);
@@ -163,15 +165,16 @@ fn is_command(name: &OsStr) -> bool {
 fn command_after_options(arguments: &[OsString]) -> Option<&OsStr> {
     let mut names = arguments.iter().enumerate().skip(2);
     let (at, name) = names.find(|(_, name)| is_command(name))?;
-    let are_options = Cli::try_parse_from(&arguments[..at]).is_ok_and(|cli| cli.command.is_none());
+    let before = Cli::try_parse_from(&arguments[..at]);
+    let are_options = before.is_ok_and(|cli| cli.command.is_none() && cli.serve.maze.is_empty());
     are_options.then_some(name)
 }
 
-/// Returns the first argument if it is neither an option, a command nor an existing path.
+/// Returns the first argument if it is neither an option, a command nor a maze.
 fn unknown_word(arguments: &[OsString]) -> Option<&str> {
     let word = arguments.get(1)?.to_str()?;
-    (!word.starts_with('-') && !is_command(OsStr::new(word)) && !Path::new(word).exists())
-        .then_some(word)
+    let is_maze = || Selection::read(OsStr::new(word)).is_ok_and(|found| found.first().is_ok());
+    (!word.starts_with('-') && !is_command(OsStr::new(word)) && !is_maze()).then_some(word)
 }
 
 /// Moves verbosity options after the command: `mmsim -q solve` becomes `mmsim solve -q`. If other

@@ -1,6 +1,7 @@
 //! `mmsim demo`: a server and a flood-fill mouse in one process, connected by ZeroMQ.
 
 use std::error::Error;
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 
 use clap::Args;
@@ -14,10 +15,12 @@ use crate::interrupt::Interrupt;
 use crate::local_server::{HOST, prepare};
 use crate::output::{note, own_command, warn};
 use crate::screen::{Screen, goal_text, pace};
-use crate::selection::Collection;
+use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, join};
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
+    #[arg(value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
+    maze: Vec<OsString>,
     #[command(flatten)]
     server: ServerArgs,
     /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]
@@ -31,11 +34,11 @@ pub(crate) struct DemoArgs {
 const STRATEGY: BundledStrategy = BundledStrategy::FloodFill;
 
 pub(crate) fn run(args: &DemoArgs) -> CommandResult {
-    let collection = Collection::at(args.server.mazes.as_deref())?;
-    let selected = collection.select(&args.server.words.join(" "))?;
+    let selection = Selection::read(&join(&args.maze))?;
+    let selected = selection.first()?;
     let ServerArgs { port, retention, viewer, misread, .. } = &args.server;
     let viewer = (!args.once).then_some(viewer);
-    let config = ViewerConfig::default().with_mazes(collection.catalogue);
+    let config = ViewerConfig::default().with_mazes(selection.catalogue);
     let (misreadings, address) = (misread.misreadings(), (HOST, *port));
     let ready = prepare(selected, misreadings, config, address, retention, viewer, None)?;
     let (server, interrupt) = (ready.server.spawn(ready.simulation), ready.interrupt);

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use mmsim_fastrun::Vehicle;
-use mmsim_recording::Recording;
 use mmsim_viewer::{Vehicles, export_html};
 
 use crate::args::{CommandResult, ReadingArgs, UsageError, extension, wrong_extension};
 use crate::output::{replace, replace_or_print};
-use crate::recordings::{is_undamaged, messages_unless, recording_budget};
+use crate::recordings::{self, is_undamaged, messages_unless, recording_budget};
 use crate::terminal::progress_bar;
 use crate::vehicle::{parse_vehicle, warn_about};
 
@@ -59,7 +58,7 @@ fn parse_output(text: &str) -> Result<PathBuf, String> {
 
 pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let is_recording = args.is_recording()?;
-    let recording = Recording::open_within(&args.file, &recording_budget(&args.reading))?;
+    let recording = recordings::open(&args.file, &recording_budget(&args.reading))?;
     let is_intact = is_undamaged(&args.file, &recording);
     if is_recording {
         let mut file = Cursor::new(Vec::new());

@@ -18,7 +18,7 @@ use crate::args::{CommandResult, UsageError, each_once, one_of};
 use crate::output::{
     check_folder, csv_text, is_standard, print, print_pretty_json, replace_or_print, warn,
 };
-use crate::selection::Inputs;
+use crate::selection::{DEFAULT_MAZES, Inputs, MAZES_HELP};
 use crate::vehicle::{GivenVehicle, VEHICLES, each_vehicle_once, parse_given_vehicle, warn_about};
 use driven::{DrivenRun, RouteChoice, RunResult};
 use picture::PictureArgs;
@@ -45,9 +45,7 @@ The exit code is 0 if all mazes could be read and have a run.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct FastRunArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
-    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
-    #[arg(value_name = "MAZE")]
+    #[arg(value_name = "MAZE", help = format!("{MAZES_HELP} [default: all in {DEFAULT_MAZES}]"))]
     mazes: Vec<PathBuf>,
     #[arg(
         long,

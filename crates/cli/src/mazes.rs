@@ -8,7 +8,7 @@ mod generate;
 mod index;
 mod row;
 
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
 
 use clap::{Args, Subcommand};
 use mmsim_compare::NamedMaze;
@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use crate::args::CommandResult;
 use crate::output::{print, print_json, print_report};
-use crate::selection::Collection;
+use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, join};
 use check::CheckArgs;
 use convert::ConvertArgs;
 use diff::DiffArgs;
@@ -36,22 +36,20 @@ pub(crate) struct MazesArgs {
 enum MazesCommand {
     /// List mazes
     List {
-        /// Maze file, or folder to search recursively [default: ~/.mmsim if it has mazes, else the
-        /// bundled mazes]
-        mazes: Option<PathBuf>,
+        #[arg(
+            value_name = "MAZE",
+            help = format!("List only mazes of a file or folder, or with words in their path \
+                            [default: {DEFAULT_MAZES}]")
+        )]
+        maze: Vec<OsString>,
         /// Print a JSON array
         #[arg(long)]
         json: bool,
     },
     /// Draw a maze, with the number of steps from each cell to the goal
     Show {
-        /// Maze file, or words from the path of a maze
-        #[arg(required = true)]
-        name: Vec<String>,
-        /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
-        /// bundled mazes]
-        #[arg(long, value_name = "PATH")]
-        mazes: Option<PathBuf>,
+        #[arg(required = true, value_name = "MAZE", help = MAZE_HELP)]
+        maze: Vec<OsString>,
         #[command(flatten)]
         encoding: EncodingArgs,
         /// Print a JSON object
@@ -106,10 +104,8 @@ impl EncodingArgs {
 
 pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     match &args.command {
-        MazesCommand::List { mazes, json } => list(mazes.as_deref(), *json),
-        MazesCommand::Show { name, mazes, encoding, json } => {
-            show(&name.join(" "), mazes.as_deref(), encoding, *json)
-        }
+        MazesCommand::List { maze, json } => list(&join(maze), *json),
+        MazesCommand::Show { maze, encoding, json } => show(&join(maze), encoding, *json),
         MazesCommand::Check(args) => check::run(args),
         MazesCommand::Diff(args) => diff::run(args),
         MazesCommand::Convert(args) => convert::run(args),
@@ -118,15 +114,15 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
     }
 }
 
-fn list(mazes: Option<&Path>, json: bool) -> CommandResult {
-    let rows: Vec<MazeRow> =
-        Collection::at(mazes)?.catalogue.entries().iter().map(MazeRow::from_entry).collect();
+fn list(maze: &OsStr, json: bool) -> CommandResult {
+    let entries = Selection::read(maze)?.matching()?;
+    let rows: Vec<MazeRow> = entries.iter().map(MazeRow::from_entry).collect();
     print_report(json, &rows, || rows.iter().map(|row| row.line() + "\n").collect())?;
     Ok(true)
 }
 
-fn show(name: &str, mazes: Option<&Path>, encoding: &EncodingArgs, json: bool) -> CommandResult {
-    let NamedMaze { path, maze, .. } = Collection::find(name, mazes, encoding.choice())?;
+fn show(maze: &OsStr, encoding: &EncodingArgs, json: bool) -> CommandResult {
+    let NamedMaze { path, maze, .. } = Selection::encoded(maze, encoding.choice())?.first()?;
     let row = MazeRow::from_maze(&path, &maze);
     if json {
         #[derive(Serialize)]

@@ -71,11 +71,10 @@ struct RemoteArgs {
             "Run the mouse in the maze of a simulator at {ENDPOINT_FORM} instead of serving a maze"
         ),
         conflicts_with_all = [
-            "mazes",
+            "maze",
             "stay",
             "watch",
             "port",
-            "words",
             "misread",
             "misread_fixed",
             "misread_seed",

@@ -14,7 +14,7 @@ use mmsim_viewer::ViewerConfig;
 use crate::args::{ServerArgs, UsageError, WATCHED_PACE_MS, parse_seconds};
 use crate::local_server::{HOST, prepare};
 use crate::output::note;
-use crate::selection::Collection;
+use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection};
 
 /// The help for `--port` of commands that run a mouse.
 const PORT_HELP: &str = "\
@@ -45,6 +45,8 @@ pub(crate) struct OwnMouseArgs {
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
     #[arg(long)]
     stay: bool,
+    #[arg(long, value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
+    maze: Option<OsString>,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
     /// Program to run as the mouse, and its arguments
@@ -103,10 +105,10 @@ impl OwnMouseArgs {
         misreadings: Misreadings,
         begin: impl FnOnce(Monitor) -> Result<R, Box<dyn Error>>,
     ) -> Result<i32, Box<dyn Error>> {
-        let ServerArgs { mazes, words, retention, viewer, .. } = &self.server;
-        let collection = Collection::at(mazes.as_deref())?;
-        let selected = collection.select(&words.join(" "))?;
-        let config = ViewerConfig::default().with_mazes(collection.catalogue);
+        let ServerArgs { retention, viewer, .. } = &self.server;
+        let selection = Selection::read(self.maze.as_deref().unwrap_or_default())?;
+        let selected = selection.first()?;
+        let config = ViewerConfig::default().with_mazes(selection.catalogue);
         let mouse = Some((Arc::clone(control), address.map(String::from)));
         let (port, page) = ((HOST, port), Some(viewer));
         let ready = prepare(selected, misreadings, config, port, retention, page, mouse)?;

@@ -1,16 +1,18 @@
 //! The memory limits of histories and recordings, and messages about them.
 
+use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
+use mmsim_formats::read_maze;
 use mmsim_maze::counted;
-use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, Recording};
+use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, ReadError, Recording};
 use mmsim_run::messages;
 use mmsim_server::Simulation;
 
 use crate::args::{ReadingArgs, RetentionArgs};
 use crate::memory;
-use crate::output::{note, warn};
+use crate::output::{note, own_command, warn};
 
 const MIB: u64 = 1 << 20;
 
@@ -48,6 +50,18 @@ pub(crate) fn messages_unless(states_only: bool) -> Option<NewMessages> {
 pub(crate) fn recording_budget(args: &ReadingArgs) -> Arc<MemoryBudget> {
     let free = memory::free().unwrap_or(ASSUMED_FREE_BYTES);
     Arc::new(MemoryBudget::new(bytes(args.history_limit, free / 2)))
+}
+
+/// Opens a recording.
+pub(crate) fn open(file: &Path, budget: &Arc<MemoryBudget>) -> Result<Recording, Box<dyn Error>> {
+    Recording::open_within(file, budget).map_err(|error| match &error.source {
+        ReadError::NotMcap if read_maze(file).is_ok() => {
+            let file = file.display();
+            let show = own_command(&format!("mazes show {file}"));
+            format!("{file} is a maze, not a recording (show it with {show})").into()
+        }
+        _ => error.into(),
+    })
 }
 
 /// Converts mebibytes to bytes. For `None`, returns `default` bytes, but at least one mebibyte.

@@ -1,13 +1,13 @@
 //! `mmsim render`: draw mazes and recordings.
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
 use std::rc::Rc;
 
 use clap::Args;
 use mmsim_compare::NamedMaze;
 use mmsim_drawing::{Animation, FRAME_MS, Layers, MAX_FRAMES, Scene, Theme, frame_indices};
-use mmsim_formats::Choice;
 use mmsim_maze::{KnownMaze, Maze};
 use mmsim_protocol::State;
 use mmsim_recording::{Block, OpenError, ReadError, Recording, States};
@@ -20,20 +20,19 @@ use crate::picture::{
     PictureFile, PictureFormat, SIDE_PX, draw_still, parse_picture, themes, width_range,
 };
 use crate::recordings::{is_undamaged, no_state, recording_budget};
-use crate::selection::Collection;
+use crate::selection::{MAZE_HELP, Selection, join};
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Recording, maze file, or words from the path of a maze
-    #[arg(required = true, value_name = "MAZE|RECORDING")]
-    source: Vec<String>,
+    #[arg(
+        required = true,
+        value_name = "MAZE|RECORDING",
+        help = format!("Recording, or maze: {}", MAZE_HELP)
+    )]
+    source: Vec<OsString>,
     /// File to write: .svg or .png, or .gif to animate a recording. An existing file is replaced
     #[arg(short, long, value_name = "FILE", value_parser = parse_picture)]
     output: PictureFile,
-    /// File or folder to search for the maze [default: ~/.mmsim if it has mazes, else the
-    /// bundled mazes]
-    #[arg(long, value_name = "PATH")]
-    mazes: Option<PathBuf>,
     /// Draw state N of a recording; a .gif ends with state N [default: the last state]
     #[arg(long, value_name = "N")]
     at: Option<usize>,
@@ -71,7 +70,7 @@ type PictureResult = Result<Vec<u8>, Box<dyn Error>>;
 
 pub(crate) fn run(args: &RenderArgs) -> CommandResult {
     args.output.check_width(args.width).map_err(|error| UsageError::new("render", error))?;
-    let source = args.source.join(" ");
+    let source = join(&args.source);
     let (picture, is_intact) = match recording(args, Path::new(&source))? {
         Some(recording) => {
             let file = Path::new(&source);
@@ -99,9 +98,8 @@ fn recording(args: &RenderArgs, file: &Path) -> Result<Option<Recording>, OpenEr
     }
 }
 
-fn maze(args: &RenderArgs, name: &str) -> PictureResult {
-    let NamedMaze { path, maze, .. } =
-        Collection::find(name, args.mazes.as_deref(), Choice::default())?;
+fn maze(args: &RenderArgs, name: &OsStr) -> PictureResult {
+    let NamedMaze { path, maze, .. } = Selection::read(name)?.first()?;
     let path = path.display();
     if args.output.format == PictureFormat::Gif {
         return Err(format!("{path}: cannot animate a maze (a .gif needs a recording)").into());
@@ -183,10 +181,9 @@ struct RecordedSearch<'a> {
 impl<'a> RecordedSearch<'a> {
     fn new(args: &RenderArgs, file: &'a Path, recording: &'a Recording) -> Result<Self, String> {
         let (info, states) = (recording.info(), recording.history().len());
-        let options = [("--distances", args.distances), ("--mazes", args.mazes.is_some())];
-        if let Some(option) = given(&options) {
+        if args.distances {
             let file = file.display();
-            return Err(format!("{file}: {option} needs a maze, not a recording"));
+            return Err(format!("{file}: --distances needs a maze, not a recording"));
         }
         if let Some(index) = args.at.filter(|&index| index >= states) {
             return Err(no_state(file, recording, index));

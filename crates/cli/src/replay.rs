@@ -19,7 +19,7 @@ use serde::{Serialize, Serializer};
 use crate::args::{CommandResult, ReadingArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, print, print_json};
-use crate::recordings::{is_undamaged, no_state, recording_budget};
+use crate::recordings::{self, is_undamaged, no_state, recording_budget};
 use crate::screen::wide_or_compact;
 use crate::vehicle::parse_vehicle;
 use crate::{page, stderr};
@@ -56,7 +56,7 @@ pub(crate) struct ReplayArgs {
 
 pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
     let budget = recording_budget(&args.reading);
-    let recording = Recording::open_within(&args.file, &budget)?;
+    let recording = recordings::open(&args.file, &budget)?;
     if args.serve {
         return serve(args, recording, budget);
     }
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
 
 /// Shows recordings in a browser.
 fn serve(args: &ReplayArgs, recording: Recording, budget: Arc<MemoryBudget>) -> CommandResult {
-    let open = |file: &PathBuf| Recording::open_within(file, &budget);
+    let open = |file: &PathBuf| recordings::open(file, &budget);
     let others: Vec<Recording> = args.others.iter().map(open).collect::<Result<_, _>>()?;
     let title = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().to_string();
     let viewer_port = Some(args.viewer_port.unwrap_or(DEFAULT_VIEWER_PORT));

@@ -15,6 +15,7 @@ use mmsim_solvers::{BundledStrategy, Tolerance};
 use crate::args::{MisreadArgs, UsageError, each_once, one_of, parse_seconds};
 use crate::interrupt::StopFlag;
 use crate::local_server::raise_file_limit;
+use crate::selection::{DEFAULT_MAZES, MAZES_HELP};
 use crate::solve::strategy_value;
 use crate::terminal::progress_bar;
 
@@ -24,8 +25,7 @@ const MAX_FILES: u64 = 4096;
 /// The mazes, the mice and their limits.
 #[derive(Debug, Args)]
 pub(crate) struct SearchArgs {
-    /// Maze files, folders to search recursively, and words from the path of a maze [default: all
-    /// mazes in ~/.mmsim if there are any, else the bundled mazes]
+    #[arg(value_name = "MAZE", help = format!("{MAZES_HELP} [default: all in {DEFAULT_MAZES}]"))]
     pub(crate) mazes: Vec<PathBuf>,
     /// Run a mouse of your own: a mouse for mms, or a client of the ZeroMQ protocol. The words of
     /// COMMAND may be quoted; may be repeated

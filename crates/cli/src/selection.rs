@@ -1,33 +1,61 @@
-//! Selecting mazes by their paths or by words.
+//! The argument MAZE, which every command reads in the same way.
 
 use std::collections::BTreeSet;
 use std::env;
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::{ErrorKind, Read as _};
+use std::path::{Path, PathBuf, is_separator};
+use std::sync::Once;
 
 use mmsim_compare::NamedMaze;
-use mmsim_formats::{Catalogue, Choice, Entry, ReadError};
+use mmsim_formats::{Catalogue, Choice, Entry, Format, ReadError};
 use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
+use crate::args::extension;
 use crate::output::{own_command, warn, warn_error};
+
+/// The help for the MAZE of a command that takes one maze.
+pub(crate) const MAZE_HELP: &str = "\
+    Maze file, folder (its first maze with a reachable goal), words from the path of a maze, or a \
+    folder and words";
+
+/// The help for the MAZE of a command that takes several mazes.
+pub(crate) const MAZES_HELP: &str = "\
+    Maze files, folders to search recursively, words from the path of a maze, or a folder and words \
+    in quotes";
+
+/// The mazes that a command uses without MAZE, for its help.
+pub(crate) const DEFAULT_MAZES: &str = "~/.mmsim if it has mazes, else the bundled mazes";
 
 /// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
+
+/// The first bytes of a recording.
+const RECORDING_START: &[u8] = b"\x89MCAP0\r\n";
 
 /// Returns the default folder of mazes, or `None` if the user has no home folder.
 pub(crate) fn home_folder() -> Option<PathBuf> {
     Some(env::home_dir()?.join(HOME_FOLDER))
 }
 
-/// A collection of mazes.
-pub(crate) struct Collection {
+/// Joins the words of a MAZE.
+pub(crate) fn join(words: &[impl AsRef<OsStr>]) -> OsString {
+    words.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(OsStr::new(" "))
+}
+
+/// What MAZE selects: a collection, and the words that the paths of its selected mazes contain.
+pub(crate) struct Selection {
+    /// The mazes of the file or folder, or the default mazes.
     pub(crate) catalogue: Catalogue,
     /// The path of the collection, or an empty path for the bundled mazes.
     path: PathBuf,
     /// True for the collection in the user's home folder. If this collection has no matching maze,
     /// the bundled mazes are searched.
     is_default: bool,
+    words: String,
 }
 
 /// Returns a maze that was read from an entry, with its path and name.
@@ -38,56 +66,89 @@ fn named(entry: &Entry, maze: Maze) -> NamedMaze {
 /// The reason why no maze was selected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SelectionError {
-    #[error(
-        "no maze matches {words:?} in {location} (list the {} with {list})",
-        counted(*count, "file")
-    )]
-    NoMatch { words: String, count: usize, location: String, list: String },
+    #[error("no maze matches {words:?} in {location} ({hint})")]
+    NoMatch { words: String, location: String, hint: String },
     #[error("no mazes in {location}")]
     Empty { location: String },
+    #[error("no such file or folder: {path}")]
+    Missing { path: String },
+    #[error(
+        "{file} is a file, so {words:?} cannot follow it (only a folder can be followed by words)"
+    )]
+    WordsAfterFile { file: String, words: String },
+    #[error("{} is a recording, not a maze (view it with {replay})", path.display())]
+    Recording { path: PathBuf, replay: String },
     #[error("{0}")]
     Unreadable(#[from] ReadError),
 }
 
-impl Collection {
-    /// Returns the mazes at `path`. Without a path, returns the mazes in the user's folder, or the
-    /// bundled mazes if that folder has none.
-    pub(crate) fn at(path: Option<&Path>) -> Result<Self, SelectionError> {
-        Self::encoded(path, Choice::default())
+impl Selection {
+    /// Returns what MAZE selects: the path of a file or a folder, words from the path of a maze in the
+    /// default collection, or a folder followed by words. An empty MAZE selects the default
+    /// collection: the mazes in the user's folder, or the bundled mazes if that folder has none.
+    pub(crate) fn read(maze: &OsStr) -> Result<Self, SelectionError> {
+        Self::encoded(maze, Choice::default())
     }
 
-    /// Returns the same mazes as [`at`](Self::at), with a choice of the encoding of numbers.
-    fn encoded(path: Option<&Path>, choice: Choice) -> Result<Self, SelectionError> {
-        let Some(path) = path else {
-            return Ok(Self::from_home(choice).unwrap_or_else(Self::bundled));
-        };
-        let catalogue = Catalogue::from_encoded(path, choice)?;
-        Ok(Self { catalogue, path: path.into(), is_default: false })
+    /// Returns the same selection as [`read`](Self::read), with a choice of the encoding of numbers.
+    pub(crate) fn encoded(maze: &OsStr, choice: Choice) -> Result<Self, SelectionError> {
+        if Path::new(maze).exists() {
+            return Self::at(Path::new(maze), choice);
+        }
+        let text = maze.to_string_lossy();
+        let splits = || text.match_indices(' ').rev().map(|(at, _)| (&text[..at], &text[at + 1..]));
+        if let Some((folder, words)) = splits().find(|(folder, _)| Path::new(folder).is_dir()) {
+            return Ok(Self { words: words.into(), ..Self::at(Path::new(folder), choice)? });
+        }
+        if let Some((file, words)) = splits().find(|(file, _)| Path::new(file).exists()) {
+            return Err(SelectionError::WordsAfterFile { file: file.into(), words: words.into() });
+        }
+        let default = Self::from_home(choice).unwrap_or_else(Self::bundled);
+        if is_path(&text) && !default.has_file(&text) {
+            let ends = |at: usize| text[..at].ends_with(is_separator);
+            let end = text.match_indices(' ').map(|(at, _)| at).find(|&at| ends(at));
+            return Self::at(Path::new(&text[..end.unwrap_or(text.len())]), choice);
+        }
+        Ok(Self { words: text.into(), ..default })
     }
 
-    /// Returns the maze with this name in the collection at `path`. Without a path, returns the maze
-    /// in the file `name` if it exists, else a maze of the default collection.
-    pub(crate) fn find(
-        name: &str,
-        path: Option<&Path>,
-        choice: Choice,
-    ) -> Result<NamedMaze, SelectionError> {
-        let file = Some(Path::new(name)).filter(|file| file.exists() && !file.is_dir());
-        Self::encoded(path.or(file), choice)?.select(name)
+    /// Returns the mazes of a file or folder.
+    fn at(path: &Path, choice: Choice) -> Result<Self, SelectionError> {
+        let catalogue = Catalogue::from_encoded(path, choice).map_err(|error| match &error {
+            ReadError::Io { source, .. }
+                if [ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&source.kind()) =>
+            {
+                SelectionError::Missing { path: path.display().to_string() }
+            }
+            _ => error.into(),
+        })?;
+        if let [entry] = catalogue.entries()
+            && entry.path() == path
+            && entry.parsed().is_err()
+            && is_recording(path)
+        {
+            let replay = own_command(&format!("replay {}", path.display()));
+            return Err(SelectionError::Recording { path: path.into(), replay });
+        }
+        Ok(Self { catalogue, path: path.into(), is_default: false, words: String::new() })
     }
 
     fn from_home(choice: Choice) -> Option<Self> {
+        static WARNING: Once = Once::new();
         let path = home_folder()?;
         let catalogue = Catalogue::from_encoded(&path, choice).ok()?;
         if catalogue.entries().iter().any(|entry| entry.maze().is_ok()) {
-            return Some(Self { catalogue, path, is_default: true });
+            return Some(Self { catalogue, path, is_default: true, words: String::new() });
         }
-        warn(format_args!("no mazes in {}; using the bundled mazes", path.display()));
+        WARNING.call_once(|| {
+            warn(format_args!("no mazes in {}; using the bundled mazes", path.display()));
+        });
         None
     }
 
     fn bundled() -> Self {
-        Self { catalogue: Catalogue::bundled(), path: PathBuf::new(), is_default: false }
+        let (catalogue, path) = (Catalogue::bundled(), PathBuf::new());
+        Self { catalogue, path, is_default: false, words: String::new() }
     }
 
     /// Returns true for the bundled mazes.
@@ -103,47 +164,119 @@ impl Collection {
         }
     }
 
-    /// Returns the first maze whose path contains all `words`. If `words` is empty, returns the
-    /// first maze with a reachable goal, or the first maze if no goal is reachable. If the user's
-    /// folder has no such maze, searches the bundled mazes. Skips unreadable files and prints a
-    /// warning with the number of skipped files.
-    pub(crate) fn select(&self, words: &str) -> Result<NamedMaze, SelectionError> {
-        let any = words.trim().is_empty();
-        let (mut unreadable, mut fallback) = (Vec::new(), None);
+    /// Returns true if a maze of the collection, or a bundled maze, is in a file with this name.
+    fn has_file(&self, name: &str) -> bool {
+        let all = self.all_entries();
+        all.iter().any(|entry| entry.path().file_name() == Some(OsStr::new(name)))
+    }
+
+    /// Returns all entries of the collection and, for the default collection, the bundled mazes.
+    fn all_entries(&self) -> Vec<Entry> {
+        let bundled = self.is_default.then(Catalogue::bundled).unwrap_or_default();
+        self.catalogue.entries().iter().chain(bundled.entries()).cloned().collect()
+    }
+
+    /// Returns the entries whose path contains all words, including unreadable ones. If the user's
+    /// folder has none, returns those of the bundled mazes.
+    pub(crate) fn matching(&self) -> Result<Vec<Entry>, SelectionError> {
         let (location, count) = (self.location(), self.catalogue.entries().len());
         info!("{count} files in {location}");
-        let found = self.catalogue.matching(words).find_map(|entry| {
-            let maze = entry.maze().map_err(|error| unreadable.push(error)).ok()?;
-            let is_wanted = !any || MazeFacts::new(&maze).shortest_path.is_some();
-            let selected = named(entry, maze);
-            if is_wanted {
-                return Some(selected);
-            }
-            fallback.get_or_insert(selected);
-            None
-        });
-        let Some(selected) = found.or(fallback) else {
-            if self.is_default
-                && unreadable.is_empty()
-                && let Ok(bundled) = Self::bundled().select(words)
-            {
-                return Ok(bundled);
-            }
-            return Err(match unreadable.into_iter().next() {
-                Some(error) => error.into(),
-                None if count == 0 => SelectionError::Empty { location },
-                None => {
-                    let list = own_command(&format!("mazes list {}", self.path.display()));
-                    SelectionError::NoMatch { words: words.into(), count, location, list }
-                }
-            });
-        };
-        if let Some(error) = unreadable.first() {
-            let count = counted(unreadable.len(), "unreadable file");
-            warn(format_args!("skipped {count} in {location}; first error: {error}"));
+        let find = |catalogue: &Catalogue| catalogue.matching(&self.words).cloned().collect();
+        let mut found: Vec<Entry> = find(&self.catalogue);
+        if found.is_empty() && self.is_default {
+            found = find(&Catalogue::bundled());
         }
-        Ok(selected)
+        match found.is_empty() {
+            false => Ok(found),
+            true if count == 0 => Err(SelectionError::Empty { location }),
+            true => {
+                let hint = self.similar().map(|name| format!("did you mean {name}?"));
+                let hint = hint.unwrap_or_else(|| {
+                    let list = own_command(&format!("mazes list {}", self.path.display()));
+                    format!("list the {} with {list}", counted(count, "file"))
+                });
+                Err(SelectionError::NoMatch { words: self.words.clone(), location, hint })
+            }
+        }
     }
+
+    /// Returns words that are similar to the given ones and match a maze.
+    fn similar(&self) -> Option<String> {
+        let all = self.all_entries();
+        let names: Vec<String> = all.iter().map(|entry| entry.name().to_lowercase()).collect();
+        let known = || names.iter().flat_map(|name| name.split(|c: char| !c.is_alphanumeric()));
+        let correct = |word: &str| {
+            let word = word.to_lowercase();
+            if names.iter().any(|name| name.contains(&word)) {
+                return Some(word);
+            }
+            let typos = |other: &&str| strsim::damerau_levenshtein(&word, other);
+            let nearest = known().min_by_key(typos)?;
+            (typos(&nearest) <= 2.min(word.chars().count() / 3)).then(|| nearest.into())
+        };
+        let words: Vec<String> =
+            self.words.split_whitespace().map(correct).collect::<Option<_>>()?;
+        names
+            .iter()
+            .any(|name| words.iter().all(|word| name.contains(word)))
+            .then(|| words.join(" "))
+    }
+
+    /// Returns the first maze whose path contains all words. Without words, returns the first maze
+    /// with a reachable goal, or the first maze if no goal is reachable. Skips unreadable files and
+    /// prints a warning with the number of skipped files.
+    pub(crate) fn first(&self) -> Result<NamedMaze, SelectionError> {
+        let entry = self.first_entry()?;
+        Ok(named(&entry, entry.maze()?))
+    }
+
+    /// Returns the entry of the [`first`](Self::first) maze.
+    pub(crate) fn first_entry(&self) -> Result<Entry, SelectionError> {
+        let (location, entries) = (self.location(), self.matching()?);
+        let (readable, unreadable): (Vec<&Entry>, Vec<&Entry>) =
+            entries.iter().partition(|entry| entry.parsed().is_ok());
+        let has_path = |entry: &&&Entry| {
+            let parsed = entry.parsed();
+            parsed.is_ok_and(|parsed| MazeFacts::new(&parsed.maze).shortest_path.is_some())
+        };
+        let with_path = if self.has_words() { None } else { readable.iter().find(has_path) };
+        let error = unreadable.first().and_then(|entry| entry.parsed().err());
+        match (with_path.or(readable.first()), error) {
+            (Some(&entry), None) => Ok(entry.clone()),
+            (Some(&entry), Some(error)) => {
+                let count = counted(unreadable.len(), "unreadable file");
+                warn(format_args!("skipped {count} in {location}; first error: {error}"));
+                Ok(entry.clone())
+            }
+            (None, Some(error)) => Err(error.clone().into()),
+            (None, None) => Err(SelectionError::Empty { location }),
+        }
+    }
+
+    /// Returns the entries that a command for many mazes uses: all of the collection or, if there are
+    /// words, the first one.
+    pub(crate) fn entries(&self) -> Result<Vec<Entry>, SelectionError> {
+        if self.has_words() { Ok(vec![self.first_entry()?]) } else { self.matching() }
+    }
+
+    fn has_words(&self) -> bool {
+        !self.words.trim().is_empty()
+    }
+}
+
+/// Returns true if a text is meant as a path, not as words.
+fn is_path(text: &str) -> bool {
+    let path = Path::new(text);
+    let is_known = Format::from_path(path).is_some()
+        || ["maze", "csv", "mcap"].contains(&&extension(path)[..]);
+    is_known || text.contains(is_separator) || text.starts_with('~') || [".", ".."].contains(&text)
+}
+
+/// Returns true if a file begins like a recording.
+pub(crate) fn is_recording(file: &Path) -> bool {
+    let mut start = [0; RECORDING_START.len()];
+    let read = File::open(file).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == RECORDING_START
 }
 
 /// The readable mazes, in the order in which the command line names them.
@@ -154,15 +287,20 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Reads the mazes that `names` select. Each name is a file, a folder, or words from the path
-    /// of a maze. Unreadable mazes are reported on stderr and skipped.
+    /// Reads the mazes that the MAZEs `names` select. Names that are words of the path of one maze
+    /// select this maze. Unreadable mazes are reported on stderr and skipped.
     pub(crate) fn read(names: &[PathBuf]) -> Self {
         let mut inputs = Self { mazes: Vec::new(), all_readable: true };
+        let is_word = |name: &PathBuf| !name.exists() && !is_path(&name.to_string_lossy());
+        if names.len() > 1
+            && names.iter().all(is_word)
+            && let Ok(maze) = Selection::read(&join(names)).and_then(|selection| selection.first())
+        {
+            inputs.mazes.push(maze);
+            return inputs;
+        }
         for name in names {
-            let read = if name.exists() { inputs.read_path(name) } else { inputs.find(name) };
-            if let Err(error) = read {
-                inputs.skip(&error);
-            }
+            inputs.read_one(name.as_os_str());
         }
         inputs
     }
@@ -172,37 +310,21 @@ impl Inputs {
     pub(crate) fn read_distinct_or_default(names: &[PathBuf]) -> Self {
         let mut inputs = Self::read(names);
         if names.is_empty() {
-            match Collection::at(None) {
-                Ok(collection) => inputs.read_all(&collection.catalogue),
-                Err(error) => inputs.skip(&error),
-            }
+            inputs.read_one(OsStr::new(""));
         }
         let mut paths = BTreeSet::new();
         inputs.mazes.retain(|selected| paths.insert(selected.path.clone()));
         inputs
     }
 
-    fn read_path(&mut self, path: &Path) -> Result<(), SelectionError> {
-        let catalogue = Catalogue::from_path(path)?;
-        if catalogue.entries().is_empty() {
-            return Err(SelectionError::Empty { location: path.display().to_string() });
-        }
-        self.read_all(&catalogue);
-        Ok(())
-    }
-
-    fn read_all(&mut self, catalogue: &Catalogue) {
-        for entry in catalogue.entries() {
-            match entry.maze() {
+    fn read_one(&mut self, name: &OsStr) {
+        match Selection::read(name).and_then(|selection| selection.entries()) {
+            Ok(entries) => entries.iter().for_each(|entry| match entry.maze() {
                 Ok(maze) => self.mazes.push(named(entry, maze)),
                 Err(error) => self.skip(&error.into()),
-            }
+            }),
+            Err(error) => self.skip(&error),
         }
-    }
-
-    fn find(&mut self, words: &Path) -> Result<(), SelectionError> {
-        self.mazes.push(Collection::at(None)?.select(&words.to_string_lossy())?);
-        Ok(())
     }
 
     fn skip(&mut self, error: &SelectionError) {
@@ -224,23 +346,29 @@ mod tests {
         let closed = "o---o---o\n| S | G |\no---o---o\n";
         write("a-closed.txt", closed);
         write("b-damaged.txt", "o---o\n| S \no---o\n");
-        let collection = || Collection::at(Some(folder.path())).unwrap();
-        assert_eq!(collection().select("").unwrap().name, "a-closed", "fallback");
+        let path = folder.path().as_os_str();
+        let first = |words: &str| {
+            let maze = if words.is_empty() { path.into() } else { join(&[path, words.as_ref()]) };
+            Selection::read(&maze).and_then(|selection| selection.first())
+        };
+        assert_eq!(first("").unwrap().name, "a-closed", "fallback");
         write("c-open.txt", "o---o---o\n| S   G |\no---o---o\n");
-        assert_eq!(collection().select("").unwrap().name, "c-open");
-        assert_eq!(collection().select("A CLOSED").unwrap().name, "a-closed");
-        let error = collection().select("damaged").unwrap_err().to_string();
+        assert_eq!(first("").unwrap().name, "c-open");
+        assert_eq!(first("A CLOSED").unwrap().name, "a-closed");
+        let error = first("damaged").unwrap_err().to_string();
         assert!(error.contains("b-damaged.txt: line 2, column 5: expected "), "{error}");
-        let error = collection().select("no such").unwrap_err().to_string();
+        let error = first("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
+        assert!(first("oepn").unwrap_err().to_string().ends_with(" (did you mean open?)"));
     }
 
     #[test]
     fn empty_folder_has_no_maze() {
         let folder = tempfile::tempdir().unwrap();
-        let error =
-            Collection::at(Some(folder.path())).unwrap().select("").unwrap_err().to_string();
+        let read = |path: &Path| Selection::read(path.as_os_str())?.first();
+        let error = read(folder.path()).unwrap_err().to_string();
         assert!(error.starts_with("no mazes in "), "{error}");
-        assert!(Collection::at(Some(&folder.path().join("none"))).is_err());
+        let error = read(&folder.path().join("none")).unwrap_err().to_string();
+        assert!(error.starts_with("no such file or folder: "), "{error}");
     }
 }

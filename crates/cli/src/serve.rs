@@ -1,19 +1,22 @@
 //! `mmsim`: serve a maze.
 
 use std::error::Error;
+use std::ffi::OsString;
 
 use clap::{Args, Command};
 use mmsim_protocol::Info;
 use mmsim_viewer::ViewerConfig;
 use serde::Serialize;
 
-use crate::args::{CommandResult, ServerArgs};
+use crate::args::{CommandResult, ServerArgs, UsageError};
 use crate::local_server::{ReadyServer, prepare};
 use crate::output::{note, own_command, print_json};
-use crate::selection::{Collection, SelectionError};
+use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, SelectionError, join};
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
+    #[arg(value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
+    pub(crate) maze: Vec<OsString>,
     /// Host name or address to listen on; * for all interfaces
     #[arg(short = 'H', long, default_value = "127.0.0.1")]
     host: String,
@@ -25,14 +28,13 @@ pub(crate) struct ServeArgs {
     json: bool,
 }
 
-/// Serves a maze. If the given path does not exist, the error may suggest one of `commands`.
+/// Serves a maze. If the words match none, the error may suggest one of `commands`.
 pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
-    let collection = Collection::at(args.server.mazes.as_deref())
-        .map_err(|error| with_suggestion(error, args, commands))?;
-    let ServerArgs { words, port, retention, viewer, misread, .. } = &args.server;
-    let selected = collection.select(&words.join(" "))?;
-    let is_bundled = collection.is_bundled();
-    let config = ViewerConfig::default().with_mazes(collection.catalogue);
+    let selection = Selection::read(&join(&args.maze))?;
+    let selected = selection.first().map_err(|error| no_such(error, &args.maze, commands))?;
+    let ServerArgs { port, retention, viewer, misread } = &args.server;
+    let is_bundled = selection.is_bundled();
+    let config = ViewerConfig::default().with_mazes(selection.catalogue);
     let address = (&args.host[..], *port);
     let ReadyServer { server, mut simulation, interrupt, page } =
         prepare(selected, misread.misreadings(), config, address, retention, Some(viewer), None)?;
@@ -59,18 +61,23 @@ struct ServerReport<'a> {
     maze: Info,
 }
 
-/// Adds a suggestion to the error if the given path does not exist.
-fn with_suggestion(error: SelectionError, args: &ServeArgs, commands: &Command) -> Box<dyn Error> {
-    let missing = args.server.mazes.iter().filter(|path| !path.exists());
-    match missing.filter_map(|path| path.to_str()).find_map(|word| suggest(word, commands)) {
-        Some(suggestion) => format!("{error}{suggestion}").into(),
-        None => error.into(),
+/// Returns another error if the words may be meant as a command, a usage error if one is similar.
+fn no_such(error: SelectionError, maze: &[OsString], commands: &Command) -> Box<dyn Error> {
+    let (words, hint) = match error {
+        SelectionError::NoMatch { words, hint, .. } if join(maze) == *words => (words, hint),
+        _ => return error.into(),
+    };
+    let first = words.split(' ').next().unwrap_or_default();
+    match suggest(first, commands) {
+        Some(suggestion) => {
+            UsageError::new("", format!("no such command or maze: {first:?}{suggestion}")).into()
+        }
+        None => format!("no such command or maze: {words:?} ({hint})").into(),
     }
 }
 
-/// Returns a suggestion for the unknown command `mmsim WORD`. The suggestion is a command with a
-/// similar name, a subcommand of `mmsim mazes` with a similar name, or `--maze WORD` if a maze
-/// matches, in that order of preference.
+/// Returns a suggestion for the unknown command `mmsim WORD`: a command with a similar name, or else a
+/// subcommand of `mmsim mazes`.
 pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
     let similar = |commands: &Command, typos: usize| {
         let mut names = commands.get_subcommands().map(Command::get_name);
@@ -78,11 +85,6 @@ pub(crate) fn suggest(word: &str, commands: &Command) -> Option<String> {
         name.map(str::to_string)
     };
     let for_mazes = || Some(format!("mazes {}", similar(commands.find_subcommand("mazes")?, 1)?));
-    let arguments = if let Some(command) = similar(commands, 2).or_else(for_mazes) {
-        format!("{command} …")
-    } else {
-        Collection::at(None).ok()?.select(word).ok()?;
-        format!("--maze {word}")
-    };
-    Some(format!(" (did you mean {}?)", own_command(&arguments)))
+    let command = similar(commands, 2).or_else(for_mazes)?;
+    Some(format!(" (did you mean {}?)", own_command(&format!("{command} …"))))
 }

@@ -27,7 +27,7 @@ fn check(
 fn the_server_has_no_faults() {
     let home = Home::new();
     for (maze, size) in [("harbour", "16x16"), ("first steps", "8x8"), ("old quarter", "32x32")] {
-        let server = home.serve(&["--port", "0", "--maze", maze]);
+        let server = home.serve(&["--port", "0", maze]);
         let command = ["check-server", &server.address, "--size", size, "--timeout", "300"];
         let ended = home.run(&command);
         assert_eq!((ended.code, &*ended.stderr), (Some(0), ""), "{ended:?}");
@@ -52,7 +52,7 @@ fn the_server_has_no_faults() {
 #[test]
 fn the_endpoint_may_be_in_the_environment() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "harbour"]);
+    let server = home.serve(&["--port", "0", "harbour"]);
     let mut command = home.command(&["check-server"]);
     let ended = mmsim_tests::output(command.env("MMSIM_ENDPOINT", &server.address));
     assert!(ended.status.success(), "{ended:?}");
@@ -179,7 +179,7 @@ fn malformed_requests_must_be_refused() {
 #[test]
 fn a_maze_of_another_size_is_a_fault() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "first steps"]);
+    let server = home.serve(&["--port", "0", "first steps"]);
     let ended = home.run(&["check-server", &server.address, "--timeout", "300"]);
     assert_eq!(ended.code, Some(1));
     let fault = "expected \"ok\", found \"error: expected a state of 134 bytes for a maze of 8x8 \

@@ -125,7 +125,7 @@ fn every_form_of_help_works() {
     for arguments in [&["help"][..], &["--help"], &["-q", "help"], &["no-such-folder", "--help"]] {
         let ended = home.run(arguments);
         assert_eq!(ended.code, Some(0), "{arguments:?}: {ended:?}");
-        assert!(ended.stdout.contains("Usage: mmsim [OPTIONS] [MAZES]"), "{ended:?}");
+        assert!(ended.stdout.contains("Usage: mmsim [OPTIONS] [MAZE]..."), "{ended:?}");
     }
     for arguments in [&["help", "solve"][..], &["solve", "--help"], &["help", "mazes", "check"]] {
         let ended = home.run(arguments);
@@ -138,20 +138,19 @@ fn suggests_similar_commands() {
     let home = Home::new();
     let messages = |name| home.run(&[name]).stderr;
     assert!(
-        messages("sovle").ends_with(" (did you mean `mmsim solve …`?)\n"),
+        messages("sovle").contains(" (did you mean `mmsim solve …`?)\n"),
         "{}",
         messages("sovle")
     );
     assert!(!messages("my-mazes").contains("mean"), "{}", messages("my-mazes"));
     assert!(
-        messages("fetch").ends_with(" (did you mean `mmsim mazes fetch …`?)\n"),
+        messages("fetch").contains(" (did you mean `mmsim mazes fetch …`?)\n"),
         "{}",
         messages("fetch")
     );
-    assert!(messages("harbour").ends_with(" (did you mean `mmsim --maze harbour`?)\n"));
     let ended = home.run(&["slove", "flood-fill"]);
     assert_eq!(ended.code, Some(2));
-    let expected = "no such command, file or folder: \"slove\" (did you mean `mmsim solve …`?)\n";
+    let expected = "no such command or maze: \"slove\" (did you mean `mmsim solve …`?)\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
     let ended = home.run(&["solve", "swing", "--connect", "tcp://127.0.0.1:1", "--timeout", "0.1"]);
     assert!(ended.stderr.ends_with(" (start a simulator with `mmsim`)\n"), "{ended:?}");

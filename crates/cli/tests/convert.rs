@@ -86,8 +86,8 @@ fn assumptions_about_the_input_are_reported() {
     assert_eq!(unknown.stderr, "dot.maze: 1 unknown wall read as open\n");
     let errors = |input: &str| home.run(&["mazes", "convert", input, "out.num"]).stderr;
     insta::assert_snapshot!(errors("bad.txt"), @r#"mmsim: bad.txt: line 3, column 2: expected a wall or blanks, found "-- ""#);
-    insta::assert_snapshot!(errors("."), @"mmsim: . is a folder, not a maze file");
-    assert!(errors("missing.txt").starts_with("mmsim: cannot read missing.txt: "));
+    insta::assert_snapshot!(errors("."), @"mmsim: . is a folder, not a maze (add words of its path)");
+    assert!(errors("missing.txt").starts_with("mmsim: no such file or folder: missing.txt\n"));
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn every_reading_of_an_ambiguous_file_can_be_written() {
         let written = home.run(&[&["mazes", "convert", "rows.txt", "-"][..], &options].concat());
         assert_eq!((written.code, &written.stdout[..]), (Some(0), maze));
         assert!(refused[0].contains(&format!("\n{}\n{maze}", options.join(" "))), "{refused:?}");
-        for words in [&["rows.txt"][..], &["rows", "--mazes", "."]] {
+        for words in [&["rows.txt"][..], &[".", "rows"]] {
             let show = [&["mazes", "show", "--json"], words, &options].concat();
             assert_eq!(home.run(&show).json()["maze"], maze);
         }

@@ -62,7 +62,11 @@ fn errors_keep_the_old_file() {
     for (arguments, code, error) in [
         (["no.mcap", "-o", "old.html"], 1, "mmsim: no.mcap: cannot be read: "),
         (["rubbish.mcap", "-o", "old.html"], 1, "mmsim: rubbish.mcap: "),
-        (["small.txt", "-o", "old.html"], 1, "mmsim: small.txt: "),
+        (
+            ["small.txt", "-o", "old.html"],
+            1,
+            "mmsim: small.txt is a maze, not a recording (show it",
+        ),
         (["run.mcap", "-o", "no/a.html"], 1, "mmsim: cannot write no/a.html: "),
         (["run.mcap", "-o", "run.gif"], 2, "expected a file ending in .html or .mcap, found .gif"),
         (["run.mcap", "--history-limit", "0"], 2, "0 is not in 1.."),

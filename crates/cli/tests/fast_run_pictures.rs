@@ -108,7 +108,7 @@ fn errors_keep_the_old_file() {
         (&["mazes/small.txt", "-o", "a.jpeg"], 2, "expected a file ending in .svg, .png or .gif"),
         (&["mazes/small.txt", "--width", "300"], 2, "--output <FILE>"),
         (&["mazes/small.txt", "--theme", "dark"], 2, "--output <FILE>"),
-        (&["no.txt", "-o", "old.gif"], 1, "no maze matches"),
+        (&["no.txt", "-o", "old.gif"], 1, "no such file or folder: no.txt"),
     ] {
         let ended = home.run(&[&["fast-run"], arguments].concat());
         assert_eq!(ended.code, Some(code), "{arguments:?}: {}", ended.stderr);

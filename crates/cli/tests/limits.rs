@@ -28,7 +28,7 @@ fn figure(process: u32, key: &str) -> Option<u64> {
 fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
     let home = Home::new();
     // The history limit exceeds the memory limit of the system, so that an allocation fails.
-    let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000", "--record", "r"];
+    let options = ["-p", "0", "hedgerow", "--history-limit", "100000", "--record", "r"];
     // Of this, the threads that record take up to 16 MiB.
     let (server, max) = serve_with(&home, &options, 64 * MIB);
     for _ in 0..2 {
@@ -66,7 +66,7 @@ fn serve_with(home: &Home, options: &[&str], free: u64) -> (Serving, u64) {
 #[test]
 fn a_larger_limit_stores_more_states() {
     let home = Home::new();
-    let options = ["-p", "0", "--maze", "hedgerow", "--history-limit", "100000"];
+    let options = ["-p", "0", "hedgerow", "--history-limit", "100000"];
     let mut fewer = 0;
     // By default, glibc reserves at least 64 MiB for each thread.
     for free in [48, 80, 112, 144] {
@@ -107,7 +107,7 @@ fn a_shortage_of_open_files_is_no_verdict_on_a_mouse() {
 #[test]
 fn the_default_limit_is_below_that_of_the_process() {
     let home = Home::new();
-    let server = home.server(&["-p", "0", "--maze", "hedgerow"]);
+    let server = home.server(&["-p", "0", "hedgerow"]);
     for option in ["-v", "-d"] {
         let limited = limited(&server, &format!("{option} {}", 1 << 20));
         let messages = Serving::start(limited, "states").messages.clone();
@@ -276,7 +276,7 @@ fn open_recordings_share_the_limit() {
 fn the_annotations_of_all_clients_are_stored_recorded_and_shown() {
     const LINES: usize = 4;
     let home = Home::new();
-    let arguments = ["-p", "0", "--maze", "hedgerow", "--record", "r", "--viewer-port", "0"];
+    let arguments = ["-p", "0", "hedgerow", "--record", "r", "--viewer-port", "0"];
     let mut server = home.serve_until(&arguments, "watch at http://");
     let page = server.messages.split("watch at http://").nth(1).unwrap().trim().to_string();
     let line = [&b"L\xe8\x03"[..], &[b'x'; 1000]].concat();
@@ -319,8 +319,7 @@ fn empty_log_lines_take_no_more_memory_than_the_limit() {
     const LINES: u64 = 1365;
     let home = Home::new();
     let limit = LIMIT_MIB.to_string();
-    let arguments =
-        ["-p", "0", "--maze", "hedgerow", "--history-limit", &limit, "--viewer-port", "0"];
+    let arguments = ["-p", "0", "hedgerow", "--history-limit", &limit, "--viewer-port", "0"];
     let server = home.serve_until(&arguments, "watch at http://");
     let page = server.messages.split("watch at http://").nth(1).unwrap().trim();
     let before = figure(server.id(), "VmHWM").unwrap();

@@ -55,7 +55,7 @@ fn the_same_seed_gives_the_same_search_in_each_command() {
             assert!(optimal("known_run_time_s", "optimal_time_s"), "{bundled}");
         }
         let bundled = search(&reports, "flood-fill");
-        let serving = home.serve(&[&["--port", "0", "--maze", "harbour"], &options[..]].concat());
+        let serving = home.serve(&[&["--port", "0", "harbour"], &options[..]].concat());
         let solve = ["solve", "flood-fill", "--recover", "--json", "--connect"];
         for _ in 0..2 {
             let solved = home.run(&[&solve[..], &[&serving.address]].concat()).json();
@@ -121,7 +121,7 @@ sys.exit(found != ['true', 'true', 'ack', 'true', 'ack', 'true', 'ack', 'crash']
     let reports = home.run(&[&compare[..], &always].concat()).json();
     let found = search(&reports, "mouse");
     assert_eq!((&found["goal_reached"], &found["crashes"]), (&json!(true), &json!(1)), "{found}");
-    let mms = ["mms", "maze.txt", "--port", "0", "--no-viewer"];
+    let mms = ["mms", "--maze", "maze.txt", "--port", "0", "--no-viewer"];
     let arguments = [&mms[..], &always, &["--", "python3", "mouse.py"]].concat();
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(0), "{ended:?}");
@@ -217,7 +217,7 @@ open(sys.argv[1], 'w').write(' '.join(replies))
         let own = format!("{command} '{}'", compared.display());
         let compare = ["compare", maze, "--strategies", "none", "--json", "--mouse", &own];
         home.run(&[&compare[..], &options].concat()).json();
-        let mms = ["mms", maze, "--port", "0", "--no-viewer"];
+        let mms = ["mms", "--maze", maze, "--port", "0", "--no-viewer"];
         let mouse = ["--", "python3", "mouse.py", run.to_str().unwrap()];
         home.run(&[&mms[..], &options, &mouse].concat());
         let [compared, run] = [compared, run].map(|path| std::fs::read_to_string(path).unwrap());

@@ -80,7 +80,7 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
     let (mut lost, mut total) = (0, 0);
     for round in 0..50_u64 {
         let home = Home::new();
-        let mut server = home.serve(&["--port", "0", "--maze", MAZE, "--record", "recordings"]);
+        let mut server = home.serve(&["--port", "0", MAZE, "--record", "recordings"]);
         let address = server.address.clone();
         let (one_by_one, killed) = (round % 2 == 0, AtomicBool::new(false));
         let acknowledged = AtomicU64::new(0);
@@ -126,7 +126,7 @@ fn no_acknowledged_state_is_lost_when_the_server_is_killed() {
 #[cfg_attr(not(unix), allow(unused_mut))]
 fn each_search_is_a_recording_that_can_be_replayed() {
     let home = Home::new();
-    let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "recordings"]);
+    let mut server = home.serve(&["-p", "0", MAZE, "--record", "recordings"]);
     let own = home.path().join("own.mcap");
     let solve = |strategy, more: &[&str]| {
         let arguments = [&["solve", strategy, "--connect", &server.address], more].concat();
@@ -202,7 +202,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
 #[test]
 fn acknowledged_annotations_after_the_last_state_survive_a_kill() {
     let home = Home::new();
-    let mut server = home.serve(&["--port", "0", "--maze", MAZE, "--record", "recordings"]);
+    let mut server = home.serve(&["--port", "0", MAZE, "--record", "recordings"]);
     let client = connect_to(&server.address, zmq::REQ);
     for number in 0..10 {
         assert_eq!(ask(&client, &state(number)), b"ok");
@@ -230,7 +230,7 @@ fn acknowledged_annotations_after_the_last_state_survive_a_kill() {
 #[test]
 fn other_tools_read_the_figures_of_the_mouse() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE]);
+    let server = home.serve(&["-p", "0", MAZE]);
     let solve = |strategy, more: &[&str]| {
         let arguments = [&["solve", strategy, "--connect", &server.address], more].concat();
         assert_eq!(home.run(&arguments).code, Some(0));
@@ -259,7 +259,7 @@ fn other_tools_read_the_figures_of_the_mouse() {
 #[test]
 fn exporting_adds_the_figures_of_the_mouse() {
     let home = Home::new();
-    let mut server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let mut server = home.serve(&["-p", "0", MAZE, "--record", "r"]);
     assert_eq!(home.run(&["solve", "flood-fill", "--connect", &server.address]).code, Some(0));
     server.kill();
     server.wait();
@@ -322,7 +322,7 @@ fn walls_that_the_mouse_has_not_read_are_unknown() {
 #[test]
 fn truncated_recordings_show_their_intact_states() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let server = home.serve(&["-p", "0", MAZE, "--record", "r"]);
     home.run(&["solve", "flood-fill", "--connect", &server.address]);
     let (path, _) = recordings(&home.path().join("r")).swap_remove(0);
     let mut bytes = fs::read(path).unwrap();
@@ -355,7 +355,7 @@ fn truncated_recordings_show_their_intact_states() {
 #[test]
 fn a_full_history_refuses_states_and_a_reset_makes_room() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE, "--history-limit", "1", "--record", "r"]);
+    let server = home.serve(&["-p", "0", MAZE, "--history-limit", "1", "--record", "r"]);
     let socket = connect_to(&server.address, zmq::REQ);
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
     assert!((1900..2100).contains(&states), "{states} states of noise in a mebibyte");
@@ -373,7 +373,7 @@ fn a_full_history_refuses_states_and_a_reset_makes_room() {
 #[test]
 fn a_full_recording_refuses_states_and_a_reset_starts_a_new_one() {
     let home = Home::new();
-    let options = ["-p", "0", "--maze", MAZE, "--record", "r", "--record-limit", "100kB"];
+    let options = ["-p", "0", MAZE, "--record", "r", "--record-limit", "100kB"];
     let server = home.serve(&options);
     let socket = connect_to(&server.address, zmq::REQ);
     let states = (0..1000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();
@@ -396,7 +396,7 @@ fn a_full_recording_refuses_states_and_a_reset_starts_a_new_one() {
 #[test]
 fn a_full_recording_of_a_client_is_closed() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE]);
+    let server = home.serve(&["-p", "0", MAZE]);
     let solve = ["solve", "flood-fill", "--connect", &server.address, "--record", "a.mcap"];
     let ended = home.run(&[&solve[..], &["--record-limit", "20kB"]].concat());
     assert_eq!(ended.code, Some(1), "{ended:?}");
@@ -416,7 +416,7 @@ fn a_full_recording_of_a_client_is_closed() {
 #[test]
 fn a_lost_folder_refuses_states_until_reset() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let server = home.serve(&["-p", "0", MAZE, "--record", "r"]);
     let socket = connect_to(&server.address, zmq::REQ);
     assert_eq!(ask(&socket, &state(0)), b"ok");
     fs::rename(home.path().join("r"), home.path().join("moved")).unwrap();
@@ -446,7 +446,7 @@ fn a_lost_folder_refuses_states_until_reset() {
 #[test]
 fn a_recording_changed_by_another_program_refuses_states_until_reset() {
     let home = Home::new();
-    let server = home.serve(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let server = home.serve(&["-p", "0", MAZE, "--record", "r"]);
     let socket = connect_to(&server.address, zmq::REQ);
     let lengths: [fn(u64) -> u64; 3] = [|_| 0, |length| length / 2, |length| length + 7];
     for (round, length) in lengths.into_iter().enumerate() {
@@ -486,7 +486,7 @@ fn a_full_disk_refuses_states_and_keeps_written_states() {
 #[cfg(unix)]
 fn fill_disk(limit: usize) {
     let home = Home::new();
-    let mmsim = home.server(&["-p", "0", "--maze", MAZE, "--record", "r"]);
+    let mmsim = home.server(&["-p", "0", MAZE, "--record", "r"]);
     let server = Serving::start(limited(&mmsim, &format!("-f {limit}")), "tcp://");
     let socket = connect_to(&server.address, zmq::REQ);
     let states = (0..10_000).take_while(|&number| ask(&socket, &state(number)) == b"ok").count();

@@ -63,7 +63,7 @@ fn mazes_are_selected_by_file_or_words() {
     home.write("mazes/small.txt", MAZE);
     let ended = home.run(&["render", "mazes/small.txt", "-o", "file.svg", "--distances"]);
     assert_eq!((ended.code, &ended.stdout[..], &ended.stderr[..]), (Some(0), "", ""));
-    home.run(&["render", "SMALL", "--mazes", "mazes", "--distances", "-o", "words.svg"]);
+    home.run(&["render", "mazes", "SMALL", "--distances", "-o", "words.svg"]);
     let svg = String::from_utf8(read(&home, "file.svg")).unwrap();
     assert_eq!(svg.as_bytes(), read(&home, "words.svg"));
     assert_eq!(svg.matches("<rect class=\"cell").count(), 6);
@@ -215,10 +215,6 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         (
             &["run.mcap", "--distances", "-o", "a.svg"],
             "run.mcap: --distances needs a maze, not a recording",
-        ),
-        (
-            &["run.mcap", "--mazes", ".", "-o", "a.svg"],
-            "run.mcap: --mazes needs a maze, not a recording",
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
         (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),

@@ -16,7 +16,7 @@ const MMSIM: &str = env!("CARGO_BIN_EXE_mmsim");
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
 
 fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
-    [&["run", "small.txt"], &QUIET[..], options, &["--"], mouse].concat()
+    [&["run", "--maze", "small.txt"], &QUIET[..], options, &["--"], mouse].concat()
 }
 
 /// Returns a command line that searches the maze.
@@ -122,12 +122,12 @@ fn stay_keeps_the_address_for_other_clients() {
 fn a_free_port_is_used_if_the_default_port_is_in_use() {
     let home = home();
     let search = search("{endpoint}");
-    let free = [&["run", "small.txt", "--no-viewer", "--"], &search[..]].concat();
+    let free = [&["run", "--maze", "small.txt", "--no-viewer", "--"], &search[..]].concat();
     let ended = while_default_port_is_in_use(|| home.run(&free));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
-    let given = ["run", "small.txt", "--no-viewer", "--port", "6574", "--"];
+    let given = ["run", "--maze", "small.txt", "--no-viewer", "--port", "6574", "--"];
     let given = [&given, &search[..]].concat();
     let ended = while_default_port_is_in_use(|| home.run(&given));
     assert_eq!(ended.code, Some(1));

@@ -51,9 +51,9 @@ fn words_select_a_maze_in_a_folder_tree() {
         served(&["./mazes", "-p", "0"]).contains("c-open.txt"),
         "the first with a reachable goal"
     );
-    assert!(served(&["./mazes", "-p", "0", "--maze", "CLOSED a"]).contains("a-closed.txt"));
+    assert!(served(&["./mazes", "-p", "0", "CLOSED a"]).contains("a-closed.txt"));
     assert!(served(&["mazes/a-closed.txt", "-p", "0"]).contains("goal unreachable"));
-    let ended = home.run(&["./mazes", "--maze", "no such"]);
+    let ended = home.run(&["./mazes", "no such"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("matches \"no such\""));
     let ended = home.run(&["mazes/b-damaged.txt"]);
@@ -127,7 +127,7 @@ fn an_idle_server_uses_no_processor_time() {
 #[test]
 fn a_closed_stderr_does_not_stop_the_server() {
     let home = Home::new();
-    let server = home.serve_unheard(&["--port", "0", "--maze", "hedgerow"]);
+    let server = home.serve_unheard(&["--port", "0", "hedgerow"]);
     for size in ["8x8", "16x16"] {
         let reaches = size == "16x16";
         let arguments = ["solve", "flood-fill", "--size", size, "--connect", &server.address];

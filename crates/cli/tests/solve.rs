@@ -11,7 +11,7 @@ use serde_json::json;
 #[test]
 fn each_strategy_searches_a_served_maze() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "hedgerow"]);
+    let server = home.serve(&["--port", "0", "hedgerow"]);
     let solve = |strategy| home.run(&["solve", strategy, "--connect", &server.address, "--json"]);
     for (strategy, steps) in [("flood-fill", 191), ("weight-increment", 445), ("left-wall", 301)] {
         let ended = solve(strategy);
@@ -35,7 +35,7 @@ fn each_strategy_searches_a_served_maze() {
 #[test]
 fn the_phases_of_a_search_equal_those_of_its_recording() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "hedgerow"]);
+    let server = home.serve(&["--port", "0", "hedgerow"]);
     let solve = |more: &[&str]| {
         let command = ["solve", "shortest-path-search", "--connect", &server.address];
         home.run(&[&command[..], more].concat())
@@ -89,7 +89,7 @@ fn the_phases_of_a_search_equal_those_of_its_recording() {
 #[test]
 fn a_small_search_prints_what_the_mouse_knows() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "first steps"]);
+    let server = home.serve(&["--port", "0", "first steps"]);
     let ended =
         home.run(&["solve", "flood-fill", "--connect", &server.address, "--goal", "server"]);
     assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
@@ -121,7 +121,7 @@ fn a_small_search_prints_what_the_mouse_knows() {
 #[test]
 fn an_unreached_goal_sets_exit_code_1() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "closed garden"]);
+    let server = home.serve(&["--port", "0", "closed garden"]);
     let solve = |more: &[&str]| {
         home.run(&[&["solve", "flood-fill", "--connect", &server.address][..], more].concat())
     };
@@ -165,13 +165,13 @@ fn a_client_without_a_server_waits_until_the_timeout() {
 #[test]
 fn the_demo_draws_the_last_map_without_a_terminal() {
     let home = Home::new();
-    let ended = home.run(&["demo", "--port", "0", "--once", "--maze", "first steps"]);
+    let ended = home.run(&["demo", "--port", "0", "--once", "first steps"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     insta::assert_snapshot!("demo", ended.stdout);
     home.write("own.txt", "o---o---o\n| S   G |\no---o---o\n");
     let ended = home.run(&["demo", "own.txt", "--port", "0", "--once"]);
     assert!(ended.stdout.contains("goal reached after 1 step, 2 cells visited"), "{ended:?}");
-    let ended = home.run(&["demo", "--port", "0", "--once", "--maze", "closed garden"]);
+    let ended = home.run(&["demo", "--port", "0", "--once", "closed garden"]);
     assert_eq!(ended.code, Some(1), "{ended:?}");
 }
 
@@ -217,7 +217,7 @@ fn a_closed_pipe_does_not_change_the_exit_code() {
 #[test]
 fn a_search_for_the_fastest_run_states_its_proof() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "mirage"]);
+    let server = home.serve(&["--port", "0", "mirage"]);
     let solve = |strategy, options: &[&str]| {
         home.run(&[&["solve", strategy, "--connect", &server.address][..], options].concat())
     };

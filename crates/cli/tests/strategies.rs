@@ -26,7 +26,7 @@ fn at_root(name: &str) -> PathBuf {
 #[test]
 fn the_pictures_match_the_searches() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "left bank"]);
+    let server = home.serve(&["--port", "0", "left bank"]);
     for strategy in STRATEGIES {
         let search = ["solve", strategy, "--connect", &server.address, "--record", strategy];
         assert_eq!(home.run(&search).code, Some(0), "{strategy}");

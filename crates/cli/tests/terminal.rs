@@ -94,7 +94,7 @@ mod on_linux {
     const MESSAGES: &str = "$MMSIM -v mazes show harbour; $MMSIM --nonsense; $MMSIM --help";
 
     /// A map that is redrawn during the search.
-    const MAP: &str = "$MMSIM -q demo --port 0 --once --pace 0 --maze harbour";
+    const MAP: &str = "$MMSIM -q demo --port 0 --once --pace 0 harbour";
 
     /// A comparison with a progress bar. The mouse waits for the file `end`.
     const COMPARE: &str = "$MMSIM compare a.txt --strategies none --time-limit 300 \

@@ -38,7 +38,7 @@ fn reports_the_address_of_the_page() {
     let home = Home::new();
     for arguments in [
         &["--port", "0", "--viewer-port", "0"][..],
-        &["demo", "--port", "0", "--viewer-port", "0", "--maze", "first steps"],
+        &["demo", "--port", "0", "--viewer-port", "0", "first steps"],
     ] {
         let server = home.serve_until(arguments, "watch at http://");
         assert!(page(&server.messages).starts_with("HTTP/1.1 200 OK"), "{arguments:?}");
@@ -103,7 +103,7 @@ fn a_token_is_required_from_other_machines() {
 #[test]
 fn a_recording_is_shown_on_the_page() {
     let home = Home::new();
-    let server = home.serve(&["--port", "0", "--maze", "first steps"]);
+    let server = home.serve(&["--port", "0", "first steps"]);
     let arguments = ["solve", "flood-fill", "--connect", &server.address];
     home.run(&[&arguments[..], &["--goal", "server", "--record", "own.mcap"]].concat());
     let command = home.command(&["replay", "own.mcap", "--serve", "--viewer-port", "0"]);

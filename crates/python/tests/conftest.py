@@ -41,7 +41,7 @@ def serve(mmsim: str) -> Serve:
 
     @contextmanager
     def start(maze: str, *options: str) -> Iterator[dict[str, Any]]:
-        command = [mmsim, "--port", "0", "--no-viewer", "--json", "--maze", maze, *options]
+        command = [mmsim, "--port", "0", "--no-viewer", "--json", maze, *options]
         with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
             assert process.stdout is not None
             try:

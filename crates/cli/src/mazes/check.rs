@@ -1,13 +1,13 @@
 //! `mmsim mazes check`: find problems in maze files.
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::ffi::OsString;
+use std::path::Path;
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_formats::{
-    Catalogue, Encoding, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze,
-    ReadError,
+    Encoding, Entry, Location, Note, NoteKind, ParseError, ParseErrorKind, ParsedMaze, ReadError,
 };
 use mmsim_maze::{Cell, Escaped, Maze, Symmetry, Wall, counted};
 use mmsim_solvers::{MazeFacts, MazeRules, MazeViolation};
@@ -18,7 +18,7 @@ use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
 use crate::output::{drawn_readings, print_report};
-use crate::selection::SelectionError;
+use crate::selection::{MAZES_HELP, Selection, SelectionError};
 
 /// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]
@@ -34,10 +34,13 @@ struct Checked {
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// Maze files, or folders to search recursively; hidden files, and files that look like no
-    /// maze, are skipped in folders
-    #[arg(required = true, value_name = "PATH")]
-    paths: Vec<PathBuf>,
+    #[arg(
+        required = true,
+        value_name = "MAZE",
+        help = format!("{MAZES_HELP}; hidden files, and files that look like no maze, are skipped \
+                        in folders")
+    )]
+    mazes: Vec<OsString>,
     #[command(flatten)]
     encoding: EncodingArgs,
     /// Contest rules for walls, start and goal [default: classic for square mazes of 5x5 to 16x16
@@ -68,17 +71,16 @@ fn rules() -> impl TypedValueParser<Value = Rules> {
 pub(super) fn run(args: &CheckArgs) -> CommandResult {
     let mut seen = MazeIndex::default();
     let mut files = Vec::new();
-    for path in &args.paths {
-        match Catalogue::from_encoded(path, args.encoding.choice()) {
-            Ok(catalogue) if catalogue.entries().is_empty() => {
-                let location = path.display().to_string();
-                files.push(Checked::unread(path, &SelectionError::Empty { location }));
+    for maze in &args.mazes {
+        let selection = Selection::encoded(maze, args.encoding.choice());
+        match selection.and_then(|selection| selection.entries()) {
+            Ok(entries) => {
+                files.extend(entries.iter().map(|entry| Checked::new(entry, args, &mut seen)));
             }
-            Ok(catalogue) => {
-                let entries = catalogue.entries().iter();
-                files.extend(entries.map(|entry| Checked::new(entry, args, &mut seen)));
+            Err(SelectionError::Unreadable(error)) => {
+                files.push(Checked::unread(Path::new(maze), &error));
             }
-            Err(error) => files.push(Checked::unread(path, &error)),
+            Err(error) => files.push(Checked::unread(Path::new(maze), &error)),
         }
     }
     print_report(args.json, &files, || files.iter().map(Checked::text).collect())?;

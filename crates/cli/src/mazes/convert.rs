@@ -4,17 +4,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use mmsim_formats::{Format, NoteKind, ReadError, read_content, read_content_from};
+use mmsim_formats::{Format, NoteKind, ReadError, read_content_from};
 use mmsim_maze::{Cell, CellSet, Maze, counted};
 
 use super::EncodingArgs;
 use super::diff::cells;
 use crate::args::{CommandResult, UsageError, one_of};
 use crate::output::{is_standard, note, replace_or_print, warn};
+use crate::selection::Selection;
 
 #[derive(Debug, Args)]
 pub(super) struct ConvertArgs {
-    /// Maze file; - for stdin
+    /// Maze file, words from the path of a maze, or a folder and words in quotes; - for stdin
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write; - for stdout. The extension .txt, .trial, .maz or .num selects the format,
@@ -57,17 +58,18 @@ pub(super) fn run(args: &ConvertArgs) -> CommandResult {
 }
 
 fn read(path: &Path, encoding: &EncodingArgs) -> Result<Maze, Box<dyn std::error::Error>> {
-    let is_stdin = is_standard(path);
-    let path = if is_stdin { Path::new("stdin") } else { path };
-    let content = if is_stdin {
-        read_content_from(io::stdin().lock(), path)?
-    } else if path.is_dir() {
-        return Err(format!("{} is a folder, not a maze file", path.display()).into());
+    if path.is_dir() {
+        let folder = path.display();
+        return Err(format!("{folder} is a folder, not a maze (add words of its path)").into());
+    }
+    let parsed = if is_standard(path) {
+        let path = Path::new("stdin");
+        let parsed = encoding.choice().read(&read_content_from(io::stdin().lock(), path)?);
+        parsed.map_err(|errors| ReadError::Parse { path: path.into(), errors })?
     } else {
-        read_content(path)?
+        let entry = Selection::encoded(path.as_os_str(), encoding.choice())?.first_entry()?;
+        entry.parsed().map_err(ReadError::clone)?.clone()
     };
-    let parsed = encoding.choice().read(&content);
-    let parsed = parsed.map_err(|errors| ReadError::Parse { path: path.into(), errors })?;
     let unknown = parsed.notes.iter().filter(|note| note.kind == NoteKind::UnknownWall).count();
     if unknown > 0 {
         let walls = counted(unknown, "unknown wall");

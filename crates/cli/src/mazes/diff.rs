@@ -16,11 +16,15 @@ use crate::output::{note, print, print_json, print_report};
 use crate::selection::Inputs;
 use crate::terminal::has_colours;
 
+/// The help for each of the two mazes.
+const DIFF_HELP: &str =
+    "Maze file, folder, words from the path of a maze, or a folder and words in quotes";
+
 #[derive(Debug, Args)]
 pub(super) struct DiffArgs {
-    /// Maze file, folder, or words from the path of a maze
+    #[arg(help = DIFF_HELP)]
     a: PathBuf,
-    /// Maze file, folder, or words from the path of a maze
+    #[arg(help = DIFF_HELP)]
     b: PathBuf,
     /// Print a JSON object or, for folders, a JSON array
     #[arg(long)]

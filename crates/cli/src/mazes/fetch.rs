@@ -116,9 +116,10 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
             "{count} in {folder} (files: {new} new, {replaced} replaced, {unchanged} unchanged, \
              {removed} removed, {skipped} skipped)\n"
         ))?;
-        let place = args.folder.as_ref().map(|folder| format!("{} ", folder.display()));
+        // The separator at the end tells a folder from a command.
+        let place = args.folder.as_ref().map(|folder| format!("{} ", folder.join("").display()));
         let words = Path::new(example).file_stem().unwrap_or_default().display();
-        let serve = own_command(&format!("{}--maze \"{words}\"", place.unwrap_or_default()));
+        let serve = own_command(&format!("{}\"{words}\"", place.unwrap_or_default()));
         print(&format!("serve a maze with {serve}\n"))?;
     }
     Ok(true)

@@ -18,6 +18,7 @@ use crate::args::{
     parse_seconds, wrong_extension,
 };
 use crate::picture::{PictureFile, PictureFormat, parse_picture, themes};
+use crate::selection::MAZES_HELP;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -47,9 +48,7 @@ const PUBLISHED_HELP: &str = "\
 #[command(group(ArgGroup::new("pictures").multiple(true)))]
 #[command(group(ArgGroup::new("own").multiple(true)))]
 pub(crate) struct TrialArgs {
-    /// Maze files, folders to search recursively, or words from a maze's path (~/.mmsim is searched
-    /// first, then the bundled mazes)
-    #[arg(required = true, value_name = "MAZE")]
+    #[arg(required = true, value_name = "MAZE", help = MAZES_HELP)]
     pub(crate) mazes: Vec<PathBuf>,
     /// Bundled robot to run; may be repeated [default: champion, unless you run your own robot]
     #[arg(long, value_name = "NAME", value_parser = robots())]

@@ -94,7 +94,7 @@ fn silent_connections() {
 fn more_connections_than_descriptors() {
     let home = Home::new();
     let mut command = std::process::Command::new("sh");
-    command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --viewer-port 0 --maze \"$1\""]);
+    command.args(["-c", "ulimit -n 64 && exec \"$0\" --port 0 --viewer-port 0 \"$1\""]);
     command.args([env!("CARGO_BIN_EXE_mmsim"), searcher::MAZE]).env("HOME", home.path());
     let target = Target(Serving::start(command, "tcp://"));
     target.run_attack("more connections than descriptors", |address| {

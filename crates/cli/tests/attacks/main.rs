@@ -50,7 +50,7 @@ struct Target(Serving);
 
 impl Target {
     fn start() -> Self {
-        Self(Home::new().serve(&["--port", "0", "--maze", searcher::MAZE]))
+        Self(Home::new().serve(&["--port", "0", searcher::MAZE]))
     }
 
     fn address(&self) -> &str {

@@ -388,7 +388,7 @@ fn is_representative(records: &[Record], at: usize) -> bool {
 fn recordings() -> [Vec<Record>; 2] {
     let home = Home::new();
     home.write("small.txt", MAZE);
-    let mut server = home.serve(&["--port", "0", "--maze", "small", ".", "--record", "kept"]);
+    let mut server = home.serve(&["--port", "0", ".", "small", "--record", "kept"]);
     let client = connect_to(&server.address, zmq::REQ);
     let send =
         |request: &[u8]| assert_eq!(ask(&client, request), b"ok", "{}", request.escape_ascii());

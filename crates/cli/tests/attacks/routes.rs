@@ -456,7 +456,7 @@ fn attack_headers(page: &Page<'_>, routes: &[Route]) {
 
 /// Starts a server, and returns it and the host of its page.
 fn start(home: &Home, options: &[&str]) -> (Target, String) {
-    let arguments = ["--port", "0", "--viewer-port", "0", "--maze", searcher::MAZE];
+    let arguments = ["--port", "0", "--viewer-port", "0", searcher::MAZE];
     let serving = home.serve_until(&[&arguments[..], options].concat(), "watch at http://");
     let host = serving.messages.split("watch at http://").nth(1).unwrap().trim().to_string();
     (Target(serving), host)

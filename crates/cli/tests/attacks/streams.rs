@@ -259,7 +259,8 @@ fn strangers_do_not_disturb_the_mouse_of_a_run() {
         let (home, mut model, rng) = random_maze(*size, number);
         let mouse = ["sh", "-c", "echo mouse at $MMSIM_ENDPOINT >&2; exec sleep 600"];
         model = model.with_mouse(&mouse.join(" "));
-        let options = ["run", "maze.txt", "--port", "0", "--no-viewer", "--record", "r", "--"];
+        let options =
+            ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--record", "r", "--"];
         let command = home.command(&[&options[..], &mouse].concat());
         let (mut server, stderr) = Serving::start_reading(command, "tcp://");
         server.has_mouse = true;

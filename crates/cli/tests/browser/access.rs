@@ -12,7 +12,7 @@ use crate::test_state::TestState;
 
 #[test]
 fn other_sites_can_neither_read_nor_control() {
-    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+    with_page(&["harbour", "--record", "kept"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let states: Vec<_> = (0..3).map(|number| TestState::new(number, maze.size())).collect();
         for state in &states {
@@ -109,7 +109,7 @@ fn other_sites_can_neither_read_nor_control() {
 
 #[test]
 fn hostile_headers_are_refused() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
         let (host, _) = split_url(&simulator.page);
         let own = format!("http://{host}");
@@ -146,8 +146,7 @@ fn hostile_headers_are_refused() {
 fn other_machines_need_the_token() {
     with_browser(|browser| {
         let home = Home::new();
-        let arguments =
-            ["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0", "--maze", "harbour"];
+        let arguments = ["--port", "0", "--viewer-port", "0", "--host", "0.0.0.0", "harbour"];
         let serving = home.serve_until(&arguments, "watch at");
         let address = page_address(&serving);
         let (host, path) = split_url(&address);

@@ -85,7 +85,7 @@ fn search(live: Panel<'_>, simulator: &Simulator) -> usize {
 
 #[test]
 fn each_state_is_above_the_thumb_of_the_slider() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let live = Panel::live(browser);
         let last = search(live, simulator);
         let thumb = Thumb::new(browser);
@@ -126,7 +126,7 @@ fn each_state_is_above_the_thumb_of_the_slider() {
 
 #[test]
 fn the_chart_shows_the_values_at_a_state() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let live = Panel::live(browser);
         let last = search(live, simulator);
         assert_eq!(
@@ -175,7 +175,7 @@ fn the_chart_shows_the_values_at_a_state() {
 /// The chart is drawn about once a second, but its axis always agrees with that of the slider.
 #[test]
 fn the_axis_grows_with_the_run() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let live = Panel::live(browser);
         let last = search(live, simulator);
         let thumb = Thumb::new(browser);

@@ -43,7 +43,7 @@ fn press(browser: &Browser, live: Panel<'_>, key: char, at: usize) {
 
 #[test]
 fn each_event_of_a_search_has_a_mark_at_its_state() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -108,7 +108,7 @@ fn each_event_of_a_search_has_a_mark_at_its_state() {
 
 #[test]
 fn resets_jumps_wrong_walls_and_log_lines_have_marks() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();

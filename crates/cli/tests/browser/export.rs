@@ -84,7 +84,7 @@ fn content(panel: Panel<'_>, at: usize) -> String {
 #[test]
 fn an_exported_page_shows_what_the_server_shows() {
     with_logged_requests(|browser| {
-        let (home, recording) = record(Home::new(), &["--maze", "meadow"], send_run);
+        let (home, recording) = record(Home::new(), &["meadow"], send_run);
         let arguments = ["replay", "run.mcap", "--serve", "--viewer-port", "0"];
         let server = Serving::start(home.command(&arguments), "watch at");
         let states = [329, 0, 1, 12, 29, 30, 255, 256, 128, 328];
@@ -125,7 +125,7 @@ fn an_exported_page_shows_what_the_server_shows() {
 #[test]
 fn an_exported_page_opens_at_the_last_state_and_plays() {
     with_browser(|browser| {
-        let (home, recording) = record(Home::new(), &["--maze", "meadow"], |simulator| {
+        let (home, recording) = record(Home::new(), &["meadow"], |simulator| {
             let size = bundled("oblong-long-meadow.txt").size();
             (0..4).for_each(|at| simulator.send(&TestState::new(at, size).message('C', 'C')));
         });
@@ -175,7 +175,7 @@ fn an_exported_page_opens_at_the_last_state_and_plays() {
 
 #[test]
 fn the_live_run_is_exported() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let states: Vec<_> = (0..300).map(|number| TestState::new(number, maze.size())).collect();
         for state in &states {
@@ -254,7 +254,7 @@ fn markup_in_a_recording_is_text() {
 #[test]
 fn other_scripts_do_not_run_on_an_exported_page() {
     with_browser(|browser| {
-        let (home, recording) = record(Home::new(), &["--maze", "meadow"], |simulator| {
+        let (home, recording) = record(Home::new(), &["meadow"], |simulator| {
             let size = bundled("oblong-long-meadow.txt").size();
             simulator.send(&TestState::new(0, size).message('C', 'C'));
         });

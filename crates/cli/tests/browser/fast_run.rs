@@ -132,7 +132,7 @@ fn position(transform: &str, maze: &Maze, half_cell: f64) -> (f64, f64, f64) {
 
 #[test]
 fn three_ghosts_are_where_the_crate_says() {
-    with_page(&["--maze", "winding-river"], |browser, _| {
+    with_page(&["winding-river"], |browser, _| {
         let (live, maze) = (Panel::live(browser), bundled("08-winding-river.txt"));
         live.wait_until_empty();
         live.click("[name=fast-run]");
@@ -176,7 +176,7 @@ fn three_ghosts_are_where_the_crate_says() {
 
 #[test]
 fn the_playback_runs_pauses_and_changes_its_speed() {
-    with_page(&["--maze", "winding-river"], |browser, _| {
+    with_page(&["winding-river"], |browser, _| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         browser.press(['f']);
@@ -251,7 +251,7 @@ fn the_playback_runs_pauses_and_changes_its_speed() {
 
 #[test]
 fn an_unreachable_goal_and_unknown_walls_are_explained() {
-    with_page(&["--maze", "mirage"], |browser, simulator| {
+    with_page(&["mirage"], |browser, simulator| {
         let (live, maze) = (Panel::live(browser), bundled("06-mirage.txt"));
         live.wait_until_empty();
         let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
@@ -288,7 +288,7 @@ fn an_unreachable_goal_and_unknown_walls_are_explained() {
 
 #[test]
 fn a_run_that_the_mouse_has_driven_is_played_on_its_curves() {
-    with_page(&["--maze", "two-roads"], |browser, simulator| {
+    with_page(&["two-roads"], |browser, simulator| {
         let (live, maze, vehicle) =
             (Panel::live(browser), bundled("10-two-roads.txt"), Vehicle::expert());
         live.wait_until_empty();
@@ -311,7 +311,7 @@ fn a_run_that_the_mouse_has_driven_is_played_on_its_curves() {
 
 #[test]
 fn a_driven_run_does_not_replace_the_route_that_the_user_has_chosen() {
-    with_page(&["--maze", "two-roads"], |browser, simulator| {
+    with_page(&["two-roads"], |browser, simulator| {
         let (live, maze) = (Panel::live(browser), bundled("10-two-roads.txt"));
         live.wait_until_empty();
         live.click("[name=fast-run]");
@@ -334,7 +334,7 @@ fn a_driven_run_does_not_replace_the_route_that_the_user_has_chosen() {
 
 #[test]
 fn fast_runs_fit_into_windows_of_all_sizes() {
-    with_page(&["--maze", "two-roads"], |browser, _| {
+    with_page(&["two-roads"], |browser, _| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         live.click("[name=fast-run]");
@@ -359,7 +359,7 @@ fn a_vehicle_from_a_file_is_selected() {
         let text = "base = \"expert\"\nturns.l90.speed = 1300\n";
         let file = home.write("slower.toml", text);
         let file = file.to_str().unwrap();
-        let simulator = Simulator::start_in(home, &["--maze", "two-roads", "--vehicle", file]);
+        let simulator = Simulator::start_in(home, &["two-roads", "--vehicle", file]);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -378,7 +378,7 @@ fn a_vehicle_from_a_file_is_selected() {
 #[test]
 fn an_exported_page_plays_fast_runs() {
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "meadow", "--record", "kept"]);
+        let simulator = Simulator::start(&["meadow", "--record", "kept"]);
         let maze = bundled("oblong-long-meadow.txt");
         simulator.send(&TestState::new(0, maze.size()).message('C', 'C'));
         simulator.send(b"reset");
@@ -417,7 +417,7 @@ fn an_exported_page_plays_fast_runs() {
 #[test]
 fn an_exported_page_without_the_true_maze_plays_the_run_over_known_walls() {
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "mirage"]);
+        let simulator = Simulator::start(&["mirage"]);
         let maze = bundled("06-mirage.txt");
         let states = simulator.search(&maze, BundledStrategy::ShortestPathSearch);
         let home: &Home = &simulator.home;

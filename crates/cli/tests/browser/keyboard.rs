@@ -61,7 +61,7 @@ fn focus_of(browser: &Browser) -> Focus {
 
 #[test]
 fn tab_reaches_every_control_with_a_visible_focus() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let size = bundled("oblong-long-meadow.txt").size();
         for number in 0..5 {
             simulator.send(&TestState::new(number, size).message('C', 'C'));
@@ -103,7 +103,7 @@ fn tab_reaches_every_control_with_a_visible_focus() {
 /// No text field keeps the keys for itself.
 #[test]
 fn escape_and_enter_leave_a_field() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
         let (live, last) = (Panel::live(browser), states.len() - 1);
         live.wait_for_state(last);
@@ -130,7 +130,7 @@ fn escape_and_enter_leave_a_field() {
 
 #[test]
 fn everything_works_without_a_pointer() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         let key = |key: Key| browser.press([char::from(key)]);
         let focus = |selector: &str| {

@@ -57,7 +57,7 @@ pub(crate) fn assert_no_sideways_scrolling(browser: &Browser) {
 
 #[test]
 fn a_strategy_can_run_without_scrolling() {
-    with_page(&["--maze", "harbour"], |browser, _| {
+    with_page(&["harbour"], |browser, _| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         for size in [PHONE, SMALL, LAPTOP] {
@@ -119,7 +119,7 @@ fn the_own_mouse_and_its_figures_are_in_sight() {
 
 #[test]
 fn walls_of_a_large_maze_are_at_least_2_pixels_wide() {
-    with_page(&["--maze", "old quarter"], |browser, simulator| {
+    with_page(&["old quarter"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         let size = bundled("half-size-old-quarter.txt").size();

@@ -50,7 +50,7 @@ fn long_numbers_are_shown_whole() {
     with_browser(|browser| {
         let source = json!({ "source": LONG_NUMBERS });
         browser.devtools("Page.addScriptToEvaluateOnNewDocument", &source);
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let simulator = Simulator::start(&["harbour"]);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
@@ -68,7 +68,7 @@ fn long_numbers_are_shown_whole() {
 /// A contrast theme of Windows replaces most colours.
 #[test]
 fn a_contrast_theme_hides_no_control() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
         live.wait_for_state(states.len() - 1);
@@ -95,7 +95,7 @@ fn a_contrast_theme_hides_no_control() {
 
 #[test]
 fn headings_have_text_and_scrolled_areas_receive_the_focus() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         live.click("[name=legend]");

@@ -104,7 +104,7 @@ fn a_link_opens_a_run_at_a_state() {
 #[test]
 fn links_to_recordings_work_without_a_simulator_and_after_a_restart() {
     with_browser(|browser| {
-        let simulator = Simulator::start_in(Home::new(), &["--maze", "meadow", "--record", "kept"]);
+        let simulator = Simulator::start_in(Home::new(), &["meadow", "--record", "kept"]);
         send_states(&simulator, 0, 9);
         simulator.send(b"reset");
         let folder = simulator.home.path().join("kept");

@@ -83,7 +83,7 @@ fn panels_move_to_the_same_state() {
 
 #[test]
 fn panels_move_to_the_same_step_or_the_same_phase() {
-    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+    with_page(&["harbour", "--record", "kept"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let recorded = simulator.search(&maze, BundledStrategy::Swing);
         simulator.send(b"reset");

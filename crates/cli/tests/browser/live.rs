@@ -11,7 +11,7 @@ use crate::test_state::TestState;
 
 #[test]
 fn a_search_at_full_speed_is_followed_to_its_last_state() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -35,7 +35,7 @@ fn a_search_at_full_speed_is_followed_to_its_last_state() {
 
 #[test]
 fn a_half_size_search_is_shown() {
-    with_page(&["--maze", "quarter"], |browser, simulator| {
+    with_page(&["quarter"], |browser, simulator| {
         let maze = bundled("half-size-old-quarter.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -48,7 +48,7 @@ fn a_half_size_search_is_shown() {
 #[test]
 fn the_page_keeps_up_with_many_states() {
     const STATES: usize = 5000;
-    with_page(&["--maze", "steps"], |browser, simulator| {
+    with_page(&["steps"], |browser, simulator| {
         let maze = bundled("training-first-steps.txt");
         let states: Vec<_> =
             (0..STATES).map(|number| TestState::new(number, maze.size())).collect();
@@ -85,7 +85,7 @@ fn the_page_keeps_up_with_many_states() {
 
 #[test]
 fn reset_empties_the_page_and_it_follows_the_new_run() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();

@@ -62,8 +62,7 @@ pub(crate) fn take_requested_urls(browser: &Browser) -> BTreeSet<String> {
 fn the_first_load_is_small_and_comes_from_the_server_only() {
     let folder = shared("mazes");
     let folder = folder.as_ref().map(|folder| folder.to_str().unwrap());
-    let arguments =
-        folder.map_or(vec!["--maze", "harbour"], |folder| vec![folder, "--maze", "045"]);
+    let arguments = folder.map_or(vec!["harbour"], |folder| vec![folder, "045"]);
     with_logged_requests(|browser| {
         let simulator = Simulator::start(&arguments);
         let size = bundled("01-harbour.txt").size();

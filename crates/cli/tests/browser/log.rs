@@ -13,7 +13,7 @@ use crate::test_state::TestState;
 
 /// Opens the page of a simulator without states, and runs a test. The maze has the given size.
 fn with_empty_run(test: impl FnOnce(Panel<'_>, &Simulator, MazeSize)) {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         test(live, simulator, bundled("oblong-long-meadow.txt").size());

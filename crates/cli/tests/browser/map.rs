@@ -87,7 +87,7 @@ fn every_wall_of_a_contest_maze_is_on_the_map() {
 
 #[test]
 fn both_matrix_orders_are_decoded() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -108,7 +108,7 @@ fn both_matrix_orders_are_decoded() {
 /// Sends a message that the test assembles byte by byte.
 #[test]
 fn each_byte_changes_one_element() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -144,7 +144,7 @@ fn each_byte_changes_one_element() {
 /// The client reports a wall that does not exist.
 #[test]
 fn a_wrong_wall_is_marked() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let maze = bundled("01-harbour.txt");
         let size = maze.size();
         let mut state = TestState::new(0, size);
@@ -179,7 +179,7 @@ fn a_wrong_wall_is_marked() {
 /// The heat map has the same colours as exported pictures.
 #[test]
 fn the_heat_map_colours_weights() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let state = TestState::new(9, bundled("oblong-long-meadow.txt").size());
         simulator.send(&state.message('F', 'C'));
         let live = Panel::live(browser);
@@ -217,7 +217,7 @@ fn the_heat_map_colours_weights() {
 
 #[test]
 fn wall_kinds_look_different_in_light_and_dark() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let size = bundled("oblong-long-meadow.txt").size();
         simulator.send(&TestState::new(5, size).message('C', 'C'));
         Panel::live(browser).wait_for_state(0);

@@ -148,7 +148,7 @@ fn mazes_are_sorted_and_those_without_a_solution_come_last() {
 
 #[test]
 fn loading_a_maze_asks_for_confirmation_if_there_are_states() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let (page, live) = (Page(browser), Panel::live(browser));
         let is_asking =
             || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
@@ -220,7 +220,7 @@ fn drop_files(browser: &Browser, files: &[(&str, &str)]) {
 
 #[test]
 fn a_dropped_maze_is_loaded() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         let is_asking =
             || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
@@ -257,7 +257,7 @@ fn a_dropped_maze_is_loaded() {
 
 #[test]
 fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
         let name = simulator.info().name.clone();
         let digits = "b93\neee\n";
@@ -289,7 +289,7 @@ fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
 
 #[test]
 fn each_dropped_file_is_asked_about_in_turn() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         let digits = "b93\neee\n";

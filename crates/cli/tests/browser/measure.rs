@@ -108,7 +108,7 @@ fn frames(browser: &Browser, name: &str, work: impl FnOnce()) {
 #[ignore = "measurement"]
 fn frames_while_states_stream_in() {
     print_load();
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let messages = search(simulator);
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -135,7 +135,7 @@ fn frames_while_states_stream_in() {
 fn the_processor_time_of_a_shown_state() {
     const ROUNDS: usize = 5;
     print_load();
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
         Panel::live(browser).wait_for_state(states.len() - 1);
         browser.devtools("Performance.enable", &json!({}));
@@ -172,7 +172,7 @@ fn the_rate_of_states_beside_open_windows() {
     const WINDOWS: [usize; 3] = [0, 1, 6];
     print_load();
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let simulator = Simulator::start(&["harbour"]);
         let messages = search(&simulator);
         let thread = fs::read_link("/proc/thread-self").unwrap();
         let thread = thread.file_name().unwrap().to_str().unwrap();
@@ -278,7 +278,7 @@ const SCRUB: &str = r#"
 fn a_history_of_a_million_states() {
     const STATES: usize = 1_000_000;
     print_load();
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let messages = search(simulator);
         browser.open("about:blank");
         let begun = Instant::now();
@@ -320,7 +320,7 @@ fn a_history_of_a_million_states() {
 fn an_exported_page_of_a_long_search() {
     const STATES: usize = 100_000;
     print_load();
-    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+    with_page(&["harbour", "--record", "kept"], |browser, simulator| {
         let messages = search(simulator);
         stream(&simulator.serving.address, &messages, 1e9, |acknowledged| acknowledged == STATES);
         let last = simulator.info().states - 1;

@@ -149,7 +149,7 @@ pub(crate) fn send_notes(simulator: &Simulator, size: MazeSize) -> Vec<(Notes, N
 
 #[test]
 fn every_text_and_colour_returns_when_scrubbing() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let size = maze.size();
         let live = Panel::live(browser);
@@ -210,7 +210,7 @@ fn every_text_and_colour_returns_when_scrubbing() {
 /// In mms, a cell without a text is empty.
 #[test]
 fn cells_without_texts_have_no_number() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -241,7 +241,7 @@ fn cells_without_texts_have_no_number() {
 
 #[test]
 fn declared_walls_override_the_flags_of_the_state() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();

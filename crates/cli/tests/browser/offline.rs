@@ -64,7 +64,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
     with_browser(|browser| {
         let source = json!({ "source": KEEP_NOTHING });
         browser.devtools("Page.addScriptToEvaluateOnNewDocument", &source);
-        let mut simulator = Simulator::start(&["--maze", "harbour"]);
+        let mut simulator = Simulator::start(&["harbour"]);
         let page = simulator.page.clone();
         let port = page.rsplit(':').next().unwrap().to_string();
         browser.open(&page);
@@ -110,7 +110,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
         );
 
         // A simulator at the same address is another one, so the page loads again.
-        let mut again = Simulator::start(&["--maze", "meadow", "--viewer-port", &port]);
+        let mut again = Simulator::start(&["meadow", "--viewer-port", &port]);
         assert_eq!(again.page, page);
         wait_for("the other maze", || {
             // One script, because the page may load again between two.
@@ -134,7 +134,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
 #[test]
 fn a_finished_search_outlives_its_simulator() {
     with_browser(|browser| {
-        let mut simulator = Simulator::start(&["--maze", "harbour"]);
+        let mut simulator = Simulator::start(&["harbour"]);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -219,7 +219,7 @@ impl Line {
 #[test]
 fn controls_work_again_after_a_lost_connection() {
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let simulator = Simulator::start(&["harbour"]);
         let line = Line::to(http::split_url(&simulator.page).0);
         let first = browser.window();
         let page = format!("http://{}/", line.address);
@@ -252,7 +252,7 @@ fn controls_work_again_after_a_lost_connection() {
 #[test]
 fn seven_windows_of_one_browser_show_the_search() {
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let simulator = Simulator::start(&["harbour"]);
         let first = browser.window();
         let windows = [0; 7].map(|_| browser.open_window(&simulator.page));
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
@@ -283,7 +283,7 @@ fn a_hidden_page_requests_almost_nothing() {
         performance.setResourceTimingBufferSize(100_000);
         const requests = () => performance.getEntriesByType('resource');
         const charts = () => requests().filter(({ name }) => name.includes('/costs?')).length;";
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let states = simulator.search(&bundled("01-harbour.txt"), BundledStrategy::FloodFill);
         Panel::live(browser).wait_for_state(states.len() - 1);
         let record = "
@@ -327,7 +327,7 @@ fn a_hidden_page_requests_almost_nothing() {
 #[test]
 fn the_page_shows_why_the_simulator_refuses_it() {
     with_browser(|browser| {
-        let simulator = Simulator::start(&["--maze", "harbour"]);
+        let simulator = Simulator::start(&["harbour"]);
         let (host, _) = http::split_url(&simulator.page);
         let port = host.rsplit(':').next().unwrap();
         let others: Vec<TcpStream> = (0..32)

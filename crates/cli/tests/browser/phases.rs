@@ -39,7 +39,7 @@ fn go_to(browser: &Browser, live: Panel<'_>, at: usize) {
 
 #[test]
 fn each_phase_has_its_steps_and_turns_at_every_state() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -66,7 +66,7 @@ fn each_phase_has_its_steps_and_turns_at_every_state() {
 
 #[test]
 fn a_restart_makes_no_steps() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let size = bundled("05-hedgerow.txt").size();
         let live = Panel::live(browser);
         live.wait_until_empty();
@@ -111,7 +111,7 @@ fn a_restart_makes_no_steps() {
 /// A mouse may mark a cell as visited before it reads the walls of the cell.
 #[test]
 fn walls_that_the_mouse_has_not_read_are_listed_as_unknown() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let size = maze.size();
         let live = Panel::live(browser);

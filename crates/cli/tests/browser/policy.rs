@@ -33,7 +33,7 @@ pub(crate) const INLINE: &str = r#"
 #[test]
 fn only_scripts_of_the_server_run() {
     type Ran = (bool, bool, bool, bool, String);
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
         browser.leave();
         let other_site = ForeignSite::serve("<!doctype html><title>other</title><body>");
@@ -79,7 +79,7 @@ fn markup_in_names_is_text() {
         let small = "o---o---o\n| S   G |\no---o---o\n";
         home.write(&format!("mazes/{NAME}.txt"), small);
         home.write("mazes/a.txt", small);
-        let simulator = Simulator::start_in(home, &["mazes", "--maze", "a.txt"]);
+        let simulator = Simulator::start_in(home, &["mazes", "a.txt"]);
         browser.open(&simulator.page);
         let (page, live) = (Page(browser), Panel::live(browser));
         live.wait_until_empty();

@@ -51,7 +51,7 @@ fn assert_holds(file: &Path, messages: &[Vec<u8>]) {
 
 #[test]
 fn a_saved_run_opens_next_to_the_live_run() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (states, messages) = history(&maze, 300);
         simulator.send_all(&messages);
@@ -94,7 +94,7 @@ fn a_saved_run_opens_next_to_the_live_run() {
 
 #[test]
 fn an_invalid_recording_shows_an_error() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
         let file = simulator.home.write("rubbish.mcap", "rubbish");
         browser.type_into(FILE, file.to_str().unwrap());
@@ -115,7 +115,7 @@ fn an_invalid_recording_shows_an_error() {
 
 #[test]
 fn recordings_are_listed_and_open() {
-    with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
+    with_page(&["meadow", "--record", "kept"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let names = || -> Vec<String> {
             let script = "return [...document.querySelectorAll('#recordings li .name')]
@@ -154,7 +154,7 @@ fn a_recording_is_served_without_a_simulator() {
         let maze = bundled("oblong-long-meadow.txt");
         let (states, messages) = history(&maze, 20);
         let home = Home::new();
-        let simulator = Simulator::start_in(home, &["--maze", "meadow", "--record", "kept"]);
+        let simulator = Simulator::start_in(home, &["meadow", "--record", "kept"]);
         simulator.send_all(&messages);
         simulator.send(b"reset");
         let file = recorded(&simulator.home.path().join("kept"));
@@ -171,7 +171,7 @@ fn a_recording_is_served_without_a_simulator() {
 
 #[test]
 fn the_shown_state_can_be_exported() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let maze = bundled("oblong-long-meadow.txt");
         let (_, messages) = history(&maze, 4);
         simulator.send_all(&messages);

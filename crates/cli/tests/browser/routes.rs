@@ -71,7 +71,7 @@ fn assert_is_shortest(path: &[Cell], maze: &Maze) {
 
 #[test]
 fn the_shortest_path_and_the_planned_path_can_be_shown() {
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();

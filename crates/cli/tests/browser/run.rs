@@ -22,7 +22,7 @@ fn options(browser: &Browser, live: Panel<'_>) -> Vec<String> {
 #[test]
 fn each_strategy_runs_and_stops() {
     // A maze in which wall followers reach the goal.
-    with_page(&["--maze", "hedgerow"], |browser, simulator| {
+    with_page(&["hedgerow"], |browser, simulator| {
         let maze = bundled("05-hedgerow.txt");
         let live = Panel::live(browser);
         live.wait_until_empty();

@@ -37,7 +37,7 @@ pub(crate) fn with_two_panels(
     live: usize,
     test: impl FnOnce(&Simulator, Panel<'_>, Panel<'_>),
 ) {
-    with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
+    with_page(&["meadow", "--record", "kept"], |browser, simulator| {
         send_states(simulator, 0, recorded);
         simulator.send(b"reset");
         let recording = open_newest_recording(browser, "1");
@@ -163,7 +163,7 @@ fn the_live_panel_can_be_closed_and_shown_again() {
 #[test]
 fn a_page_without_a_simulation_offers_no_live_panel() {
     with_browser(|browser| {
-        let simulator = Simulator::start_in(Home::new(), &["--maze", "meadow", "--record", "kept"]);
+        let simulator = Simulator::start_in(Home::new(), &["meadow", "--record", "kept"]);
         send_states(&simulator, 0, 3);
         simulator.send(b"reset");
         let file = recorded(&simulator.home.path().join("kept"));

@@ -24,7 +24,7 @@ fn history(simulator: &Simulator) -> Vec<TestState> {
 
 #[test]
 fn each_state_is_shown_as_it_was_sent() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let states = history(simulator);
         let maze = bundled("oblong-long-meadow.txt");
         let live = Panel::live(browser);
@@ -68,7 +68,7 @@ fn each_state_is_shown_as_it_was_sent() {
 
 #[test]
 fn keys_step_through_the_history() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         history(simulator);
         let live = Panel::live(browser);
         live.wait_for_state(39);
@@ -105,7 +105,7 @@ fn keys_step_through_the_history() {
 
 #[test]
 fn playing_continues_to_the_newest_state() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let states = history(simulator);
         let live = Panel::live(browser);
         live.wait_for_state(39);

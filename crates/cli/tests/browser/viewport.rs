@@ -49,7 +49,7 @@ fn mouse(browser: &Browser, kind: &str, (x, y): (f64, f64), more: &serde_json::V
 
 #[test]
 fn the_map_zooms_and_moves() {
-    with_page(&["--maze", "old quarter"], |browser, simulator| {
+    with_page(&["old quarter"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         simulator.send(
@@ -144,7 +144,7 @@ fn the_map_zooms_and_moves() {
 
 #[test]
 fn a_new_run_keeps_the_zoom_and_another_size_does_not() {
-    with_page(&["--maze", "harbour"], |browser, simulator| {
+    with_page(&["harbour"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         browser.press(['+']);
@@ -168,7 +168,7 @@ fn a_new_run_keeps_the_zoom_and_another_size_does_not() {
 
 #[test]
 fn the_legend_is_remembered() {
-    with_page(&["--maze", "meadow"], |browser, simulator| {
+    with_page(&["meadow"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         let is_shown = || -> bool {

@@ -29,7 +29,7 @@ print(json.dumps(last["/mouse"]))
 fn python_reads_the_json_channels() {
     let Some(mut python) = client::python_with("jsonschema, mcap") else { return };
     let home = Home::new();
-    let demo = ["demo", "--maze", "hedgerow", "--once", "--port", "0", "--no-viewer"];
+    let demo = ["demo", "hedgerow", "--once", "--port", "0", "--no-viewer"];
     assert_eq!(home.run(&[&demo[..], &["--record", "kept"]].concat()).code, Some(0));
     let path = recorded(&home.path().join("kept"));
     let read = output(python.args(["-c", READ]).arg(path));

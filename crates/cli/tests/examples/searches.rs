@@ -98,7 +98,7 @@ fn the_client_in_rust() {
 #[test]
 fn the_short_client_in_rust() {
     let home = Home::new();
-    let serving = home.serve(&["--port", "0", "--maze", "lighthouse"]);
+    let serving = home.serve(&["--port", "0", "lighthouse"]);
     let output = output(client::rust_example("short-client").arg(&serving.address));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -57,7 +57,7 @@ fn fetches_every_kind_of_archive_from_files_and_urls() {
         insta::allow_duplicates! {
             insta::assert_snapshot!(by_file.stdout, @r#"
             2 mazes in mazes/fetched (files: 4 new, 0 replaced, 0 unchanged, 0 removed, 2 skipped)
-            serve a maze with `mmsim mazes --maze "a b (c)"`
+            serve a maze with `mmsim mazes/ "a b (c)"`
             "#);
         }
     }
@@ -73,7 +73,7 @@ fn default_folder_is_searched_for_mazes() {
     let from = home.write("a.tar.gz", tar_gz(&[("one.txt", MAZE), ("two/three.txt", MAZE)]));
     let fetched = home.run(&["mazes", "fetch", "--from", from.to_str().unwrap()]);
     assert_eq!(fetched.code, Some(0), "{fetched:?}");
-    assert!(fetched.stdout.contains("serve a maze with `mmsim --maze \"one\"`"), "{fetched:?}");
+    assert!(fetched.stdout.contains("serve a maze with `mmsim \"one\"`"), "{fetched:?}");
     let list = home.run(&["mazes", "list", "--json"]).json();
     assert_eq!(list.as_array().unwrap().len(), 2);
     assert!(list[0]["path"].as_str().unwrap().contains(".mmsim"), "{list}");

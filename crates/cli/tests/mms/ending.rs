@@ -41,7 +41,7 @@ fn a_mouse_asks_for_the_goal_cells() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = "print(ask('goals'), ask('mazeWidth'), file=sys.stderr)";
-    let Some(ended) = run(&home, &["small.txt"], mouse) else { return };
+    let Some(ended) = run(&home, &["--maze", "small.txt"], mouse) else { return };
     assert!(ended.stderr.contains("\n1 3 2 4\n"), "{ended:?}");
 }
 
@@ -50,13 +50,15 @@ fn the_limit_stops_the_mouse() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = "while True: ask('turnLeft')";
-    let Some(ended) = run(&home, &["small.txt", "--limit", "50", "--json"], mouse) else { return };
+    let Some(ended) = run(&home, &["--maze", "small.txt", "--limit", "50", "--json"], mouse) else {
+        return;
+    };
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains("mouse stopped: exceeded --limit 50;"), "{ended:?}");
     let report = ended.json();
     assert_eq!((&report["ending"], &report["total_turns"]), (&json!("step_limit"), &json!(51)));
     let within = "ask('turnLeft'), ask('turnRight'), ask('moveForward 0')";
-    assert_eq!(run(&home, &["small.txt", "--limit", "2"], within).unwrap().code, Some(0));
+    assert_eq!(run(&home, &["--maze", "small.txt", "--limit", "2"], within).unwrap().code, Some(0));
 }
 
 #[test]
@@ -71,13 +73,15 @@ fn the_time_limit_stops_a_mouse_that_waits_or_loops() {
         ("os.close(1), time.sleep(600)", &["--time-limit", "0.5"]),
     ];
     for (mouse, options) in mice {
-        let options = [&["small.txt", "--json"], options].concat();
+        let options = [&["--maze", "small.txt", "--json"], options].concat();
         let Some(ended) = run(&home, &options, mouse) else { return };
         assert_eq!(ended.code, Some(1), "{mouse}");
         assert!(ended.stderr.contains("mouse stopped after 0.5 s;"), "{ended:?}");
         assert_eq!(ended.json()["ending"], "time_limit", "{mouse}");
     }
-    let ended = run(&home, &["small.txt", "--time-limit", "600", "--json"], "sys.exit(3)").unwrap();
+    let ended =
+        run(&home, &["--maze", "small.txt", "--time-limit", "600", "--json"], "sys.exit(3)")
+            .unwrap();
     assert_eq!((ended.code, &ended.json()["ending"]), (Some(3), &json!("failed")));
 }
 

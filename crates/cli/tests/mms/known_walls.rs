@@ -112,7 +112,9 @@ fn a_recording_contains_texts_colours_and_the_log() {
     let home = Home::new();
     home.write("open.txt", "o---o---o---o---o---o\n| S                 |\no---o---o---o---o---o\n");
     let mouse = include_str!("mice/flood-fill.py");
-    let Some(ended) = run(&home, &["open.txt", "--record", "seen"], mouse) else { return };
+    let Some(ended) = run(&home, &["--maze", "open.txt", "--record", "seen"], mouse) else {
+        return;
+    };
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let recording = recording(&home.path().join("seen"));
     let history = recording.history();

@@ -190,7 +190,8 @@ for line in [
 ]:
     say(line)
 ";
-    let Some(ended) = run(&home, &["small.txt", "--json", "--record", "seen"], mouse) else {
+    let Some(ended) = run(&home, &["--maze", "small.txt", "--json", "--record", "seen"], mouse)
+    else {
         return;
     };
     assert_eq!(ended.code, Some(0), "{ended:?}");

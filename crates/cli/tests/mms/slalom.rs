@@ -36,8 +36,17 @@ fn the_documented_mouse_needs_the_time_of_the_model() {
     let Some(python) = python() else { return };
     home.write("mouse.py", mouse);
     for name in ["ukmars", "expert"] {
-        let options =
-            ["path.txt", "--json", "--vehicle", name, "--port", "0", "--viewer-port", "0"];
+        let options = [
+            "--maze",
+            "path.txt",
+            "--json",
+            "--vehicle",
+            name,
+            "--port",
+            "0",
+            "--viewer-port",
+            "0",
+        ];
         let ended = home.run(&arguments(&options, &[python, "mouse.py"]));
         assert_eq!(ended.code, Some(0), "{ended:?}");
         let report = ended.json();
@@ -68,13 +77,13 @@ fn a_run_with_a_turn_in_place_has_no_time() {
     let home = Home::new();
     home.write("small.txt", SMALL);
     let mouse = "ask('moveForward 2'), ask('turnRight'), ask('moveForward 3')";
-    let Some(ended) = run(&home, &["small.txt", "--json"], mouse) else { return };
+    let Some(ended) = run(&home, &["--maze", "small.txt", "--json"], mouse) else { return };
     let report = ended.json();
     assert_eq!((&report["goal_reached"], &report["fast_run"]), (&json!(true), &json!(null)));
     assert_eq!(report["fast_run_time_s"], json!(null));
     let mouse = "ask('moveForwardHalf 3'), ask('slalomRight s90'), ask('moveForward 2'), \
                  ask('moveForwardHalf'), ask('moveForwardHalf 2')";
-    let ended = run(&home, &["small.txt", "--json"], mouse).unwrap();
+    let ended = run(&home, &["--maze", "small.txt", "--json"], mouse).unwrap();
     assert!(ended.json()["fast_run"].is_string(), "{ended:?}");
 }
 
@@ -92,7 +101,7 @@ fn a_run_that_is_too_long_for_the_log_is_timed() {
         )
     };
     let read = |circles, folder: &str| {
-        let options = ["open.txt", "--json", "--record", folder];
+        let options = ["--maze", "open.txt", "--json", "--record", folder];
         let ended = run(&home, &options, &mouse(circles))?;
         assert_eq!(ended.code, Some(0), "{ended:?}");
         assert!(ended.json()["fast_run"].is_string(), "{ended:?}");

@@ -46,7 +46,8 @@ fn file(name: &str) -> PathBuf {
 /// Runs a mouse in [`ROOM`] until it reaches the goal and records the search in the folder `seen`.
 fn run(home: &Home, python: &str, mouse: &str) -> Output {
     home.write("room.txt", ROOM);
-    let options = [&QUIET[..], &["room.txt", "--json", "--stop-at-goal", "--record", "seen"]];
+    let options =
+        [&QUIET[..], &["--maze", "room.txt", "--json", "--stop-at-goal", "--record", "seen"]];
     let file = file(mouse);
     let mut command =
         home.command(&arguments(&options.concat(), &[python, file.to_str().unwrap()]));

@@ -166,7 +166,7 @@ fn runs_and_recordings_agree_on_each_mouse() {
 
 fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
     let folder = format!("runs-{}", mouse.name);
-    let options = ["run", "maze.txt", "--port", "0", "--no-viewer", "--record", &folder];
+    let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--record", &folder];
     let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
     let command = mouse.command(client, &mouse.poses);
     let arguments = [&options[..], &["--"], &strs(&command)].concat();
@@ -198,7 +198,7 @@ fn mms_agrees_on_each_mouse() {
     for mouse in &mice {
         let Some(commands) = &mouse.commands else { continue };
         let command = mouse.command(&mms, commands);
-        let options = ["mms", "maze.txt", "--port", "0", "--no-viewer", "--json"];
+        let options = ["mms", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--json"];
         let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
         let ended = home.run(&[&options[..], &["--"], &strs(&command)].concat());
         let verdict = ended.json();
@@ -221,7 +221,7 @@ fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
         let (client, misread) = (stopped(&client, &mouse.poses), mouse.misread());
         let options = ["--port", "0", "--no-viewer", "--stop-at-goal", "--time-limit", "600"];
         let run = |command, more: &[&str], mouse: &[String]| {
-            let options = [&[command, "maze.txt"], &options[..], misread, more].concat();
+            let options = [&[command, "--maze", "maze.txt"], &options[..], misread, more].concat();
             home.run(&[&options[..], &["--"], &strs(mouse)].concat())
         };
         let ended = run("run", &[], &client);
@@ -268,7 +268,7 @@ fn first_event(page: &str) -> Value {
 }
 
 fn check_page(home: &Home, mouse: &Mouse, client: &Path) {
-    let options = ["run", "maze.txt", "--port", "0", "--viewer-port", "0", "--stay"];
+    let options = ["run", "--maze", "maze.txt", "--port", "0", "--viewer-port", "0", "--stay"];
     let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
     let command = mouse.command(client, &mouse.poses);
     let arguments = [&options[..], &["--"], &strs(&command)].concat();

@@ -1,0 +1,172 @@
+//! The argument MAZE, which has one grammar in all commands.
+
+mod harness;
+
+use harness::{Home, Output, recorded};
+
+const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
+
+/// The words of a command before and after MAZE. `run` and the commands for several mazes take the words
+/// of a maze as one argument.
+const COMMANDS: [(&[&str], &[&str]); 14] = [
+    (&["demo"], &["--once", "--port", "0", "--no-viewer"]),
+    (&["render"], &["-o", "maze.svg"]),
+    (&["mazes", "show"], &[]),
+    (&["mazes", "list"], &[]),
+    (&["fast-run"], &[]),
+    (&["compare"], &["--strategies", "flood-fill"]),
+    (&["contest"], &["--strategies", "flood-fill"]),
+    (&["trial"], &["--robot", "random"]),
+    (&["mazes", "check"], &[]),
+    (&["mazes", "convert"], &["-"]),
+    (&["mazes", "diff"], &["small.txt"]),
+    (&["mazes", "diff", "small.txt"], &[]),
+    (&["run", "--port", "0", "--no-viewer", "--maze"], &["--", "mmsim-no-such-mouse"]),
+    (&["mms", "--port", "0", "--no-viewer", "--maze"], &["--", "mmsim-no-such-mouse"]),
+];
+
+/// The commands in which all words after the options are one MAZE.
+const TAKE_WORDS: [&str; 4] = ["demo", "render", "show", "list"];
+
+fn home() -> Home {
+    let home = Home::new();
+    home.write("small.txt", MAZE);
+    home.write("my-mazes/closed.txt", MAZE.replace("S  ", "S |"));
+    home.write("my-mazes/open.txt", MAZE);
+    home.write("my-mouse", b"\x7fELF\x02\x01\x01\0\xff");
+    home.write("empty/README", "about");
+    let demo = ["demo", "small.txt", "--once", "--port", "0", "--no-viewer", "--record", "kept"];
+    assert_eq!(home.run(&demo).code, Some(0));
+    std::fs::rename(recorded(&home.path().join("kept")), home.path().join("run.mcap")).unwrap();
+    home
+}
+
+/// Runs each command with MAZE and checks what it prints.
+fn for_each_command(home: &Home, maze: &[&str], check: impl Fn(&[&str], &Output, String)) {
+    let joined = maze.join(" ");
+    for (before, after) in COMMANDS {
+        let takes_words = TAKE_WORDS.contains(before.last().unwrap());
+        let maze = if takes_words { maze } else { &[&joined[..]] };
+        let arguments = [before, maze, after].concat();
+        let ended = home.run(&arguments);
+        check(before, &ended, format!("{arguments:?}: {}{}", ended.stdout, ended.stderr));
+    }
+}
+
+#[test]
+fn every_command_with_a_maze_is_tested() {
+    let home = Home::new();
+    let mut found = Vec::new();
+    for parent in [&[][..], &["mazes"]] {
+        let help = home.run(&[&["help"], parent].concat()).stdout;
+        let (_, listed) = help.split_once("Commands:\n").unwrap();
+        let listed = listed.lines().take_while(|line| !line.is_empty());
+        let names = listed.filter(|line| !line.starts_with("   "));
+        for name in names.filter_map(|line| line.split_whitespace().next()) {
+            let words = [parent, &[name]].concat();
+            let help = home.run(&[&["help"], &words[..]].concat()).stdout;
+            if help.lines().any(|line| line.contains("MAZE") || line.contains("words from")) {
+                found.push(words.join(" "));
+            }
+        }
+    }
+    for command in &found {
+        let words: Vec<&str> = command.split(' ').collect();
+        assert!(COMMANDS.iter().any(|(before, _)| before.starts_with(&words)), "{command}");
+    }
+    assert!(found.len() >= 11, "{found:?}");
+}
+
+#[test]
+fn a_maze_is_a_file_a_folder_or_words() {
+    let home = home();
+    for maze in [&["small.txt"][..], &["my-mazes"], &["winding", "river"], &["my-mazes/", "open"]] {
+        for_each_command(&home, maze, |command, ended, shown| {
+            if maze == ["my-mazes"] && command == ["mazes", "convert"] {
+                assert!(shown.contains("my-mazes is a folder, not a maze"), "{shown}");
+                return;
+            }
+            let errors = ended.stderr.lines().filter(|line| line.starts_with("mmsim: "));
+            let errors: Vec<_> = errors.filter(|line| !line.contains("no-such-mouse")).collect();
+            assert!(errors.is_empty() && ended.code != Some(2), "{shown}");
+        });
+    }
+    let servers = [
+        (&["small.txt"][..], "small.txt"),
+        (&["my-mazes"], "open.txt"),
+        (&["winding", "river"], "winding-river.txt"),
+        (&["my-mazes/", "clo"], "closed.txt"),
+    ];
+    for (maze, file) in servers {
+        let server = home.serve(&[maze, &["--port", "0"]].concat());
+        assert!(server.messages.contains(file), "{}", server.messages);
+    }
+}
+
+#[test]
+fn words_without_quotes_name_one_of_several_mazes() {
+    let home = home();
+    let rows = |arguments: &[&str]| {
+        let ended = home.run(&[&["fast-run", "--json"], arguments].concat());
+        ended.json().as_array().unwrap().len()
+    };
+    assert_eq!(rows(&["winding", "river"]), 1);
+    assert_eq!(rows(&["harbour", "hedgerow"]), 2);
+    assert_eq!(rows(&["my-mazes/open.txt", "small.txt", "harbour"]), 3);
+}
+
+#[test]
+fn every_command_reports_a_wrong_maze_in_the_same_words() {
+    let home = home();
+    for (maze, error) in [
+        (
+            &["harbuor"][..],
+            "no maze matches \"harbuor\" in the bundled mazes (did you mean harbour?)",
+        ),
+        (&["winding", "rivr"], "(did you mean winding river?)"),
+        (&["my-mazes", "opne"], "no maze matches \"opne\" in my-mazes (did you mean open?)"),
+        (&["zzzz"], "in the bundled mazes (list the 19 files with `mmsim mazes list`)"),
+        (&["no/"], "no such file or folder: no/\n"),
+        (&["no/", "apec", "2018"], "no such file or folder: no/\n"),
+        (&["no.txt"], "no such file or folder: no.txt\n"),
+        (&["~/mazes"], "no such file or folder: ~/mazes\n"),
+        (&["small.txt", "open"], "small.txt is a file, so \"open\" cannot follow it"),
+        (&["empty"], "no mazes in empty\n"),
+        (&["my-mouse"], "my-mouse: line 1, column 1: expected a maze: "),
+    ] {
+        for_each_command(&home, maze, |command, ended, shown| {
+            if maze == ["empty"] && command == ["mazes", "convert"] {
+                return;
+            }
+            // A list shows unreadable files, too.
+            let code = i32::from(!(maze == ["my-mouse"] && command == ["mazes", "list"]));
+            assert!(shown.contains(error) && ended.code == Some(code), "{error}: {shown}");
+        });
+        let server = home.run(&[maze, &["--port", "0"]].concat());
+        let is_command = server.stderr.starts_with("mmsim: no such command or maze: ");
+        assert!(is_command || server.stderr.contains(error), "{server:?}");
+    }
+    for_each_command(&home, &["run.mcap"], |command, _, shown| {
+        let error = "run.mcap is a recording, not a maze (view it with `mmsim replay run.mcap`)";
+        assert!(command == ["render"] || shown.contains(error), "{shown}");
+    });
+    let replay = home.run(&["replay", "small.txt"]).stderr;
+    let error = "small.txt is a maze, not a recording (show it with `mmsim mazes show small.txt`)";
+    assert_eq!(replay, format!("mmsim: {error}\n"));
+}
+
+#[test]
+fn the_server_suggests_commands_and_mazes() {
+    let home = home();
+    for (code, words, hint) in [
+        (1, &["harbuor"][..], "no such command or maze: \"harbuor\" (did you mean harbour?)"),
+        (1, &["winding", "rivr"], "\"winding rivr\" (did you mean winding river?)"),
+        (2, &["demoo"], "no such command or maze: \"demoo\" (did you mean `mmsim demo …`?)"),
+        (2, &["demoo", "harbour", "--once"], "maze: \"demoo\" (did you mean `mmsim demo …`?)"),
+        (1, &["nosuch"], "maze: \"nosuch\" (list the 19 files with `mmsim mazes list`)"),
+        (2, &["harbour", "--nosuch"], "unexpected argument '--nosuch'"),
+    ] {
+        let ended = home.run(words);
+        assert!(ended.code == Some(code) && ended.stderr.contains(hint), "{words:?}: {ended:?}");
+    }
+}
