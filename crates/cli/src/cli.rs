@@ -18,7 +18,6 @@ use crate::fast_run::FastRunArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
 use crate::mms::MmsArgs;
-use crate::render::RenderArgs;
 use crate::replay::ReplayArgs;
 use crate::run::RunArgs;
 use crate::selection::Selection;
@@ -53,7 +52,7 @@ Examples:
   mmsim harbour                        serve the maze of this name
   mmsim mazes/ apec 2018               serve a maze of your own collection
   mmsim solve weight-increment         run a bundled strategy against a simulator
-  mmsim render run.mcap -o run.gif     animate a recorded search
+  mmsim export run.mcap -o run.gif     animate a recorded search
   mmsim export run.mcap -o run.html    save a recorded search as a web page
   mmsim compare mazes/                 compare mice in many mazes
   mmsim fast-run harbour               time the fastest run through a maze
@@ -77,9 +76,7 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Show the maze and one state of a recording
     Replay(ReplayArgs),
-    /// Draw a maze or a recording as SVG, PNG or animated GIF
-    Render(RenderArgs),
-    /// Write a recording as an HTML file that shows it in any browser, or pack it again
+    /// Draw a maze or a recording, write a recording as a web page, or pack it again
     Export(ExportArgs),
     /// Compare bundled strategies and your own mice in many mazes
     Compare(CompareArgs),

@@ -26,7 +26,6 @@ mod phase_table;
 mod picture;
 mod recording_transport;
 mod recordings;
-mod render;
 mod replay;
 mod run;
 mod screen;
@@ -73,7 +72,6 @@ fn main() -> ExitCode {
         Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Demo(args)) => demo::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
-        Some(Command::Render(args)) => render::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::FastRun(args)) => fast_run::run(&args),

@@ -230,27 +230,23 @@ impl Selection {
         Ok(named(&entry, entry.maze()?))
     }
 
-    /// Returns the entry of the [`first`](Self::first) maze.
+    /// Returns the entry of the [`first`](Self::first) maze, or an unreadable one if no other matches.
     pub(crate) fn first_entry(&self) -> Result<Entry, SelectionError> {
-        let (location, entries) = (self.location(), self.matching()?);
-        let (readable, unreadable): (Vec<&Entry>, Vec<&Entry>) =
-            entries.iter().partition(|entry| entry.parsed().is_ok());
-        let has_path = |entry: &&&Entry| {
+        let mut entries = self.matching()?;
+        let is_readable = |entry: &Entry| entry.parsed().is_ok();
+        let has_path = |entry: &Entry| {
             let parsed = entry.parsed();
             parsed.is_ok_and(|parsed| MazeFacts::new(&parsed.maze).shortest_path.is_some())
         };
-        let with_path = if self.has_words() { None } else { readable.iter().find(has_path) };
-        let error = unreadable.first().and_then(|entry| entry.parsed().err());
-        match (with_path.or(readable.first()), error) {
-            (Some(&entry), None) => Ok(entry.clone()),
-            (Some(&entry), Some(error)) => {
-                let count = counted(unreadable.len(), "unreadable file");
-                warn(format_args!("skipped {count} in {location}; first error: {error}"));
-                Ok(entry.clone())
-            }
-            (None, Some(error)) => Err(error.clone().into()),
-            (None, None) => Err(SelectionError::Empty { location }),
+        let with_path = if self.has_words() { None } else { entries.iter().position(has_path) };
+        let first = with_path.or_else(|| entries.iter().position(is_readable)).unwrap_or(0);
+        let mut skipped = entries[..first].iter().filter_map(|entry| entry.parsed().err());
+        if let Some(error) = skipped.next() {
+            let (count, location) = (1 + skipped.count(), self.location());
+            let count = counted(count, "unreadable file");
+            warn(format_args!("skipped {count} in {location}; first error: {error}"));
         }
+        Ok(entries.swap_remove(first))
     }
 
     /// Returns the entries that a command for many mazes uses: all of the collection or, if there are

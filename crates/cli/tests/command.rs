@@ -14,7 +14,7 @@ const COMMANDS: [&str; 9] = [
     "solve",
     "demo",
     "replay",
-    "render",
+    "export",
     "compare",
     "trial",
     "mazes check",

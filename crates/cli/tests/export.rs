@@ -60,15 +60,19 @@ fn errors_keep_the_old_file() {
     home.write("old.html", "old");
     home.write("rubbish.mcap", "rubbish");
     for (arguments, code, error) in [
-        (["no.mcap", "-o", "old.html"], 1, "mmsim: no.mcap: cannot be read: "),
+        (["no.mcap", "-o", "old.html"], 1, "mmsim: no such file or folder: no.mcap\n"),
         (["rubbish.mcap", "-o", "old.html"], 1, "mmsim: rubbish.mcap: "),
         (
             ["small.txt", "-o", "old.html"],
             1,
-            "mmsim: small.txt is a maze, not a recording (show it",
+            "mmsim: small.txt: an .html file needs a recording, not a maze\n",
         ),
         (["run.mcap", "-o", "no/a.html"], 1, "mmsim: cannot write no/a.html: "),
-        (["run.mcap", "-o", "run.gif"], 2, "expected a file ending in .html or .mcap, found .gif"),
+        (
+            ["run.mcap", "-o", "run.jpg"],
+            2,
+            "ending in .svg, .png, .gif, .html or .mcap, found .jpg",
+        ),
         (["run.mcap", "--history-limit", "0"], 2, "0 is not in 1.."),
     ] {
         let ended = home.run(&[&["export"], &arguments[..]].concat());
@@ -76,8 +80,8 @@ fn errors_keep_the_old_file() {
         assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
     }
     for (arguments, error) in [
-        (["-o", "old.html", "--states-only"], "a page has no --states-only; only .mcap does"),
-        (["-o", "a.mcap", "--vehicle=expert"], "a recording has no --vehicle; only .html does"),
+        (["-o", "old.html", "--states-only"], "--states-only needs an .mcap file"),
+        (["-o", "a.mcap", "--vehicle=expert"], "--vehicle needs an .html file"),
     ] {
         let ended = home.run(&[&["export", "run.mcap"], &arguments[..]].concat());
         assert_eq!(ended.code, Some(2));

@@ -202,9 +202,9 @@ fn a_small_file_with_many_states_takes_no_more_memory_than_the_limit() {
     fs::copy(&bomb, &named).unwrap();
     let (bomb, named) = (bomb.to_str().unwrap(), named.to_str().unwrap());
     for arguments in [
-        &["render", bomb, "-o", "bomb.svg"][..],
-        &["render", bomb, "-o", "bomb.gif"],
-        &["render", named, "-o", "bomb.svg"],
+        &["export", bomb, "-o", "bomb.svg"][..],
+        &["export", bomb, "-o", "bomb.gif"],
+        &["export", named, "-o", "bomb.svg"],
         &["replay", bomb],
         &["replay", bomb, "--json"],
     ] {

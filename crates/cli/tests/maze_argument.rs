@@ -10,7 +10,7 @@ const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 /// of a maze as one argument.
 const COMMANDS: [(&[&str], &[&str]); 14] = [
     (&["demo"], &["--once", "--port", "0", "--no-viewer"]),
-    (&["render"], &["-o", "maze.svg"]),
+    (&["export"], &["-o", "maze.svg"]),
     (&["mazes", "show"], &[]),
     (&["mazes", "list"], &[]),
     (&["fast-run"], &[]),
@@ -26,7 +26,7 @@ const COMMANDS: [(&[&str], &[&str]); 14] = [
 ];
 
 /// The commands in which all words after the options are one MAZE.
-const TAKE_WORDS: [&str; 4] = ["demo", "render", "show", "list"];
+const TAKE_WORDS: [&str; 4] = ["demo", "export", "show", "list"];
 
 fn home() -> Home {
     let home = Home::new();
@@ -148,7 +148,7 @@ fn every_command_reports_a_wrong_maze_in_the_same_words() {
     }
     for_each_command(&home, &["run.mcap"], |command, _, shown| {
         let error = "run.mcap is a recording, not a maze (view it with `mmsim replay run.mcap`)";
-        assert!(command == ["render"] || shown.contains(error), "{shown}");
+        assert!(command == ["export"] || shown.contains(error), "{shown}");
     });
     let replay = home.run(&["replay", "small.txt"]).stderr;
     let error = "small.txt is a maze, not a recording (show it with `mmsim mazes show small.txt`)";

@@ -31,8 +31,8 @@ fn the_pictures_match_the_searches() {
         let search = ["solve", strategy, "--connect", &server.address, "--record", strategy];
         assert_eq!(home.run(&search).code, Some(0), "{strategy}");
         let drawn = format!("{strategy}.png");
-        let render = ["render", strategy, "--no-numbers", "--width", "400", "-o", &drawn];
-        assert_eq!(home.run(&render).code, Some(0), "{strategy}");
+        let export = ["export", strategy, "--no-numbers", "--width", "400", "-o", &drawn];
+        assert_eq!(home.run(&export).code, Some(0), "{strategy}");
         let drawn = home.path().join(drawn);
         let shown = at_root("docs/strategies").join(format!("{strategy}.png"));
         if env::var_os("MMSIM_UPDATE_PICTURES").is_some() {

@@ -18,7 +18,7 @@ use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
 use crate::output::{drawn_readings, print_report};
-use crate::selection::{MAZES_HELP, Selection, SelectionError};
+use crate::selection::{MAZES_HELP, Selection};
 
 /// A maze file and the problems found in it. The field names are JSON keys.
 #[derive(Serialize)]
@@ -76,9 +76,6 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
         match selection.and_then(|selection| selection.entries()) {
             Ok(entries) => {
                 files.extend(entries.iter().map(|entry| Checked::new(entry, args, &mut seen)));
-            }
-            Err(SelectionError::Unreadable(error)) => {
-                files.push(Checked::unread(Path::new(maze), &error));
             }
             Err(error) => files.push(Checked::unread(Path::new(maze), &error)),
         }

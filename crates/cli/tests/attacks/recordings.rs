@@ -613,8 +613,8 @@ fn commands_with_mutated_recordings() {
         &["replay", "a.mcap", "--at", "3"],
         &["export", "a.mcap", "-o", "a.html"],
         &["export", "a.mcap", "-o", "b.mcap"],
-        &["render", "a.mcap", "-o", "a.svg"],
-        &["render", "a.mcap", "-o", "a.gif"],
+        &["export", "a.mcap", "-o", "a.svg"],
+        &["export", "a.mcap", "-o", "a.gif"],
     ];
     for (name, records) in ["running", "packed"].into_iter().zip(recordings()) {
         for seed in SEED..SEED + 12 * force() as u64 {

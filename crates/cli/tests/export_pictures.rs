@@ -1,4 +1,4 @@
-//! `mmsim render`: drawing mazes and recordings.
+//! `mmsim export`: pictures of mazes and recordings.
 
 mod harness;
 
@@ -61,18 +61,18 @@ fn gif_frames(gif: &[u8]) -> (usize, u16, u16) {
 fn mazes_are_selected_by_file_or_words() {
     let home = Home::new();
     home.write("mazes/small.txt", MAZE);
-    let ended = home.run(&["render", "mazes/small.txt", "-o", "file.svg", "--distances"]);
+    let ended = home.run(&["export", "mazes/small.txt", "-o", "file.svg", "--distances"]);
     assert_eq!((ended.code, &ended.stdout[..], &ended.stderr[..]), (Some(0), "", ""));
-    home.run(&["render", "mazes", "SMALL", "--distances", "-o", "words.svg"]);
+    home.run(&["export", "mazes", "SMALL", "--distances", "-o", "words.svg"]);
     let svg = String::from_utf8(read(&home, "file.svg")).unwrap();
     assert_eq!(svg.as_bytes(), read(&home, "words.svg"));
     assert_eq!(svg.matches("<rect class=\"cell").count(), 6);
     assert!(svg.contains("class=\"maze hide-heat hide-trail\""), "{svg}");
     let is_blank = |line: &&str| line.contains("class=\"number\"") && line.contains("d=\"\"");
     assert_eq!(svg.lines().filter(is_blank).count(), 3, "cells without a way to the goal");
-    home.run(&["render", "training", "steps", "--theme", "dark", "--heat", "-o", "bundled.PNG"]);
+    home.run(&["export", "training", "steps", "--theme", "dark", "--heat", "-o", "bundled.PNG"]);
     assert_eq!(png_size(&read(&home, "bundled.PNG")), (640, 640));
-    home.run(&["render", "mazes/small.txt", "--width", "200", "-o", "small.png"]);
+    home.run(&["export", "mazes/small.txt", "--width", "200", "-o", "small.png"]);
     assert_eq!(png_size(&read(&home, "small.png")), (200, 138));
 }
 
@@ -81,7 +81,7 @@ fn a_state_of_a_recording_is_drawn() {
     let home = Home::new();
     record(&home, "run.mcap", 5);
     let svg = |arguments: &[&str]| {
-        let ended = home.run(&[&["render", "run.mcap", "-o", "run.svg"], arguments].concat());
+        let ended = home.run(&[&["export", "run.mcap", "-o", "run.svg"], arguments].concat());
         assert_eq!(ended.code, Some(0), "{ended:?}");
         String::from_utf8(read(&home, "run.svg")).unwrap()
     };
@@ -98,13 +98,12 @@ fn a_state_of_a_recording_is_drawn() {
     assert!(second.contains("transform=\"translate(10 10) rotate(180)\""));
     // The content of the file matters, not its name.
     fs::copy(home.path().join("run.mcap"), home.path().join("run.bin")).unwrap();
-    assert_eq!(home.run(&["render", "run.bin", "-o", "run.png"]).code, Some(0));
+    assert_eq!(home.run(&["export", "run.bin", "-o", "run.png"]).code, Some(0));
     assert_eq!(png_size(&read(&home, "run.png")), (640, 440));
 }
 
-#[test]
-fn texts_and_colours_of_a_mouse_are_drawn() {
-    let home = Home::new();
+/// Records two states of a mouse that displays texts and colours.
+fn record_display(home: &Home) {
     let simulation = Simulation::new("small", MAZE.parse::<Maze>().unwrap());
     let (path, size) = (home.path().join("run.mcap"), simulation.maze().size());
     let mut writer =
@@ -120,8 +119,14 @@ fn texts_and_colours_of_a_mouse_are_drawn() {
         updates = UpdateTracker::default();
     }
     writer.close().unwrap();
+}
+
+#[test]
+fn texts_and_colours_of_a_mouse_are_drawn() {
+    let home = Home::new();
+    record_display(&home);
     let svg = |arguments: &[&str]| {
-        let ended = home.run(&[&["render", "run.mcap", "-o", "run.svg"], arguments].concat());
+        let ended = home.run(&[&["export", "run.mcap", "-o", "run.svg"], arguments].concat());
         assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
         String::from_utf8(read(&home, "run.svg")).unwrap()
     };
@@ -132,7 +137,7 @@ fn texts_and_colours_of_a_mouse_are_drawn() {
     assert!(last.contains("data-text=\"goal\"") && last.contains("fill=\"#b3b300\""), "{last}");
     let bare = svg(&["--no-texts", "--no-colours"]);
     assert!(!bare.contains("data-text") && !bare.contains("class=\"colour\""));
-    assert_eq!(home.run(&["render", "run.mcap", "-o", "run.gif"]).code, Some(0));
+    assert_eq!(home.run(&["export", "run.mcap", "-o", "run.gif"]).code, Some(0));
     assert_eq!(gif_frames(&read(&home, "run.gif")).0, 2);
 }
 
@@ -140,10 +145,10 @@ fn texts_and_colours_of_a_mouse_are_drawn() {
 fn a_recording_can_be_animated() {
     let home = Home::new();
     record(&home, "run.mcap", 5);
-    let ended = home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "128"]);
+    let ended = home.run(&["export", "run.mcap", "-o", "run.gif", "--width", "128"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     assert_eq!(gif_frames(&read(&home, "run.gif")), (5, 128, 88));
-    home.run(&["render", "run.mcap", "-o", "run.gif", "--width", "64", "--at", "2"]);
+    home.run(&["export", "run.mcap", "-o", "run.gif", "--width", "64", "--at", "2"]);
     assert_eq!(gif_frames(&read(&home, "run.gif")), (3, 64, 44));
 }
 
@@ -158,7 +163,7 @@ fn long_searches_have_at_most_400_frames() {
         writer.write(&[b'S', 0, 0, letter, b'C', 0, b'C', 0]).unwrap();
     }
     writer.close().unwrap();
-    let ended = home.run(&["render", "long.mcap", "-o", "long.gif", "--width", "16"]);
+    let ended = home.run(&["export", "long.mcap", "-o", "long.gif", "--width", "16"]);
     assert_eq!(ended.stderr, "long.gif: drawing 400 of 1000 states, evenly spaced\n");
     assert_eq!(gif_frames(&read(&home, "long.gif")).0, 400);
 }
@@ -167,10 +172,10 @@ fn long_searches_have_at_most_400_frames() {
 fn a_recording_without_states_shows_the_maze() {
     let home = Home::new();
     record(&home, "empty.mcap", 0);
-    assert_eq!(home.run(&["render", "empty.mcap", "-o", "empty.svg"]).code, Some(0));
+    assert_eq!(home.run(&["export", "empty.mcap", "-o", "empty.svg"]).code, Some(0));
     let svg = String::from_utf8(read(&home, "empty.svg")).unwrap();
     assert!(svg.contains("mouse absent") && svg.contains("wall true known"));
-    let ended = home.run(&["render", "empty.mcap", "-o", "empty.gif"]);
+    let ended = home.run(&["export", "empty.mcap", "-o", "empty.gif"]);
     let error = "mmsim: empty.mcap: cannot animate a recording without states\n";
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), error));
 }
@@ -183,7 +188,7 @@ fn the_intact_part_of_a_damaged_recording_is_drawn() {
     let middle = bytes.len() / 2;
     bytes[middle..middle + 100].fill(0xa5);
     home.write("damaged.mcap", &bytes);
-    let ended = home.run(&["render", "damaged.mcap", "-o", "damaged.svg"]);
+    let ended = home.run(&["export", "damaged.mcap", "-o", "damaged.svg"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.stderr.contains(": damaged after byte "), "{ended:?}");
     assert!(read(&home, "damaged.svg").starts_with(b"<svg "));
@@ -198,7 +203,7 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
     for (arguments, error) in [
         (
             &["small.txt", "-o", "old.gif"][..],
-            "small.txt: cannot animate a maze (a .gif needs a recording)",
+            "small.txt: a .gif file needs a recording, not a maze",
         ),
         (
             &["small.txt", "--at", "0", "-o", "a.svg"],
@@ -217,11 +222,11 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
             "run.mcap: --distances needs a maze, not a recording",
         ),
         (&["run.mcap", "--at", "2", "-o", "old.gif"], "run.mcap: no state 2 (--at takes 0 to 1)"),
-        (&["no.mcap", "-o", "a.svg"], "no.mcap: cannot be read: "),
+        (&["no.mcap", "-o", "a.svg"], "no such file or folder: no.mcap\n"),
         (&["no such maze", "-o", "a.svg"], "no maze matches \"no such maze\" in "),
         (&["small.txt", "-o", "no/a.svg"], "cannot write no/a.svg: "),
     ] {
-        let ended = home.run(&[&["render"], arguments].concat());
+        let ended = home.run(&[&["export"], arguments].concat());
         assert_eq!(ended.code, Some(1), "{arguments:?}");
         let start = format!("mmsim: {error}");
         assert!(ended.stderr.starts_with(&start), "{arguments:?}: {}", ended.stderr);
@@ -230,13 +235,13 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         (&["small.txt"][..], "--output <FILE>"),
         (
             &["small.txt", "-o", "a.jpeg"],
-            "expected a file ending in .svg, .png or .gif, found .jpeg",
+            "expected a file ending in .svg, .png, .gif, .html or .mcap, found .jpeg",
         ),
         (&["small.txt", "-o", "a.png", "--width", "15"], "15 is not in 16..=4096"),
         (&["small.txt", "-o", "a.svg", "--width", "300"], "--width needs a .png or .gif file"),
         (&["small.txt", "-o", "a.png", "--theme", "pink"], "[possible values: light, dark]"),
     ] {
-        let ended = home.run(&[&["render"], arguments].concat());
+        let ended = home.run(&[&["export"], arguments].concat());
         assert_eq!(ended.code, Some(2), "{arguments:?}");
         assert!(ended.stderr.contains(error), "{arguments:?}: {}", ended.stderr);
     }
@@ -247,4 +252,51 @@ fn undrawable_inputs_are_errors_and_keep_the_old_file() {
         .collect();
     files.sort();
     assert_eq!(files, ["old.gif", "run.mcap", "small.txt"], "nothing else is left behind");
+}
+
+/// Each option changes what is written, or is refused.
+#[test]
+fn no_option_is_without_effect() {
+    const OPTIONS: [&[&str]; 11] = [
+        &["--at", "0"],
+        &["--distances"],
+        &["--heat"],
+        &["--no-numbers"],
+        &["--no-trail"],
+        &["--no-texts"],
+        &["--no-colours"],
+        &["--theme", "dark"],
+        &["--width", "64"],
+        &["--vehicle", "own.toml"],
+        &["--states-only"],
+    ];
+    let home = Home::new();
+    home.write("small.txt", MAZE);
+    home.write("own.toml", "base = 'ares'\nname = 'own'\n");
+    record_display(&home);
+    let mut effects = [0; OPTIONS.len()];
+    for source in ["small.txt", "run.mcap"] {
+        for file in ["a.svg", "a.png", "a.gif", "a.html", "a.mcap"] {
+            let write = |option: &[&str]| {
+                let ended = home.run(&[&["export", source, "-o", file], option].concat());
+                let written = (ended.code == Some(0)).then(|| read(&home, file));
+                assert!(written.is_some() || ended.stderr.contains("needs"), "{ended:?}");
+                written
+            };
+            let plain = write(&[]);
+            for (option, count) in OPTIONS.iter().zip(&mut effects) {
+                let Some(written) = write(option) else { continue };
+                assert_ne!(Some(written), plain, "{source} {file} {option:?}");
+                *count += 1;
+            }
+        }
+    }
+    assert!(effects.iter().all(|&count| count > 0), "{effects:?}");
+    let help = home.run(&["export", "-h"]).stdout;
+    let (_, listed) = help.split_once("Options:\n").unwrap();
+    let names = listed.split_whitespace().filter(|word| word.starts_with("--"));
+    let general = ["--output", "--history-limit", "--quiet", "--verbose...", "--help"];
+    for name in names.filter(|name| !general.contains(name)) {
+        assert!(OPTIONS.iter().any(|option| option[0] == name), "{name}");
+    }
 }
