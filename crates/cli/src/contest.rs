@@ -24,7 +24,7 @@ use crate::vehicle::{VEHICLES, parse_vehicle, warn_about};
 const AFTER_HELP: &str = "\
 Examples:
   mmsim contest harbour                            let all strategies compete in a bundled maze
-  mmsim contest mazes/ --rules apec                compete in each maze of a folder, add up scores
+  mmsim contest mazes/ --rules apec                compete in each maze of a folder, for points
   mmsim contest harbour --mouse mine=./my-mouse    let your own mouse compete with the strategies
   mmsim contest harbour --vehicle ares --search-speed 0.2,0.1
   mmsim contest mazes/ --csv > scores.csv          write a CSV file, one line per mouse and maze
@@ -32,8 +32,9 @@ Examples:
 
 Each mouse searches the maze, returns to the start, and then runs as often as the rules and the time
 allow. Steps and turns of the search are timed by --search-speed, fast runs by --vehicle. A mouse
-that does not return to the start by itself, is reset or runs into a wall counts as touched.
-docs/contest.md describes the model.
+that does not return to the start by itself, is reset or runs into a wall counts as touched. In each
+maze, a mouse gets a point for each mouse that it beats. docs/contest.md describes the model and the
+ranking.
 
 The exit code is 0 if all mazes could be read, regardless of the scores.";
 
@@ -110,6 +111,7 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
 struct EntryColumns<'a> {
     rank: Option<usize>,
     mouse: &'a str,
+    points: f64,
     score_s: Option<f64>,
     /// The times of the run that counts.
     time_s: Option<f64>,
@@ -131,11 +133,12 @@ fn write_csv(result: &MazeResult, csv: &mut csv::Writer<impl Write>) -> csv::Res
     let MazeColumns { path, name, width, height } = &result.maze;
     let (path, name) = (escaped(path), escaped(name));
     let maze = MazeColumns { path, name, width: *width, height: *height };
-    result.entries.iter().try_for_each(|ContestEntry { rank, mouse, attempt }| {
+    result.entries.iter().try_for_each(|ContestEntry { rank, mouse, points, attempt }| {
         let best = attempt.best_run();
         let columns = EntryColumns {
             rank: *rank,
             mouse,
+            points: *points,
             score_s: attempt.score_s,
             time_s: best.map(|run| run.time_s),
             rest_to_rest_s: best.and_then(|run: &ContestRun| run.rest_to_rest_s),

@@ -5,10 +5,40 @@ use std::iter::repeat_n;
 use mmsim_maze::Escaped;
 use unicode_width::UnicodeWidthStr as _;
 
+/// The width that tables should not exceed, in columns of a terminal.
+const WIDTH: usize = 80;
+
 /// Formats rows as a table and escapes the text of the cells. The first column is left-aligned; all
 /// other columns are right-aligned.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     format_rows(rows, 1)
+}
+
+/// Like [`aligned`], but with one table below the other if one would be wider than [`WIDTH`]. Each
+/// table repeats the first column.
+pub(crate) fn wrapped(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        widest(rows.iter().filter_map(|row| row.get(column)).map(|cell| Escaped(cell).to_string()))
+    };
+    let mut tables: Vec<(usize, Vec<usize>)> = Vec::new();
+    for column in 1..columns.max(2) {
+        let added = 2 + width(column);
+        match tables.last_mut() {
+            Some((total, list)) if *total + added <= WIDTH => {
+                *total += added;
+                list.push(column);
+            }
+            _ => tables.push((width(0) + added, vec![0, column])),
+        }
+    }
+    let table = |(_, columns): &(usize, Vec<usize>)| {
+        let cells = |row: &Vec<String>| {
+            columns.iter().filter_map(|&column| row.get(column).cloned()).collect()
+        };
+        aligned(&rows.iter().map(cells).collect::<Vec<_>>())
+    };
+    tables.iter().map(table).collect::<Vec<_>>().join("\n")
 }
 
 /// Like [`aligned`], but with all columns left-aligned.
@@ -64,6 +94,18 @@ mod tests {
         assert_eq!(left_aligned(&rows), "ä    1\nbcd  22  x\ne\n");
         assert_eq!(aligned(&[]), "");
         assert_eq!(aligned(&[vec!["a\nb".into(), "1".into()]]), "a\\nb  1\n");
+    }
+
+    #[test]
+    fn wide_tables_are_wrapped() {
+        let row = |cells: [&str; 4]| cells.map(String::from).to_vec();
+        // With the first column and the gaps, these two are 80 columns wide.
+        let (wide, most) = ("x".repeat(37), "y".repeat(37));
+        let rows = [row(["a", &wide, &most, "z"]), row(["bc", "1", "2", "3"])];
+        let pad = " ".repeat(36);
+        let expected = format!("a   {wide}  {most}\nbc  {pad}1  {pad}2\n\na   z\nbc  3\n");
+        assert_eq!(wrapped(&rows), expected);
+        assert_eq!(wrapped(&[vec!["a".into()]]), "a\n");
     }
 
     #[test]

@@ -31,6 +31,7 @@ fn the_tables_are_those_of_the_documentation() {
         let arguments = [&["contest", "--strategies", STRATEGIES], arguments].concat();
         let ended = home.run(&arguments);
         assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
+        assert!(ended.stdout.lines().all(|line| line.len() <= 80), "{}", ended.stdout);
         for line in words(&ended.stdout) {
             assert!(shown.contains(&line), "{line:?} is missing in docs/contest.md");
         }
@@ -95,7 +96,7 @@ fn json_has_every_run_of_every_mouse() {
     let standings = contest["standings"].as_array().unwrap();
     assert_eq!(standings[0]["mouse"], "shortest-path-search");
     assert_eq!((&standings[0]["scored"], &standings[0]["wins"]), (&json!(1), &json!(1)));
-    assert_eq!(standings[1]["total_score_s"], flood["score_s"]);
+    assert_eq!([&standings[0]["points"], &standings[1]["points"]], [1.0, 0.0]);
 }
 
 #[test]
@@ -111,9 +112,16 @@ fn csv_has_a_line_for_each_mouse_in_each_maze() {
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().collect::<Result<_, _>>().unwrap();
     assert_eq!(rows.len(), 2, "a maze with an unreachable goal has no line");
     for (row, entry) in rows.iter().zip(contest["mazes"][0]["entries"].as_array().unwrap()) {
-        for key in
-            ["rank", "mouse", "score_s", "search_time_s", "touched", "goal_reached", "ending"]
-        {
+        for key in [
+            "rank",
+            "mouse",
+            "points",
+            "score_s",
+            "search_time_s",
+            "touched",
+            "goal_reached",
+            "ending",
+        ] {
             let value = entry[key].as_str().map_or_else(|| entry[key].to_string(), String::from);
             assert_eq!(row[key], value, "{key}");
         }
@@ -131,7 +139,7 @@ fn csv_has_a_line_for_each_mouse_in_each_maze() {
 }
 
 #[test]
-fn scores_of_several_mazes_are_added() {
+fn points_of_several_mazes_are_added() {
     let home = Home::new();
     home.write("mazes/a.txt", LOOP);
     home.write("mazes/b.txt", "o---o---o\n| S   G |\no---o---o\n");
@@ -149,8 +157,8 @@ fn scores_of_several_mazes_are_added() {
     );
     for standing in contest["standings"].as_array().unwrap() {
         let mouse = standing["mouse"].as_str().unwrap();
-        let scores = [0, 1].map(|maze| entry(&contest, maze, mouse)["score_s"].as_f64().unwrap());
-        assert_close(&standing["total_score_s"], scores[0] + scores[1]);
+        let points = [0, 1].map(|maze| entry(&contest, maze, mouse)["points"].as_f64().unwrap());
+        assert_close(&standing["points"], points[0] + points[1]);
         assert_eq!(standing["scored"], 2);
     }
     let ended = home.run(&["contest", "mazes/closed.txt"]);

@@ -1,10 +1,10 @@
-//! Mice that compete under the rules of a contest, and their ranks, in each maze and in total.
+//! Mice that compete under the rules of a contest, and their ranks, in each maze and overall.
 
 mod attempt;
 mod rules;
 
 use mmsim_fastrun::Planner;
-use mmsim_run::{SearchFigures, SearchSpeed, Timing, tenth_of_ms};
+use mmsim_run::{SearchFigures, SearchSpeed, Timing};
 use serde::Serialize;
 
 pub use self::attempt::{Attempt, ContestRun, RunKind};
@@ -23,7 +23,7 @@ pub struct Contest {
     pub vehicle: String,
     /// The speed of the mice while they search or return.
     pub search_speed: SearchSpeed,
-    /// The totals of the mice, best mice first.
+    /// The ranking over all mazes, best mice first.
     pub standings: Vec<Standing>,
     /// The results of the mazes.
     pub mazes: Vec<MazeResult>,
@@ -48,24 +48,27 @@ pub struct ContestEntry {
     pub rank: Option<usize>,
     /// The name of the mouse.
     pub mouse: String,
+    /// One point for each rival with a worse score or none, and half a point for each rival with the
+    /// same score. 0 without a score.
+    pub points: f64,
     /// The attempt.
     #[serde(flatten)]
     pub attempt: Attempt,
 }
 
-/// The total of a mouse over all mazes. The field names are JSON keys.
+/// The rank of a mouse over all mazes. The field names are JSON keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Standing {
     /// The number of better mice, plus one.
     pub rank: usize,
     /// The name of the mouse.
     pub mouse: String,
+    /// The sum of the points in all mazes.
+    pub points: f64,
     /// The number of mazes in which the mouse has a score.
     pub scored: usize,
     /// The number of mazes in which no mouse has a better score.
     pub wins: usize,
-    /// The sum of the scores in s.
-    pub total_score_s: f64,
 }
 
 impl Contest {
@@ -110,12 +113,17 @@ impl Contest {
 impl MazeResult {
     /// Ranks the attempts of all mice in a maze.
     fn new(maze: &NamedMaze, name: &str, attempts: Vec<(String, Attempt)>) -> Self {
-        let scores: Vec<f64> = attempts.iter().filter_map(|(_, attempt)| attempt.score_s).collect();
-        let rank = |score: f64| 1 + scores.iter().filter(|&&other| other < score).count();
-        let entry = |(mouse, attempt): (String, Attempt)| ContestEntry {
-            rank: attempt.score_s.map(rank),
-            mouse,
-            attempt,
+        let scores: Vec<Option<f64>> =
+            attempts.iter().map(|(_, attempt)| attempt.score_s).collect();
+        let entry = |(mouse, attempt): (String, Attempt)| {
+            let Some(score) = attempt.score_s else {
+                return ContestEntry { rank: None, mouse, points: 0.0, attempt };
+            };
+            let better = scores.iter().flatten().filter(|&&other| other < score).count();
+            let equal = scores.iter().filter(|&&other| other == Some(score)).count();
+            let worse = scores.len() - better - equal;
+            let points = count(worse) + 0.5 * count(equal - 1);
+            ContestEntry { rank: Some(better + 1), mouse, points, attempt }
         };
         let mut entries: Vec<ContestEntry> = attempts.into_iter().map(entry).collect();
         // Mice without a score come last, in the given order.
@@ -130,24 +138,24 @@ impl MazeResult {
 }
 
 impl Standing {
-    /// Returns the totals, best mice first. A mouse with a score in more mazes is better; ties go to the
-    /// lower total.
+    /// Returns the ranking, best mice first. Of mice with equal points, one with a score in more mazes
+    /// is better, then one that wins more mazes.
     fn all<'m>(mice: impl Iterator<Item = &'m str>, results: &[MazeResult]) -> Vec<Self> {
-        let total = |mouse: &str| {
+        let standing = |mouse: &str| {
             let entries = || results.iter().filter_map(|result| result.entry(mouse));
-            let scores = entries().filter_map(|entry| entry.attempt.score_s);
             Self {
                 rank: 0,
                 mouse: mouse.into(),
-                scored: scores.clone().count(),
+                // The sum of no points is -0.
+                points: entries().map(|entry| entry.points).sum::<f64>() + 0.0,
+                scored: entries().filter(|entry| entry.rank.is_some()).count(),
                 wins: entries().filter(|entry| entry.rank == Some(1)).count(),
-                // The sum of no scores is -0.
-                total_score_s: tenth_of_ms(scores.sum::<f64>() + 0.0),
             }
         };
-        let mut standings: Vec<Self> = mice.map(total).collect();
+        let mut standings: Vec<Self> = mice.map(standing).collect();
         let is_better = |a: &Self, b: &Self| {
-            b.scored.cmp(&a.scored).then(a.total_score_s.total_cmp(&b.total_score_s))
+            let counts = |standing: &Self| (standing.scored, standing.wins);
+            b.points.total_cmp(&a.points).then_with(|| counts(b).cmp(&counts(a)))
         };
         standings.sort_by(is_better);
         let sorted = standings.clone();
@@ -157,6 +165,11 @@ impl Standing {
         }
         standings
     }
+}
+
+/// Returns a number of mice as a number of points.
+fn count(mice: usize) -> f64 {
+    f64::from(u32::try_from(mice).unwrap_or(u32::MAX))
 }
 
 #[cfg(test)]
@@ -186,35 +199,72 @@ mod tests {
         MazeResult::new(&maze, "a", scores.iter().map(attempt).collect())
     }
 
+    fn ranks(standings: &[Standing]) -> Vec<(usize, &str, f64)> {
+        standings.iter().map(|one| (one.rank, &*one.mouse, one.points)).collect()
+    }
+
     #[test]
-    fn equal_scores_share_a_rank() {
+    fn a_mouse_gets_a_point_for_each_mouse_that_it_beats() {
         let result = result(&[
             ("a", None),
             ("b", Some(9.0)),
             ("c", Some(8.0)),
             ("d", Some(9.0)),
             ("e", Some(10.0)),
+            ("f", None),
         ]);
-        let ranks: Vec<_> =
-            result.entries.iter().map(|entry| (&*entry.mouse, entry.rank)).collect();
-        let expected =
-            [("c", Some(1)), ("b", Some(2)), ("d", Some(2)), ("e", Some(4)), ("a", None)];
-        assert_eq!(ranks, expected);
+        let found: Vec<_> =
+            result.entries.iter().map(|entry| (&*entry.mouse, entry.rank, entry.points)).collect();
+        let expected = [
+            ("c", Some(1), 5.0),
+            ("b", Some(2), 3.5),
+            ("d", Some(2), 3.5),
+            ("e", Some(4), 2.0),
+            ("a", None, 0.0),
+            ("f", None, 0.0),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    /// The example of docs/contest.md.
+    #[test]
+    fn points_of_all_mazes_are_added() {
+        let results = [
+            result(&[("ada", Some(5.0)), ("bo", Some(6.0)), ("cy", Some(6.0))]),
+            result(&[("ada", Some(7.5)), ("bo", Some(8.0)), ("cy", None)]),
+            result(&[("ada", None), ("bo", Some(60.0)), ("cy", None)]),
+        ];
+        let points = results.each_ref().map(|result| {
+            ["ada", "bo", "cy"].map(|mouse| result.entry(mouse).map(|entry| entry.points))
+        });
+        let expected = [[2.0, 0.5, 0.5], [2.0, 1.0, 0.0], [0.0, 2.0, 0.0]];
+        assert_eq!(points, expected.map(|maze| maze.map(Some)));
+        let standings = Standing::all(["cy", "bo", "ada"].into_iter(), &results);
+        assert_eq!(ranks(&standings), [(1, "ada", 4.0), (2, "bo", 3.5), (3, "cy", 0.5)]);
+        let counts: Vec<_> = standings.iter().map(|one| (one.scored, one.wins)).collect();
+        assert_eq!(counts, [(2, 2), (3, 1), (1, 0)]);
     }
 
     #[test]
-    fn more_scores_rank_before_a_lower_total() {
-        let results = [
-            result(&[("a", Some(3.0)), ("b", Some(9.0)), ("c", Some(4.0)), ("d", None)]),
-            result(&[("a", None), ("b", Some(9.0)), ("c", Some(14.0)), ("d", None)]),
-        ];
-        let standings = Standing::all(["a", "b", "c", "d"].into_iter(), &results);
-        let found: Vec<_> = standings
-            .iter()
-            .map(|one| (one.rank, &*one.mouse, one.scored, one.wins, one.total_score_s))
-            .collect();
-        let expected =
-            [(1, "b", 2, 1, 18.0), (1, "c", 2, 0, 18.0), (3, "a", 1, 1, 3.0), (4, "d", 0, 0, 0.0)];
-        assert_eq!(found, expected);
+    fn equal_points_are_decided_by_scores_and_wins() {
+        let first = result(&[("a", Some(1.0)), ("b", Some(2.0)), ("c", None)]);
+        let results = [first, result(&[("a", None), ("b", Some(9.0)), ("c", Some(8.0))])];
+        let standings = Standing::all(["a", "b", "c"].into_iter(), &results);
+        assert_eq!(ranks(&standings), [(1, "b", 2.0), (2, "a", 2.0), (2, "c", 2.0)]);
+        let first = result(&[("a", Some(3.0)), ("b", Some(2.0)), ("c", Some(1.0))]);
+        let results = [first, result(&[("a", Some(7.0)), ("b", Some(8.0)), ("c", Some(9.0))])];
+        let standings = Standing::all(["a", "b", "c"].into_iter(), &results);
+        assert_eq!(ranks(&standings), [(1, "a", 2.0), (1, "c", 2.0), (3, "b", 2.0)]);
+    }
+
+    #[test]
+    fn one_huge_maze_does_not_turn_the_result_of_17_others() {
+        let mice = ["a", "b", "c", "d", "e", "f"];
+        let usual = mice.iter().zip([10.0, 11.0, 30.0, 30.0, 30.0, 30.0]);
+        let usual: Vec<_> = usual.map(|(mouse, score)| (*mouse, Some(score))).collect();
+        let huge = mice.map(|mouse| (mouse, (mouse == "b").then_some(1e6)));
+        let results: Vec<_> = (0..17).map(|_| result(&usual)).chain([result(&huge)]).collect();
+        let standings = Standing::all(mice.into_iter(), &results);
+        assert_eq!(ranks(&standings)[..2], [(1, "a", 85.0), (2, "b", 73.0)]);
     }
 }

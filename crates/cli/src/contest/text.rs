@@ -3,7 +3,7 @@
 use mmsim_compare::{Attempt, Contest, ContestEntry, MazeResult, Rules, Standing};
 use mmsim_maze::{Escaped, counted};
 
-use crate::grid::aligned;
+use crate::grid::wrapped;
 use crate::output::list_reasons;
 
 /// Returns the rules, the runs in one maze or the scores in several mazes, and the mice without a
@@ -34,7 +34,7 @@ fn head(contest: &Contest) -> String {
         None => "the best run".into(),
     };
     let share = match *search_share {
-        share if share > 0.0 => format!(" + 1/{:.0} of the time before the run", 1.0 / share),
+        share if share > 0.0 => format!(" + 1/{:.0} of the time before it", 1.0 / share),
         _ => String::new(),
     };
     let penalty = match *touch_penalty {
@@ -43,20 +43,20 @@ fn head(contest: &Contest) -> String {
     };
     let vehicle = Escaped(&contest.vehicle);
     format!(
-        "Rules {name}: {runs} within {time_limit} s. Score: time of the run{share}{penalty}.\n\
-         Vehicle {vehicle}; searches at {search_speed}. Times in seconds.\n"
+        "Rules {name}: {runs} within {time_limit} s. Times in seconds.\n\
+         Score: time of the run{share}{penalty}.\n\
+         Vehicle {vehicle}; searches at {search_speed}.\n"
     )
 }
 
 fn standings_table(contest: &Contest) -> String {
-    let head = ["", "mouse", "mazes scored", "mazes won", "total score"].map(String::from);
+    let head = ["", "mouse", "points", "mazes scored", "mazes won"].map(String::from);
     let row = |standing: &Standing| {
-        let Standing { rank, mouse, scored, wins, total_score_s } = standing;
-        let total = if *scored > 0 { format!("{total_score_s:.3}") } else { "-".into() };
+        let Standing { rank, mouse, points, scored, wins } = standing;
         let scored = format!("{scored}/{}", contest.mazes.len());
-        [rank.to_string(), mouse.clone(), scored, wins.to_string(), total]
+        [rank.to_string(), mouse.clone(), format!("{points:.1}"), scored, wins.to_string()]
     };
-    aligned(&ranked([head].into_iter().chain(contest.standings.iter().map(row)).collect()))
+    wrapped(&ranked([head].into_iter().chain(contest.standings.iter().map(row)).collect()))
 }
 
 /// Returns a table with the score of each mouse in each maze.
@@ -68,7 +68,7 @@ fn scores_table(contest: &Contest, mazes: &[MazeResult]) -> String {
             mice().map(|mouse| seconds(maze.entry(mouse).and_then(|entry| entry.attempt.score_s)));
         [maze.maze.name.clone()].into_iter().chain(scores).collect()
     });
-    aligned(&[head].into_iter().chain(rows).collect::<Vec<_>>())
+    wrapped(&[head].into_iter().chain(rows).collect::<Vec<_>>())
 }
 
 /// Lists the most frequent reasons why a mouse made no fast run.
@@ -82,18 +82,9 @@ fn reasons(contest: &Contest, mouse: &str) -> Option<String> {
 
 /// Returns a table with the run of each mouse that counts.
 fn table(result: &MazeResult) -> String {
-    let head = [
-        "",
-        &result.maze.name,
-        "score",
-        "best run",
-        "rest to rest",
-        "begins at",
-        "search run",
-        "runs",
-        "touched",
-    ];
-    let row = |ContestEntry { rank, mouse, attempt }: &ContestEntry| {
+    let head =
+        ["", &result.maze.name, "score", "best run", "begins at", "search run", "runs", "touched"];
+    let row = |ContestEntry { rank, mouse, attempt, .. }: &ContestEntry| {
         let Attempt { score_s, runs, touched, .. } = attempt;
         let best = attempt.best_run();
         let search_run = runs.first().map(|run| run.time_s);
@@ -102,7 +93,6 @@ fn table(result: &MazeResult) -> String {
             mouse.clone(),
             seconds(*score_s),
             seconds(best.map(|run| run.time_s)),
-            seconds(best.and_then(|run| run.rest_to_rest_s)),
             seconds(best.map(|run| run.start_s)),
             seconds(search_run),
             runs.len().to_string(),
@@ -110,7 +100,7 @@ fn table(result: &MazeResult) -> String {
         ]
     };
     let head = head.map(String::from);
-    aligned(&ranked([head].into_iter().chain(result.entries.iter().map(row)).collect()))
+    wrapped(&ranked([head].into_iter().chain(result.entries.iter().map(row)).collect()))
 }
 
 /// Joins the ranks and the names in the first two columns, which are then left-aligned.
