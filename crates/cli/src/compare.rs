@@ -55,7 +55,8 @@ pub(crate) struct CompareArgs {
         value_parser = parse_vehicle,
         help = format!(
             "Calculate the times of fast runs for a vehicle: {VEHICLES}. Without it, \
-             fastest-path-search explores for expert"
+             fastest-path-search explores for {}",
+            Vehicle::DEFAULT
         )
     )]
     vehicle: Option<Vehicle>,
@@ -85,7 +86,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     // Before searches that may take minutes.
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     args.html.as_deref().map_or(Ok(()), check_folder)?;
-    let vehicle = args.vehicle.clone().unwrap_or_else(Vehicle::expert);
+    let vehicle = args.vehicle.clone().unwrap_or_default();
     let figures = args.search.run(&mice, &mazes, vehicle, args.stop_at_goal)?;
     let timing = args.vehicle.clone().map(|vehicle| {
         warn_about(&vehicle);

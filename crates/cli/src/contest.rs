@@ -60,7 +60,7 @@ pub(crate) struct ContestArgs {
     #[arg(
         long,
         value_name = "NAME|FILE",
-        default_value = "expert",
+        default_value = Vehicle::DEFAULT,
         value_parser = parse_vehicle,
         help = format!("Vehicle: {VEHICLES}")
     )]

@@ -50,7 +50,7 @@ pub(crate) struct FastRunArgs {
     #[arg(
         long,
         value_name = "NAME|FILE",
-        default_value = "expert",
+        default_value = Vehicle::DEFAULT,
         value_parser = parse_given_vehicle,
         help = format!("Vehicle: {VEHICLES}; may be repeated")
     )]

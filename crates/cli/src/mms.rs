@@ -8,7 +8,6 @@ use std::sync::Arc;
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_client::Transport;
-use mmsim_fastrun::Vehicle;
 use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{ExitCause, MouseControl, Program, RunEnd, Runs, Session};
@@ -162,7 +161,7 @@ fn search(
     let own_vehicle = args.own.server.viewer.vehicle.first();
     let session = Session {
         program,
-        vehicle: &own_vehicle.cloned().unwrap_or_else(Vehicle::expert),
+        vehicle: &own_vehicle.cloned().unwrap_or_default(),
         maze: &known.map,
         sensor,
         rules: args.scores,

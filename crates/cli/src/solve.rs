@@ -56,7 +56,8 @@ pub(crate) struct SolveArgs {
         value_name = "NAME|FILE",
         value_parser = parse_vehicle,
         help = format!(
-            "Vehicle whose fastest run fastest-path-search explores for: {VEHICLES} [default: expert]"
+            "Vehicle whose fastest run fastest-path-search explores for: {VEHICLES} [default: {}]",
+            Vehicle::DEFAULT
         )
     )]
     vehicle: Option<Vehicle>,
@@ -95,7 +96,7 @@ impl SolveArgs {
                 format!("{} has no {option}; only fastest-path-search does", self.strategy);
             return Err(UsageError::new("solve", message));
         }
-        let vehicle = self.vehicle.clone().unwrap_or_else(Vehicle::expert);
+        let vehicle = self.vehicle.clone().unwrap_or_default();
         Ok(Exploration::new(vehicle, self.tolerance.unwrap_or_default()))
     }
 }

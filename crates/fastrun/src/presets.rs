@@ -37,6 +37,9 @@ impl Vehicle {
     /// The names of the presets, slowest first, and the half-size mouse last.
     pub const PRESETS: [&'static str; 4] = ["ukmars", "ares", "expert", "kerise"];
 
+    /// The name of the preset that is used unless a vehicle is chosen.
+    pub const DEFAULT: &'static str = "expert";
+
     /// Returns the preset with this name.
     ///
     /// ```
@@ -117,9 +120,22 @@ impl Vehicle {
     }
 }
 
+impl Default for Vehicle {
+    /// Returns the preset named [`DEFAULT`](Self::DEFAULT).
+    fn default() -> Self {
+        // A test creates every preset.
+        Self::preset(Self::DEFAULT).expect("the default is a preset")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_default_is_a_preset() {
+        assert_eq!(Vehicle::default().name(), Vehicle::DEFAULT);
+    }
 
     #[test]
     fn every_preset_has_its_name_and_fits() {

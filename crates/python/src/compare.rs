@@ -90,6 +90,8 @@ pub(crate) fn compare<'py>(
     let (cell, turn) = competition.search_speed;
     let search_speed = format!("{cell},{turn}").parse().map_err(value_error)?;
     let vehicle = competition.vehicle.as_deref().map(|text| vehicle(py, text)).transpose()?;
+    // A contest needs a vehicle.
+    let vehicle = vehicle.or_else(|| rules.map(|_| Vehicle::default()));
     let timing = vehicle.map(|vehicle| Timing { vehicle, search_speed });
     let mazes: Vec<NamedMaze> = competition.mazes.iter().map(|maze| maze.get().named()).collect();
     let mut figures = competition.search(py, &mazes, timing.as_ref())?;
@@ -126,7 +128,7 @@ impl Competition<'_> {
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
-        let vehicle = timing.map_or_else(Vehicle::expert, |timing| timing.vehicle.clone());
+        let vehicle = timing.map_or_else(Vehicle::default, |timing| timing.vehicle.clone());
         let exploration = Exploration::new(vehicle, Tolerance::ZERO);
         let misreadings = Misreadings {
             probability: probability(self.misread)?,

@@ -28,8 +28,8 @@ pub(crate) fn vehicle(py: Python<'_>, text: &str) -> PyResult<Vehicle> {
 
 impl PyFastRun {
     /// Plans the fastest run of a vehicle.
-    pub(crate) fn plan(py: Python<'_>, maze: &Maze, vehicle: &str) -> PyResult<Self> {
-        let vehicle = self::vehicle(py, vehicle)?;
+    pub(crate) fn plan(py: Python<'_>, maze: &Maze, vehicle: Option<&str>) -> PyResult<Self> {
+        let vehicle = vehicle.map(|text| self::vehicle(py, text)).transpose()?.unwrap_or_default();
         py.detach(|| {
             let mut planner = Planner::new(vehicle);
             let run = planner

@@ -221,10 +221,10 @@ impl PyMaze {
 
     /// Plans the fastest run of a vehicle, in seconds.
     ///
-    /// `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file.
+    /// `vehicle` is ukmars, ares, expert (the default), kerise, or the path of a TOML file.
     /// Raises `SearchError` if the goal is unreachable.
-    #[pyo3(signature = (vehicle = "ares"))]
-    fn fastest_run(&self, py: Python<'_>, vehicle: &str) -> PyResult<PyFastRun> {
+    #[pyo3(signature = (vehicle = None))]
+    fn fastest_run(&self, py: Python<'_>, vehicle: Option<&str>) -> PyResult<PyFastRun> {
         PyFastRun::plan(py, &self.maze, vehicle)
     }
 

@@ -69,7 +69,7 @@ def test_wrong_readings_are_those_of_the_command(
                 rows[3 * maze + 2][key] == rows[3 * maze][key]
                 for key in ("goal_reached", "steps_in_all", "turns", "crashes", "states")
             )
-    contest = ["contest", folder, "--strategies=flood-fill,swing", "--vehicle=expert", *options]
+    contest = ["contest", folder, "--strategies=flood-fill,swing", *options]
     assert output(mmsim, *contest) == mm.contest(
         folder, ("flood-fill", "swing"), misread=0.05, misread_fixed=is_fixed, misread_seed=3,
         recover=recover,

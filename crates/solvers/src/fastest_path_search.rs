@@ -86,7 +86,7 @@ impl FastestPathSearch {
 
 impl Default for FastestPathSearch {
     fn default() -> Self {
-        Self::new(Vehicle::expert(), Tolerance::ZERO)
+        Self::new(Vehicle::default(), Tolerance::ZERO)
     }
 }
 

@@ -9,7 +9,7 @@ const MAX_KEPT_STATES = 20_000;
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
- *   strategies: { name: string, about: string }[], vehicles: string[], vehicle: string | null, own: OwnMouse | null, opened: string[] }} PageInfo
+ *   strategies: { name: string, about: string }[], vehicles: string[], vehicle: string, own: OwnMouse | null, opened: string[] }} PageInfo
  * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry

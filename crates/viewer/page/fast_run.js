@@ -25,8 +25,6 @@ const ROUTES = {
 };
 /** The routes that depend on the shown state. @type {RouteName[]} */
 const OF_MOUSE = ["known-walls", "driven"];
-/** Mazes of more cells than this on a side are driven by the half-size vehicle by default. */
-const MAX_CLASSIC = 16;
 /** Minimum time between requests for the run over known walls, in milliseconds. */
 const KNOWN_PAUSE = 300;
 
@@ -39,8 +37,8 @@ export class FastRun {
   #player;
   #chart;
   #vehicle;
-  /** The vehicle that was given on the command line, or "". */
-  #given;
+  /** The vehicle that is selected at first. */
+  #initial;
   /** @type {FastRunMap | null} */
   #map = null;
   /** The source whose runs are loaded. @type {api.Source | null} */
@@ -62,7 +60,7 @@ export class FastRun {
 
   /** @param {import("./panel.js").Panel} panel @param {api.PageInfo} info */
   constructor(panel, { vehicles, vehicle }) {
-    this.#given = vehicle ?? "";
+    this.#initial = vehicle;
     this.#panel = panel;
     this.#area = query(panel.element, ".drive");
     this.#details = query(panel.element, ".drive-details");
@@ -121,7 +119,7 @@ export class FastRun {
       this.#map = new FastRunMap(svg, source);
     }
     if (!source) return;
-    if (!this.#vehicle.dataset.chosen) this.#chooseVehicle(source);
+    if (!this.#vehicle.dataset.chosen) this.#chooseVehicle();
     this.#draw("Planning…");
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
@@ -138,12 +136,12 @@ export class FastRun {
     }
   }
 
-  /** Selects the vehicle that was selected last in this tab, a given one, or one that fits the maze. @param {api.Source} source */
-  #chooseVehicle({ width, height }) {
+  /** Selects the vehicle that was selected last in this tab, or the initial one. */
+  #chooseVehicle() {
     this.#vehicle.dataset.chosen = "true";
     const names = [...this.#vehicle.options].map(({ value }) => value);
-    const fitting = Math.max(width, height) > MAX_CLASSIC ? "kerise" : "expert";
-    this.#vehicle.value = [recall("vehicle") ?? "", this.#given, fitting].find((name) => names.includes(name)) ?? names[0] ?? "";
+    const recalled = recall("vehicle") ?? "";
+    this.#vehicle.value = names.includes(recalled) ? recalled : this.#initial;
   }
 
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */

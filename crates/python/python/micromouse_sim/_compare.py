@@ -71,7 +71,7 @@ def contest(
     max_states: int | None = None,
     *,
     rules: str = "best-run",
-    vehicle: str = "expert",
+    vehicle: str | None = None,
     search_speed: tuple[float, float] = (0.3, 0.2),
     time_limit: float = 10.0,
     misread: float = 0.0,

@@ -128,10 +128,10 @@ class Maze:
     def shortest_path(self) -> list[_Cell] | None:
         """Returns the cells of a shortest path to the goal, or None if there is none."""
 
-    def fastest_run(self, vehicle: str = "ares") -> FastRun:
+    def fastest_run(self, vehicle: str | None = None) -> FastRun:
         """Plans the fastest run of a vehicle, in seconds.
 
-        `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file.
+        `vehicle` is ukmars, ares, expert (the default), kerise, or the path of a TOML file.
         Raises `SearchError` if the goal is unreachable.
         """
 

@@ -35,8 +35,8 @@ pub(crate) struct PageInfo {
     strategies: Vec<StrategyInfo>,
     /// The names of the vehicles whose fast runs the page shows.
     vehicles: Vec<String>,
-    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
-    vehicle: Option<String>,
+    /// The name of the vehicle that the page selects.
+    vehicle: String,
     /// The user's own mouse, if the simulator runs one.
     own: Option<OwnMouse>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::StateSource;
 
-/// The presets, and vehicles of the user. The page selects the user's first one.
+/// The presets, and vehicles of the user. The page selects the user's first one, or the default.
 ///
 /// ```
 /// use mmsim_fastrun::Vehicle;
@@ -23,8 +23,8 @@ use crate::source::StateSource;
 #[derive(Clone, Debug)]
 pub struct Vehicles {
     pub(crate) all: Vec<Vehicle>,
-    /// The name of the vehicle that the page selects, or `None` if a preset fits the maze.
-    pub(crate) selected: Option<String>,
+    /// The name of the vehicle that the page selects.
+    pub(crate) selected: String,
 }
 
 /// The error for two different vehicles with the same name.
@@ -39,15 +39,16 @@ impl Vehicles {
     /// Returns an error if two different vehicles, including the presets, have the same name.
     pub fn new(own: impl IntoIterator<Item = Vehicle>) -> Result<Self, SameName> {
         let mut vehicles = Self::default();
+        let presets = vehicles.all.len();
         for vehicle in own {
             match vehicles.get(vehicle.name()) {
-                None => {
-                    vehicles.selected.get_or_insert_with(|| vehicle.name().into());
-                    vehicles.all.push(vehicle);
-                }
+                None => vehicles.all.push(vehicle),
                 Some(other) if *other == vehicle => {}
                 Some(_) => return Err(SameName(vehicle.name().into())),
             }
+        }
+        if let Some(first) = vehicles.all.get(presets) {
+            vehicles.selected = first.name().into();
         }
         Ok(vehicles)
     }
@@ -73,7 +74,7 @@ impl Vehicles {
 impl Default for Vehicles {
     fn default() -> Self {
         let all = Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect();
-        Self { all, selected: None }
+        Self { all, selected: Vehicle::DEFAULT.into() }
     }
 }
 
@@ -282,15 +283,13 @@ mod tests {
 
     #[test]
     fn vehicles_have_different_names() {
+        assert_eq!(Vehicles::default().selected, Vehicle::default().name());
         let file =
             |name: &str| Vehicle::from_toml("turns.l90.speed = 1500\nbase = \"expert\"", name);
         let (mine, other) = (file("mine").unwrap(), file("expert").unwrap());
         let vehicles = Vehicles::new([Vehicle::ares(), mine.clone(), mine.clone()]).unwrap();
         assert_eq!(vehicles.names(), ["ukmars", "ares", "expert", "kerise", "mine"]);
-        assert_eq!(
-            (vehicles.find("mine").unwrap(), vehicles.selected.as_deref().unwrap()),
-            (mine, "mine")
-        );
+        assert_eq!((vehicles.find("mine").unwrap(), &*vehicles.selected), (mine, "mine"));
         let Err(error) = Vehicles::new([other]) else { panic!("expected an error") };
         assert_eq!(
             error.to_string(),
