@@ -10,7 +10,7 @@ use mmsim_drawing::DrivenPath;
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::Escaped;
 use mmsim_report::MousePath;
-use mmsim_run::{SearchSpeed, Timing, plan};
+use mmsim_run::plan;
 use serde::Serialize;
 
 use crate::args::CommandResult;
@@ -60,9 +60,6 @@ pub(crate) struct CompareArgs {
         )
     )]
     vehicle: Option<Vehicle>,
-    /// Seconds per cell and per quarter turn while a mouse searches
-    #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT, requires = "vehicle")]
-    search_speed: SearchSpeed,
     /// Stop a mouse of your own when it reaches the goal
     #[arg(long, requires = "mouse")]
     stop_at_goal: bool,
@@ -88,12 +85,9 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     args.html.as_deref().map_or(Ok(()), check_folder)?;
     let vehicle = args.vehicle.clone().unwrap_or_default();
     let figures = args.search.run(&mice, &mazes, vehicle, args.stop_at_goal)?;
-    let timing = args.vehicle.clone().map(|vehicle| {
-        warn_about(&vehicle);
-        Timing { vehicle, search_speed: args.search_speed }
-    });
+    args.vehicle.iter().for_each(warn_about);
     let senses = args.search.senses();
-    let report = SearchComparison::new(&mice, &mazes, figures, timing.as_ref(), &senses);
+    let report = SearchComparison::new(&mice, &mazes, figures, args.vehicle.as_ref(), &senses);
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {

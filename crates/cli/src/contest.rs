@@ -12,7 +12,7 @@ use mmsim_compare::{
 };
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::Escaped;
-use mmsim_run::{Ending, SearchSpeed, Timing};
+use mmsim_run::Ending;
 use serde::Serialize;
 
 use crate::args::{CommandResult, one_of, parse_seconds};
@@ -26,15 +26,14 @@ Examples:
   mmsim contest harbour                            let all strategies compete in a bundled maze
   mmsim contest mazes/ --rules apec                compete in each maze of a folder, for points
   mmsim contest harbour --mouse mine=./my-mouse    let your own mouse compete with the strategies
-  mmsim contest harbour --vehicle ares --search-speed 0.2,0.1
+  mmsim contest harbour --vehicle ares             let all mice search and run as a hobby mouse
   mmsim contest mazes/ --csv > scores.csv          write a CSV file, one line per mouse and maze
   mmsim contest harbour --json                     print all runs as JSON
 
 Each mouse searches the maze, returns to the start, and then runs as often as the rules and the time
-allow. Steps and turns of the search are timed by --search-speed, fast runs by --vehicle. A mouse
-that does not return to the start by itself, is reset or runs into a wall counts as touched. In each
-maze, a mouse gets a point for each mouse that it beats. docs/contest.md describes the model and the
-ranking.
+allow. --vehicle sets the speed of its searches and of its fast runs. A mouse that does not return
+to the start by itself, is reset or runs into a wall counts as touched. In each maze, a mouse gets
+a point for each mouse that it beats. docs/contest.md describes the model and the ranking.
 
 The exit code is 0 if all mazes could be read, regardless of the scores.";
 
@@ -65,9 +64,6 @@ pub(crate) struct ContestArgs {
         help = format!("Vehicle: {VEHICLES}")
     )]
     vehicle: Vehicle,
-    /// Seconds per cell and per quarter turn while a mouse searches or returns
-    #[arg(long, value_name = "CELL,TURN", default_value = SearchSpeed::DEFAULT)]
-    search_speed: SearchSpeed,
     /// Print CSV: a header, and one line for each mouse in each maze
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -93,9 +89,8 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
     let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), false)?;
     warn_about(&args.vehicle);
-    let timing = Timing { vehicle: args.vehicle.clone(), search_speed: args.search_speed };
     let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();
-    let contest = Contest::new(&names, &mazes, &figures, &timing, args.rules());
+    let contest = Contest::new(&names, &mazes, &figures, &args.vehicle, args.rules());
     if args.json {
         print_pretty_json(&contest)?;
     } else if args.csv {

@@ -13,6 +13,9 @@ use serde_json::{Value, json};
 const STRATEGIES: &str =
     "flood-fill,weight-increment,left-wall,swing,shortest-path-search,fastest-path-search";
 
+/// A vehicle that searches at 1 s for each cell and turns in no time.
+const SLOW: &str = "base = 'expert'\nsearch_speed = 180\nsearch_turn_time = 0\n";
+
 const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 
 /// Returns the words of each line that has any.
@@ -54,7 +57,8 @@ fn straight() -> (f64, f64) {
 fn json_has_every_run_of_every_mouse() {
     let home = Home::new();
     home.write("a.txt", LOOP);
-    let arguments = ["contest", "a.txt", "--rules", "apec", "--search-speed", "1,0.5", "--json"];
+    home.write("slow.toml", "base = 'expert'\nsearch_speed = 180\nsearch_turn_time = 0.5\n");
+    let arguments = ["contest", "a.txt", "--rules", "apec", "--vehicle", "slow.toml", "--json"];
     let mice = ["--strategies", "flood-fill,shortest-path-search"];
     let contest = home.run(&[&arguments[..], &mice].concat()).json();
     let (rest_to_rest, gate_to_gate) = straight();
@@ -63,8 +67,9 @@ fn json_has_every_run_of_every_mouse() {
         ("time_limit_s", json!(420.0)),
         ("max_runs", json!(5)),
         ("touch_penalty_s", json!(2.0)),
-        ("vehicle", json!("expert")),
-        ("search_speed", json!({"cell_s": 1.0, "turn_s": 0.5})),
+        ("vehicle", json!("slow")),
+        ("search_speed_mm_s", json!(180.0)),
+        ("search_turn_time_s", json!(0.5)),
         ("skipped", json!([])),
     ] {
         assert_eq!(contest[key], value);
@@ -172,26 +177,28 @@ fn points_of_several_mazes_are_added() {
 fn a_slow_search_leaves_time_for_fewer_runs() {
     let home = Home::new();
     home.write("a.txt", LOOP);
+    home.write("slow.toml", SLOW);
+    let slow = ["--vehicle", "slow.toml"];
     let runs = |options: &[&str]| {
         let arguments = ["contest", "a.txt", "--strategies", "shortest-path-search", "--json"];
         let contest = home.run(&[&arguments[..], options].concat()).json();
         let found = entry(&contest, 0, "shortest-path-search").clone();
         (found["runs"].as_array().unwrap().len(), found["error"].clone(), found)
     };
-    let (count, error, found) = runs(&["--search-speed", "1,0"]);
+    let (count, error, found) = runs(&slow);
     assert_eq!((count, error), (5, Value::Null));
     let back = found["search_time_s"].as_f64().unwrap();
     // One run takes 0.33 s, and the mouse needs 2 s to return.
     let limit = |seconds: f64| seconds.to_string();
-    let (count, ..) = runs(&["--search-speed", "1,0", "--contest-time", &limit(back + 3.0)]);
+    let (count, ..) = runs(&[&slow[..], &["--contest-time", &limit(back + 3.0)]].concat());
     assert_eq!(count, 3);
     let (count, error, found) =
-        runs(&["--search-speed", "1,0", "--contest-time", &limit(back + 0.1)]);
+        runs(&[&slow[..], &["--contest-time", &limit(back + 0.1)]].concat());
     assert_eq!((count, &found["score_s"]), (1, &found["runs"][0]["time_s"]));
     assert!(
         error.as_str().unwrap().starts_with("no time for a fast run: back at the start after ")
     );
-    let (count, error, found) = runs(&["--search-speed", "1,0", "--contest-time", "1"]);
+    let (count, error, found) = runs(&[&slow[..], &["--contest-time", "1"]].concat());
     assert_eq!((count, &found["score_s"], &found["rank"]), (0, &Value::Null, &Value::Null));
     assert!(error.as_str().unwrap().ends_with(" the contest takes 1 s"), "{error}");
     assert_eq!(runs(&["--max-runs", "2"]).0, 2);
@@ -212,7 +219,8 @@ fn touches_are_resets_crashes_and_mice_that_do_not_return() {
         commands(&home, "begins-again", &["moveForward ackReset ", AROUND, BACK].concat()),
     ];
     let mut arguments = vec!["contest", "a.txt", "--strategies", "none", "--rules", "uk"];
-    arguments.extend(["--search-speed", "1,0", "--time-limit", "60", "--json"]);
+    home.write("slow.toml", SLOW);
+    arguments.extend(["--vehicle", "slow.toml", "--time-limit", "60", "--json"]);
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let contest = home.run(&arguments).json();
     for (mouse, is_touched, is_touched_early, search_run, search) in [
@@ -301,7 +309,6 @@ fn usage_errors_set_exit_code_2() {
         (&["--rules", "all-japan"][..], "[possible values: best-run, apec, uk]"),
         (&["--contest-time", "0"], "expected a number of seconds greater than 0"),
         (&["--max-runs", "0"], "--max-runs"),
-        (&["--search-speed", "fast"], "expected seconds per cell and"),
         (&["--vehicle", "exprt"], "did you mean expert?"),
         (&["--strategies", "none"], "no mice: --strategies none requires --mouse"),
         (&["--mouse", "swing=b"], "two mice are called \"swing\""),

@@ -293,11 +293,13 @@ fn a_vehicle_file_starts_from_a_preset() {
     let printed = home.run(&["fast-run", "--print-vehicle", "--vehicle", "ares"]);
     assert_eq!((printed.code, &printed.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(printed.stdout, @r#"
-    # Lengths in mm, speeds in mm/s, accelerations in mm/s².
+    # Lengths in mm, times in s, speeds in mm/s, accelerations in mm/s².
     name = "ares"
     cell = 180
     start_offset = 45
     stop_offset = 45
+    search_speed = 500
+    search_turn_time = 0.25
 
     [along]
     acceleration = 10000

@@ -110,10 +110,14 @@ fn the_table_of_presets_has_their_parameters() {
     let line = |line: &StraightLimits| {
         format!("{}, {}", number(line.acceleration), number(line.top_speed))
     };
-    row("in mm/s and mm/s²", &|preset| Some(format!("`{}`", preset.name())));
+    row("in mm, s, mm/s and mm/s²", &|preset| Some(format!("`{}`", preset.name())));
     row("half a cell", &|preset| Some(number(preset.half_cell())));
     row("along", &|preset| Some(line(&preset.parameters().along)));
     row("diagonal", &|preset| preset.parameters().diagonal.as_ref().map(line));
+    row("search", &|preset| {
+        let VehicleParameters { search_speed, search_turn_time, .. } = preset.parameters();
+        Some(format!("{}, {}", number(*search_speed), number(*search_turn_time)))
+    });
     for kind in TurnKind::ALL {
         row(&format!("`{kind}`"), &|preset| {
             let arc = preset.parameters().turns.iter().find(|(other, _)| *other == kind)?.1;

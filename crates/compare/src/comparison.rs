@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use mmsim_fastrun::{Vehicle, VehicleParameters};
 use mmsim_maze::{Escaped, counted};
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
-use mmsim_run::{Ending, SearchFigures, SearchTimes, Senses, Timing};
+use mmsim_run::{Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
@@ -103,17 +104,17 @@ pub struct MouseSummary {
 }
 
 impl SearchComparison {
-    /// Compares the figures of each mouse in each maze. With a timing, also compares the times. The
+    /// Compares the figures of each mouse in each maze. With a vehicle, also compares the times. The
     /// overview of mice that misread walls counts fast runs and crashes.
     pub fn new(
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         mut figures: Vec<Vec<SearchFigures>>,
-        timing: Option<&Timing>,
+        vehicle: Option<&Vehicle>,
         senses: &Senses,
     ) -> Self {
-        if let Some(timing) = timing {
-            measure_times(&mut figures, mazes, timing);
+        if let Some(vehicle) = vehicle {
+            measure_times(&mut figures, mazes, vehicle);
         }
         let searches = figures.into_iter().map(|figures| {
             let searches = mazes.iter().zip(figures);
@@ -128,11 +129,14 @@ impl SearchComparison {
             Comparison::new("Comparison of mice", described.collect(), unique_names(mazes))
                 .with_failures(|mouse, maze| searches[mouse][maze].figures.failure());
         let mut measures = MEASURES.to_vec();
-        if let Some(Timing { vehicle, search_speed }) = timing {
+        if let Some(vehicle) = vehicle {
             measures.splice(..0, TIMED_MEASURES);
-            let name = Escaped(vehicle.name());
-            let note = format!("Fast runs with the vehicle {name}; searches at {search_speed}.");
-            comparison.notes.push(note);
+            let VehicleParameters { name, search_speed, search_turn_time, .. } =
+                vehicle.parameters();
+            comparison.notes.push(format!(
+                "Vehicle {}; searches at {search_speed} mm/s and {search_turn_time} s per quarter turn.",
+                Escaped(name)
+            ));
         }
         for SearchMeasure { key, name, unit, verb, value, .. } in &measures {
             let measure = Measure::new(*key, *name, *unit).with_verb(*verb);

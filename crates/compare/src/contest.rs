@@ -3,8 +3,8 @@
 mod attempt;
 mod rules;
 
-use mmsim_fastrun::Planner;
-use mmsim_run::{SearchFigures, SearchSpeed, Timing};
+use mmsim_fastrun::{Planner, Vehicle, VehicleParameters};
+use mmsim_run::SearchFigures;
 use serde::Serialize;
 
 pub use self::attempt::{Attempt, ContestRun, RunKind};
@@ -19,10 +19,12 @@ pub struct Contest {
     /// The rules.
     #[serde(flatten)]
     pub rules: Rules,
-    /// The name of the vehicle of all fast runs.
+    /// The name of the vehicle of all mice.
     pub vehicle: String,
-    /// The speed of the mice while they search or return.
-    pub search_speed: SearchSpeed,
+    /// The speed of the mice while they search or return, in mm/s.
+    pub search_speed_mm_s: f64,
+    /// The time of a quarter turn while they search or return, in s.
+    pub search_turn_time_s: f64,
     /// The ranking over all mazes, best mice first.
     pub standings: Vec<Standing>,
     /// The results of the mazes.
@@ -77,7 +79,7 @@ impl Contest {
         names: &[impl AsRef<str> + Sync],
         mazes: &[NamedMaze],
         figures: &[Vec<SearchFigures>],
-        Timing { vehicle, search_speed }: &Timing,
+        vehicle: &Vehicle,
         rules: Rules,
     ) -> Self {
         let planner = Planner::new(vehicle.clone());
@@ -90,7 +92,7 @@ impl Contest {
             planner.plan(maze.walls(), maze.start().cell, maze.goals()).ok()?;
             let attempts = names.iter().zip(figures).map(|(name, figures)| {
                 let figures = &figures[index];
-                let attempt = Attempt::new(&mut planner, maze, figures, *search_speed, &rules);
+                let attempt = Attempt::new(&mut planner, maze, figures, &rules);
                 (name.as_ref().to_string(), attempt)
             });
             Some(MazeResult::new(&mazes[index], &maze_names[index], attempts.collect()))
@@ -99,10 +101,12 @@ impl Contest {
         let skipped = maze_names.iter().zip(&results).filter(is_skipped);
         let skipped = skipped.map(|(name, _)| name.clone()).collect();
         let mazes: Vec<MazeResult> = results.into_iter().flatten().collect();
+        let VehicleParameters { search_speed, search_turn_time, .. } = *vehicle.parameters();
         Self {
             rules,
             vehicle: vehicle.name().into(),
-            search_speed: *search_speed,
+            search_speed_mm_s: search_speed,
+            search_turn_time_s: search_turn_time,
             standings: Standing::all(names.iter().map(AsRef::as_ref), &mazes),
             mazes,
             skipped,

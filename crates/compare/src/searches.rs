@@ -4,13 +4,13 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use mmsim_fastrun::Planner;
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Maze, counted};
 use mmsim_mouse::{
     ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
     SearchReport, Shortage, exit_text,
 };
-use mmsim_run::{Ending, Judge, SearchFigures, Senses, Timing, Verdict, search};
+use mmsim_run::{Ending, Judge, SearchFigures, SearchTimes, Senses, Verdict, search};
 
 use crate::compared_mouse::ComparedMouse;
 use crate::exploration::Exploration;
@@ -193,12 +193,12 @@ fn thread_time() -> Duration {
 }
 
 /// Adds the times of all searches to their figures. Each mouse has figures in each maze.
-pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], timing: &Timing) {
-    let planner = Planner::new(timing.vehicle.clone());
+pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], vehicle: &Vehicle) {
+    let planner = Planner::new(vehicle.clone());
     let indices: Vec<usize> = (0..mazes.len()).collect();
     let times = map_each(&indices, |&maze| {
         let searches = figures.iter().map(|figures| &figures[maze]);
-        timing.measure(&mut planner.clone(), &mazes[maze].maze, searches)
+        SearchTimes::measure(&mut planner.clone(), &mazes[maze].maze, searches)
     });
     for (maze, times) in times.into_iter().enumerate() {
         for (figures, times) in figures.iter_mut().zip(times) {
@@ -211,8 +211,6 @@ pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], ti
 mod tests {
     use std::path::PathBuf;
 
-    use mmsim_fastrun::Vehicle;
-    use mmsim_run::SearchSpeed;
     use mmsim_solvers::{BundledStrategy, Tolerance};
 
     use super::*;
@@ -234,9 +232,7 @@ mod tests {
             count.fetch_add(1, Ordering::Relaxed);
         };
         let mut figures = searches.run(&mice, &mazes, &progress, || is_stopped).unwrap();
-        let search_speed = SearchSpeed::DEFAULT.parse().unwrap();
-        let timing = Timing { vehicle: Vehicle::expert(), search_speed };
-        measure_times(&mut figures, &mazes, &timing);
+        measure_times(&mut figures, &mazes, &Vehicle::expert());
         (figures, count.into_inner())
     }
 

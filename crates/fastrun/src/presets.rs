@@ -17,6 +17,7 @@ fn vehicle(
     along: StraightLimits,
     diagonal: Option<StraightLimits>,
     turns: &[(TurnKind, f64, f64)],
+    (search_speed, search_turn_time): (f64, f64),
 ) -> Vehicle {
     let turns = turns.iter().map(|&(kind, length, speed)| (kind, Arc { length, speed })).collect();
     let offset = half_cell / 2.0;
@@ -28,6 +29,8 @@ fn vehicle(
         turns,
         start_offset: offset,
         stop_offset: offset,
+        search_speed,
+        search_turn_time,
     };
     // A test creates every preset.
     Vehicle::new(parameters).expect("the presets are possible")
@@ -58,18 +61,19 @@ impl Vehicle {
     }
 
     /// Returns a beginner's mouse, which does not drive diagonally: the default fast run of
-    /// [mazerunner-core](https://github.com/ukmars/mazerunner-core) by UKMARS. The length of its
-    /// turn is that of [`ares`](Self::ares).
+    /// [mazerunner-core](https://github.com/ukmars/mazerunner-core) by UKMARS, and its search speed
+    /// and turns on the spot. The length of its turn is that of [`ares`](Self::ares).
     ///
     /// # Panics
     /// This function and the other presets never panic.
     pub fn ukmars() -> Self {
-        vehicle("ukmars", 90.0, limits(3000.0, 2500.0), None, &[(TurnKind::S90, 116.0, 500.0)])
+        let turns = [(TurnKind::S90, 116.0, 500.0)];
+        vehicle("ukmars", 90.0, limits(3000.0, 2500.0), None, &turns, (400.0, 0.35))
     }
 
     /// Returns a hobby mouse: the turns named "APEC 24" of Peter Harrison's
     /// [ares](https://github.com/micromouseonline/ares), each at most as fast as 10 m/s² of
-    /// centripetal acceleration allow.
+    /// centripetal acceleration allow. The speed of its search is an assumption.
     pub fn ares() -> Self {
         let turns = [
             (TurnKind::S90, 116.0, 500.0),
@@ -81,12 +85,13 @@ impl Vehicle {
             (TurnKind::Out135, 220.0, 650.0),
             (TurnKind::V90, 125.0, 600.0),
         ];
-        vehicle("ares", 90.0, limits(10_000.0, 5000.0), Some(limits(10_000.0, 5000.0)), &turns)
+        let limits = limits(10_000.0, 5000.0);
+        vehicle("ares", 90.0, limits, Some(limits), &turns, (500.0, 0.25))
     }
 
     /// Returns a contest mouse: the speeds and accelerations that the sixth of an All Japan classic
     /// expert final [published](https://ameblo.jp/paze-paze3241). The lengths follow from its
-    /// centripetal acceleration of 2.3 g where they fit; `s90` is an assumption.
+    /// centripetal acceleration of 2.3 g where they fit; `s90` and the search are assumptions.
     pub fn expert() -> Self {
         let turns = [
             (TurnKind::S90, 116.0, 1050.0),
@@ -98,12 +103,14 @@ impl Vehicle {
             (TurnKind::Out135, 280.0, 1400.0),
             (TurnKind::V90, 177.0, 1300.0),
         ];
-        vehicle("expert", 90.0, limits(17_000.0, 2500.0), Some(limits(17_000.0, 2500.0)), &turns)
+        let limits = limits(17_000.0, 2500.0);
+        vehicle("expert", 90.0, limits, Some(limits), &turns, (600.0, 0.2))
     }
 
     /// Returns a half-size mouse: the parameters of kerikun11's
     /// [micromouse maze library](https://github.com/kerikun11/micromouse-maze-library) and the
     /// reference speeds of his slalom shapes. The lengths follow from the tangents of these shapes.
+    /// The search is that of his mouse [KERISE](https://github.com/kerikun11/micromouse-kerise-v4).
     pub fn kerise() -> Self {
         let turns = [
             (TurnKind::S90, 72.7, 266.0),
@@ -116,7 +123,8 @@ impl Vehicle {
             (TurnKind::V90, 79.3, 290.0),
             (TurnKind::K90, 206.6, 755.0),
         ];
-        vehicle("kerise", 45.0, limits(4200.0, 1500.0), Some(limits(3600.0, 1200.0)), &turns)
+        let diagonal = limits(3600.0, 1200.0);
+        vehicle("kerise", 45.0, limits(4200.0, 1500.0), Some(diagonal), &turns, (300.0, 0.25))
     }
 }
 

@@ -39,6 +39,8 @@ struct VehicleFile {
     cell: Option<f64>,
     start_offset: Option<f64>,
     stop_offset: Option<f64>,
+    search_speed: Option<f64>,
+    search_turn_time: Option<f64>,
     along: Option<LimitsTable>,
     diagonal: Option<Setting<LimitsTable>>,
     #[serde(default)]
@@ -85,8 +87,8 @@ impl<'de> Deserialize<'de> for TurnKind {
 impl Vehicle {
     /// Reads a vehicle from TOML text. If the text contains no name, the vehicle has the given one.
     ///
-    /// All lengths are in mm, speeds in mm/s, accelerations in mm/s² and jerks in mm/s³. The
-    /// defaults are:
+    /// All lengths are in mm, times in s, speeds in mm/s, accelerations in mm/s² and jerks in mm/s³.
+    /// The defaults are:
     ///
     /// | key | default |
     /// |---|---|
@@ -94,6 +96,7 @@ impl Vehicle {
     /// | `base` | none; all other values default to those of the preset with this name |
     /// | `cell` | 180, the size of a cell |
     /// | `start_offset`, `stop_offset` | a quarter of `cell` |
+    /// | `search_speed`, `search_turn_time` | those of [`Vehicle::default`] |
     /// | `along.braking`, `diagonal.braking` | the acceleration |
     /// | `along.jerk`, `diagonal.jerk` | `inf`, no limit |
     /// | `diagonal` | none; the mouse does not drive diagonally |
@@ -142,11 +145,20 @@ impl Vehicle {
     /// ```
     pub fn to_toml(&self) -> String {
         let VehicleParameters {
-            name, half_cell, along, diagonal, start_offset, stop_offset, ..
+            name,
+            half_cell,
+            along,
+            diagonal,
+            start_offset,
+            stop_offset,
+            search_speed,
+            search_turn_time,
+            ..
         } = self.parameters();
         let mut text = format!(
-            "# Lengths in mm, speeds in mm/s, accelerations in mm/s².\n\
-             name = {}\ncell = {}\nstart_offset = {start_offset}\nstop_offset = {stop_offset}\n",
+            "# Lengths in mm, times in s, speeds in mm/s, accelerations in mm/s².\n\
+             name = {}\ncell = {}\nstart_offset = {start_offset}\nstop_offset = {stop_offset}\n\
+             search_speed = {search_speed}\nsearch_turn_time = {search_turn_time}\n",
             quoted(name),
             2.0 * half_cell
         );
@@ -220,6 +232,8 @@ impl VehicleFile {
             };
             turns.push((kind, table.arc(kind, arc, half_cell)?));
         }
+        let default = Vehicle::default();
+        let search = base.unwrap_or(default.parameters());
         let parameters = VehicleParameters {
             name: self.name.unwrap_or_else(|| name.into()).into(),
             half_cell,
@@ -228,6 +242,8 @@ impl VehicleFile {
             turns,
             start_offset: self.start_offset.unwrap_or_else(|| of_base(|base| base.start_offset)),
             stop_offset: self.stop_offset.unwrap_or_else(|| of_base(|base| base.stop_offset)),
+            search_speed: self.search_speed.unwrap_or(search.search_speed),
+            search_turn_time: self.search_turn_time.unwrap_or(search.search_turn_time),
         };
         Vehicle::new(parameters).map_err(|error| VehicleFileFault::Vehicle(as_cell(error)))
     }
@@ -394,7 +410,10 @@ s90 = { length = 116, speed = 600 }
         let along = slower.limits(false);
         assert_eq!((along.acceleration, along.braking), (9000.0, 9000.0));
         assert_eq!((slower.limits(true).braking, slower.limits(true).top_speed), (17000.0, 2000.0));
-        let half = read("base = 'kerise'\ncell = 100").unwrap();
+        assert!((simple.search_time(2, 1) - 0.8).abs() < 1e-12);
+        let half = read("base = 'kerise'\ncell = 100\nsearch_turn_time = 0.5").unwrap();
+        // 3 cells of 100 mm at 300 mm/s, and 2 turns of 0.5 s.
+        assert!((half.search_time(3, 2) - 2.0).abs() < 1e-12);
         let VehicleParameters { start_offset, stop_offset, .. } = half.parameters();
         assert_eq!((*start_offset, *stop_offset), (25.0, 25.0));
         assert!(half.arc(TurnKind::L180).unwrap().arc.length > 200.0);
@@ -446,6 +465,9 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(based("cell = 0.18"), @"line 2: cell: expected 10 to 1000 mm, found 0.18 mm (if it is in m, write 180)");
         insta::assert_snapshot!(based("cell = -180"), @"line 2: cell: expected 10 to 1000 mm, found -180 mm");
         insta::assert_snapshot!(based("start_offset = 100"), @"line 2: start_offset: expected 0 to 90 mm, found 100 mm");
+        insta::assert_snapshot!(based("search_speed = 0.6"), @"line 2: search_speed: expected 10 to 20000 mm/s, found 0.6 mm/s (if it is in m/s, write 600)");
+        insta::assert_snapshot!(based("search_turn_time = -0.2"), @"line 2: search_turn_time: expected 0 to 10 s, found -0.2 s");
+        insta::assert_snapshot!(based("search_turn_time = 200"), @"line 2: search_turn_time: expected 0 to 10 s, found 200 s");
         insta::assert_snapshot!(based("along.top_speed = 2.5"), @"line 2: along.top_speed: expected 50 to 20000 mm/s, found 2.5 mm/s (if it is in m/s, write 2500)");
         insta::assert_snapshot!(based("\n[diagonal]\ntop_speed = 2000\nacceleration = 9.81"), @"line 5: diagonal.acceleration: expected 100 to 100000 mm/s², found 9.81 mm/s² (if it is in m/s², write 9810)");
         insta::assert_snapshot!(based("along.acceleration = 1e300"), @"line 2: along.acceleration: expected 100 to 100000 mm/s², found 1e300 mm/s²");

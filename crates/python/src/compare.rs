@@ -17,7 +17,7 @@ use mmsim_fastrun::Vehicle;
 use mmsim_formats::Catalogue;
 use mmsim_maze::Misreadings;
 use mmsim_mouse::{Program, SearchLimits};
-use mmsim_run::{Ending, Judge, SearchFigures, Senses, Timing, Verdict};
+use mmsim_run::{Ending, Judge, SearchFigures, Senses, Verdict};
 use mmsim_solvers::Tolerance;
 use mmsim_trial::Settings;
 use pyo3::exceptions::PyException;
@@ -60,7 +60,6 @@ pub(crate) struct Competition<'py> {
     mice: Vec<(String, Bound<'py, PyAny>)>,
     max_states: Option<Bound<'py, PyAny>>,
     vehicle: Option<String>,
-    search_speed: (f64, f64),
     time_limit: f64,
     misread: f64,
     misread_fixed: bool,
@@ -87,21 +86,18 @@ pub(crate) fn compare<'py>(
     rules: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let rules = rules.map(|name| named(&RuleSet::ALL, RuleSet::name, name)).transpose()?;
-    let (cell, turn) = competition.search_speed;
-    let search_speed = format!("{cell},{turn}").parse().map_err(value_error)?;
     let vehicle = competition.vehicle.as_deref().map(|text| vehicle(py, text)).transpose()?;
     // A contest needs a vehicle.
     let vehicle = vehicle.or_else(|| rules.map(|_| Vehicle::default()));
-    let timing = vehicle.map(|vehicle| Timing { vehicle, search_speed });
     let mazes: Vec<NamedMaze> = competition.mazes.iter().map(|maze| maze.get().named()).collect();
-    let mut figures = competition.search(py, &mazes, timing.as_ref())?;
+    let mut figures = competition.search(py, &mazes, vehicle.as_ref())?;
     let names: Vec<&String> = competition.mice.iter().map(|(name, _)| name).collect();
-    if let (Some(rules), Some(timing)) = (rules, &timing) {
-        let hold = |_: &_| Contest::new(&names, &mazes, &figures, timing, rules.rules());
+    if let (Some(rules), Some(vehicle)) = (rules, &vehicle) {
+        let hold = |_: &_| Contest::new(&names, &mazes, &figures, vehicle, rules.rules());
         return to_python(py, &signals::interruptible(py, hold)?);
     }
-    if let Some(timing) = &timing {
-        signals::interruptible(py, |_| measure_times(&mut figures, &mazes, timing))?;
+    if let Some(vehicle) = &vehicle {
+        signals::interruptible(py, |_| measure_times(&mut figures, &mazes, vehicle))?;
     }
     let row = |(maze, mouse): (usize, usize)| {
         let search = SearchRow::new(&mazes[maze], figures[mouse][maze].clone());
@@ -119,7 +115,7 @@ impl Competition<'_> {
         &self,
         py: Python<'_>,
         mazes: &[NamedMaze],
-        timing: Option<&Timing>,
+        vehicle: Option<&Vehicle>,
     ) -> PyResult<Vec<Vec<SearchFigures>>> {
         let max_states = limit(self.max_states.as_ref())?;
         let time = seconds(self.time_limit)?;
@@ -128,7 +124,7 @@ impl Competition<'_> {
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
-        let vehicle = timing.map_or_else(Vehicle::default, |timing| timing.vehicle.clone());
+        let vehicle = vehicle.cloned().unwrap_or_default();
         let exploration = Exploration::new(vehicle, Tolerance::ZERO);
         let misreadings = Misreadings {
             probability: probability(self.misread)?,

@@ -34,9 +34,9 @@ def output(*command: object) -> Any:
 def test_the_figures_are_those_of_the_command(
     mmsim: str, folder: Path, vehicle: str | None
 ) -> None:
-    options = [f"--vehicle={vehicle}", "--search-speed=0.5,0.25"] if vehicle else []
+    options = [f"--vehicle={vehicle}"] if vehicle else []
     reports = output(mmsim, "compare", "--strategies", "all", folder, *options)
-    rows = mm.compare(folder, mm.STRATEGIES, vehicle=vehicle, search_speed=(0.5, 0.25))
+    rows = mm.compare(folder, mm.STRATEGIES, vehicle=vehicle)
     expected = [
         {"strategy": report["strategy"], **report["mazes"][maze]}
         for maze in range(4)

@@ -236,7 +236,7 @@ class World:
             "weights": maze.distances(), "walls": maze.walls, "request": b"ping",
             "endpoint": "tcp://127.0.0.1:1", "timeout": 0.0,
             "annotations": True, "mazes": [maze], "mice": ["flood-fill"], "robots": [mm.ROBOTS[0]],
-            "search_speed": (0.3, 0.2), "time_limit": 1.0, "answer_limit": 1.0, "noise": 0.1,
+            "time_limit": 1.0, "answer_limit": 1.0, "noise": 0.1,
             "misread": 0.1, "misread_fixed": True, "misread_seed": 1, "recover": True,
             "stop_at_goal": True, "published": (), "python": sys.executable,
             "rules": "apec", "until": "goal", "render_mode": None, 

@@ -46,10 +46,7 @@ pub use run_index::RunIndex;
 pub use search::{Senses, search};
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
-pub use times::{
-    DRIVEN_RUN, SearchSpeed, SearchTimes, Timing, loss, plan, return_time, tenth_of_ms,
-    time_at_start,
-};
+pub use times::{DRIVEN_RUN, SearchTimes, loss, plan, return_time, tenth_of_ms, time_at_start};
 pub use trail::Trail;
 pub use verdict::{Ending, Goal, Verdict};
 

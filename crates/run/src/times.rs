@@ -1,8 +1,5 @@
 //! The times of a search and of the fast run after it.
 
-use std::fmt;
-use std::str::FromStr;
-
 use mmsim_fastrun::{FastRun, Planner, Route, Vehicle};
 use mmsim_maze::{Cell, Maze, Walls};
 use serde::Serialize;
@@ -33,45 +30,28 @@ pub struct SearchTimes {
 }
 
 impl SearchTimes {
-    /// Returns true if the fast run takes as little time as the fastest run of the true maze.
-    pub fn is_optimal(&self) -> bool {
-        self.fast_run_loss_percent == Some(0.0)
-    }
-}
-
-/// The vehicle with which the times are calculated, and the speed of the searches.
-#[derive(Clone, Debug)]
-pub struct Timing {
-    /// The vehicle of the fast runs.
-    pub vehicle: Vehicle,
-    /// The speed of the mice while they search.
-    pub search_speed: SearchSpeed,
-}
-
-impl Timing {
-    /// Calculates the times of all mice in a maze.
+    /// Calculates the times of all mice in a maze with the vehicle of a planner.
     pub fn measure<'f>(
-        &self,
         planner: &mut Planner,
         maze: &Maze,
         searches: impl Iterator<Item = &'f SearchFigures>,
-    ) -> Vec<SearchTimes> {
-        let optimal = self.fastest(planner, maze, maze.walls());
+    ) -> Vec<Self> {
+        let optimal = fastest(planner, maze, maze.walls());
         let times = searches.map(|figures| {
-            let search_time = self.search_speed.time(figures.steps_in_all, figures.turns);
-            let at_start = time_at_start(maze, figures, self.search_speed);
+            let search_time = planner.vehicle().search_time(figures.steps_in_all, figures.turns);
+            let at_start = time_at_start(maze, figures, planner.vehicle());
             let is_ready = figures.goal_reached && figures.is_complete;
             let outcome = Some(&figures.outcome).filter(|_| is_ready);
             let run = outcome.and_then(|outcome| plan(planner, maze, outcome));
-            let time = run.and_then(|run| run.time(&self.vehicle).ok());
+            let time = run.and_then(|run| run.time(planner.vehicle()).ok());
             let known_walls = outcome.and_then(|outcome| outcome.known_walls.as_ref());
-            SearchTimes {
+            Self {
                 search_time_s: tenth_of_ms(search_time),
                 fast_run_time_s: time.map(tenth_of_ms),
                 fast_run_loss_percent: time.zip(optimal).map(|(time, optimal)| loss(time, optimal)),
                 total_time_s: time.map(|time| tenth_of_ms(at_start + time)),
                 known_run_time_s: known_walls
-                    .and_then(|walls| self.fastest(planner, maze, walls))
+                    .and_then(|walls| fastest(planner, maze, walls))
                     .map(tenth_of_ms),
                 optimal_time_s: optimal.map(tenth_of_ms),
             }
@@ -79,62 +59,16 @@ impl Timing {
         times.collect()
     }
 
-    fn fastest(&self, planner: &mut Planner, maze: &Maze, walls: &Walls) -> Option<f64> {
-        let run = planner.plan(walls, maze.start().cell, maze.goals()).ok()?;
-        run.time(&self.vehicle).ok()
+    /// Returns true if the fast run takes as little time as the fastest run of the true maze.
+    pub fn is_optimal(&self) -> bool {
+        self.fast_run_loss_percent == Some(0.0)
     }
 }
 
-/// The maximum time of a step or turn, in s.
-const MAX_SECONDS: f64 = 3600.0;
-
-/// The times that a mouse needs for a step and for a turn while it searches, in s.
-/// The field names are JSON keys.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct SearchSpeed {
-    /// The time for one cell.
-    #[serde(rename = "cell_s")]
-    step: f64,
-    /// The time for a quarter turn.
-    #[serde(rename = "turn_s")]
-    turn: f64,
-}
-
-impl SearchSpeed {
-    /// The default value as text: 0.6 m/s in a classic maze.
-    pub const DEFAULT: &str = "0.3,0.2";
-
-    /// Returns the time for a number of steps and quarter turns, in s.
-    pub fn time(&self, steps: u32, turns: u32) -> f64 {
-        f64::from(steps) * self.step + f64::from(turns) * self.turn
-    }
-}
-
-impl FromStr for SearchSpeed {
-    type Err = String;
-
-    /// Parses the times for one cell and for a quarter turn, such as `0.3,0.2`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let time = |text: &str| {
-            let seconds = text.trim().parse().ok();
-            seconds.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds))
-        };
-        let times = text.split_once(',').and_then(|(step, turn)| Some((time(step)?, time(turn)?)));
-        let (step, turn) = times.ok_or(
-            "expected seconds per cell and seconds per quarter turn such as 0.3,0.2, \
-             from 0 to 3600",
-        )?;
-        if step == 0.0 {
-            return Err("the time per cell must be greater than 0".into());
-        }
-        Ok(Self { step, turn })
-    }
-}
-
-impl fmt::Display for SearchSpeed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} s per cell and {} s per quarter turn", self.step, self.turn)
-    }
+/// Returns the time in s of the fastest run through walls.
+fn fastest(planner: &mut Planner, maze: &Maze, walls: &Walls) -> Option<f64> {
+    let run = planner.plan(walls, maze.start().cell, maze.goals()).ok()?.clone();
+    run.time(planner.vehicle()).ok()
 }
 
 /// Returns the fast run of a mouse after its search: the one that it has driven with slalom turns,
@@ -158,24 +92,24 @@ pub fn plan(planner: &mut Planner, maze: &Maze, outcome: &SearchOutcome) -> Opti
 
 /// Returns the time in s until a mouse is at the start, ready for its fast run. A mouse that ends its
 /// search elsewhere is carried back, which takes as long as driving the shortest known path.
-pub fn time_at_start(maze: &Maze, figures: &SearchFigures, speed: SearchSpeed) -> f64 {
+pub fn time_at_start(maze: &Maze, figures: &SearchFigures, vehicle: &Vehicle) -> f64 {
     let SearchOutcome { known_walls, last_cell, .. } = &figures.outcome;
     let path = known_walls.as_ref().zip(*last_cell).and_then(|(walls, cell)| {
         let there = [cell].into_iter().collect();
         Route::FewestCells.cells(walls, maze.start().cell, &there).ok()
     });
-    let back = return_time(&path.unwrap_or_default(), speed);
-    speed.time(figures.steps_in_all, figures.turns) + back
+    let back = return_time(&path.unwrap_or_default(), vehicle);
+    vehicle.search_time(figures.steps_in_all, figures.turns) + back
 }
 
 /// Returns the time in s that a mouse needs to drive back along a path at the speed of its search, with
 /// a U-turn at each end.
-pub fn return_time(path: &[Cell], speed: SearchSpeed) -> f64 {
+pub fn return_time(path: &[Cell], vehicle: &Vehicle) -> f64 {
     let is_turn = |cells: &&[Cell]| cells[0].x != cells[2].x && cells[0].y != cells[2].y;
     let turns = path.windows(3).filter(is_turn).count() + 4;
     match path.len() {
         0 | 1 => 0.0,
-        cells => speed.time(saturate(cells - 1), saturate(turns)),
+        cells => vehicle.search_time(saturate(cells - 1), saturate(turns)),
     }
 }
 
@@ -203,7 +137,13 @@ mod tests {
     use super::*;
     use crate::search::{Senses, search};
 
-    fn times(drawing: &str, strategy: impl Strategy) -> SearchTimes {
+    /// Returns `expert` with a search that takes 0.5 s for each cell and 0.25 s for each quarter turn.
+    fn vehicle() -> Vehicle {
+        let text = "base = 'expert'\nsearch_speed = 360\nsearch_turn_time = 0.25";
+        Vehicle::from_toml(text, "slow").unwrap()
+    }
+
+    fn times(drawing: &str, strategy: impl Strategy, vehicle: Vehicle) -> SearchTimes {
         let maze: Maze = drawing.parse().unwrap();
         let figures = search(
             &maze,
@@ -214,10 +154,7 @@ mod tests {
             || false,
         )
         .unwrap();
-        let vehicle = Vehicle::expert();
-        let search_speed = "0.5,0.25".parse().unwrap();
-        let timing = Timing { vehicle: vehicle.clone(), search_speed };
-        timing.measure(&mut Planner::new(vehicle), &maze, [figures].iter())[0]
+        SearchTimes::measure(&mut Planner::new(vehicle), &maze, [figures].iter())[0]
     }
 
     /// A straight of 180·cells + 90 mm with 17 m/s² and at most 2.5 m/s takes this time in s.
@@ -247,7 +184,7 @@ mod tests {
     fn a_straight_has_the_time_of_the_formula() {
         let maze = "o---o---o---o---o\n| S           G |\no---o---o---o---o\n";
         // Three steps after a turn to the east, and three steps and two U-turns back.
-        let times = times(maze, FloodFill::new());
+        let times = times(maze, FloodFill::new(), vehicle());
         let expected = straight(3.0);
         assert!((times.search_time_s - 1.75).abs() < 1e-9);
         assert!((times.fast_run_time_s.unwrap() - expected).abs() < 1e-4);
@@ -270,7 +207,7 @@ o---o---o---o---o---o
     #[test]
     fn the_shortest_path_search_drives_its_own_path() {
         let maze: Maze = DETOUR.parse().unwrap();
-        let times = times(DETOUR, ShortestPathSearch::new());
+        let times = times(DETOUR, ShortestPathSearch::new(), vehicle());
         let own = times.fast_run_time_s.unwrap();
         let mut planner = Planner::new(Vehicle::expert());
         let cells =
@@ -286,7 +223,7 @@ o---o---o---o---o---o
 
     #[test]
     fn there_is_no_fast_run_without_a_goal() {
-        let times = times("o---o---o\n| S | G |\no---o---o\n", FloodFill::new());
+        let times = times("o---o---o\n| S | G |\no---o---o\n", FloodFill::new(), vehicle());
         let expected = SearchTimes {
             search_time_s: 0.0,
             fast_run_time_s: None,
@@ -300,36 +237,30 @@ o---o---o---o---o---o
 
     #[test]
     fn a_mouse_that_starts_in_the_goal_needs_no_time() {
-        let times = times("o---o\n|SG |\no---o\n", ShortestPathSearch::new());
+        let times = times("o---o\n|SG |\no---o\n", ShortestPathSearch::new(), vehicle());
         assert_eq!((times.fast_run_time_s, times.total_time_s), (Some(0.0), Some(0.0)));
         assert_eq!(times.fast_run_loss_percent, Some(0.0));
     }
 
     #[test]
     fn a_path_back_has_a_u_turn_at_each_end() {
-        let speed = "1,0.25".parse().unwrap();
         let cells =
             |list: &[(u8, u8)]| list.iter().map(|&(x, y)| Cell::new(x, y)).collect::<Vec<_>>();
-        let time = |list: &[(u8, u8)]| return_time(&cells(list), speed);
+        let time = |list: &[(u8, u8)]| return_time(&cells(list), &vehicle());
         assert!(time(&[]) < 1e-12 && time(&[(3, 3)]) < 1e-12);
-        assert!((time(&[(0, 0), (1, 0), (2, 0)]) - 3.0).abs() < 1e-12);
-        assert!((time(&[(0, 0), (1, 0), (1, 1), (2, 1)]) - 4.5).abs() < 1e-12);
+        assert!((time(&[(0, 0), (1, 0), (2, 0)]) - 2.0).abs() < 1e-12);
+        assert!((time(&[(0, 0), (1, 0), (1, 1), (2, 1)]) - 3.0).abs() < 1e-12);
     }
 
     #[test]
-    fn times_of_a_step_and_a_turn_are_added() {
-        let speed: SearchSpeed = "0.25, 0.5".parse().unwrap();
-        assert!((speed.time(10, 3) - 4.0).abs() < 1e-12);
-        assert_eq!(speed.to_string(), "0.25 s per cell and 0.5 s per quarter turn");
-        assert!(SearchSpeed::DEFAULT.parse::<SearchSpeed>().is_ok());
-        assert!("1,0".parse::<SearchSpeed>().is_ok());
-        for wrong in ["", "0.3", "0.3 0.2", "-1,0.2", "0.3,-1", "nan,1", "inf,1", "1,3601"] {
-            let error = wrong.parse::<SearchSpeed>().unwrap_err();
-            assert!(error.starts_with("expected seconds per cell and "), "{wrong}: {error}");
-        }
-        for wrong in ["0,0", "0,0.2"] {
-            let error = wrong.parse::<SearchSpeed>().unwrap_err();
-            assert_eq!(error, "the time per cell must be greater than 0");
-        }
+    fn a_half_size_mouse_searches_half_size_cells() {
+        // A turn to the east, three steps, two U-turns in all, and three steps back: 6 steps, 3 turns.
+        let maze = "o---o---o---o---o\n| S           G |\no---o---o---o---o\n";
+        let time = |vehicle| times(maze, ShortestPathSearch::new(), vehicle).search_time_s;
+        // 6 · 180 mm at 600 mm/s and 3 · 0.2 s.
+        assert!((time(Vehicle::expert()) - 2.4).abs() < 1e-9);
+        let half = "base = 'kerise'\nsearch_speed = 600\nsearch_turn_time = 0.2";
+        // 6 · 90 mm at 600 mm/s and 3 · 0.2 s.
+        assert!((time(Vehicle::from_toml(half, "half").unwrap()) - 1.5).abs() < 1e-9);
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn text(contest: &Contest) -> String {
 }
 
 fn head(contest: &Contest) -> String {
-    let Contest { rules, search_speed, .. } = contest;
+    let Contest { rules, search_speed_mm_s, search_turn_time_s, .. } = contest;
     let Rules { name, time_limit, max_runs, search_share, touch_penalty } = rules;
     let runs = match max_runs {
         Some(1) => "the search run".into(),
@@ -45,7 +45,8 @@ fn head(contest: &Contest) -> String {
     format!(
         "Rules {name}: {runs} within {time_limit} s. Times in seconds.\n\
          Score: time of the run{share}{penalty}.\n\
-         Vehicle {vehicle}; searches at {search_speed}.\n"
+         Vehicle {vehicle}; searches at {search_speed_mm_s} mm/s and {search_turn_time_s} s per \
+         quarter turn.\n"
     )
 }
 

@@ -48,7 +48,8 @@ fn a_corridor_has_the_times_of_the_formula() {
     let home = Home::new();
     home.write("a.txt", "o---o---o---o---o\n| S           G |\no---o---o---o---o\n");
     let arguments = ["compare", "a.txt", "--strategies", "flood-fill,shortest-path-search"];
-    let options = ["--vehicle", "ukmars", "--search-speed", "0.5,0.25", "--json"];
+    home.write("slow.toml", "base = 'ukmars'\nsearch_speed = 360\nsearch_turn_time = 0.25\n");
+    let options = ["--vehicle", "slow.toml", "--json"];
     let reports = home.run(&[&arguments[..], &options].concat()).json();
     let fast_run = 2.0 * (0.63_f64 / 3.0).sqrt();
     // The flood fill stops in the goal and is carried back, with a U-turn at each end.
@@ -78,7 +79,7 @@ fn the_times_of_real_searches_agree_with_each_other() {
         let mut optimal = 0;
         for search in report["mazes"].as_array().unwrap() {
             let number = |key: &str| search[key].as_f64();
-            let steps = number("steps_in_all").unwrap() * 0.3 + number("turns").unwrap() * 0.2;
+            let steps = number("steps_in_all").unwrap() * 0.36 + number("turns").unwrap() * 0.25;
             assert_close(&search["search_time_s"], steps);
             let Some(time) = number("fast_run_time_s") else {
                 assert!(search["goal_reached"] == false, "{search}");
@@ -116,14 +117,14 @@ fn tables_csv_and_charts_contain_the_times() {
         "\ntime of the search (s)                   solved",
         "\ntime of the fast run (s)  solved",
         "\nloss of the fast run (%)  solved",
-        "\nFast runs with the vehicle expert; searches at 0.3 s per cell and 0.2 s per quarter turn.\n",
+        "\nVehicle expert; searches at 600 mm/s and 0.2 s per quarter turn.\n",
     ] {
         let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(squeezed(&ended.stdout).contains(&squeezed(text)), "{text}: {}", ended.stdout);
     }
     assert!(home.path().join("charts/fast_run_time_s-differences-2-flood-fill.svg").exists());
     let page = fs::read_to_string(home.path().join("report.html")).unwrap();
-    assert!(page.contains("Fast runs with the vehicle expert"));
+    assert!(page.contains("Vehicle expert; searches at 600 mm/s"));
     let headings: Vec<_> =
         page.split("<h2>").skip(1).map(|rest| rest.split("</h2>").next()).collect();
     let times = [Some("time of the fast run (s)"), Some("time until the end of the fast run (s)")];
@@ -189,16 +190,13 @@ fn a_mouse_of_the_user_drives_its_own_fast_run() {
 }
 
 #[test]
-fn wrong_vehicles_and_speeds_are_usage_errors() {
+fn wrong_vehicles_are_usage_errors() {
     let home = Home::new();
     home.write("wrong.toml", "base = 'expert'\nspeed = 5\n");
     for (arguments, error) in [
         (&["--vehicle", "exprt"][..], "did you mean expert?"),
         (&["--vehicle", "wrong.toml"], "line 2"),
         (&["--vehicle", "none.toml"], "cannot read the file"),
-        (&["--vehicle", "expert", "--search-speed", "0.3"], "expected seconds per cell and"),
-        (&["--vehicle", "expert", "--search-speed", "0,1"], "must be greater than 0"),
-        (&["--search-speed", "0.3,0.2"], "--vehicle"),
     ] {
         let ended = home.run(&[&["compare"], arguments].concat());
         assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{arguments:?}");

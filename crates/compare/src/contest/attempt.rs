@@ -2,9 +2,7 @@
 
 use mmsim_fastrun::Planner;
 use mmsim_maze::Maze;
-use mmsim_run::{
-    Ending, SearchFigures, SearchSpeed, plan, return_time, tenth_of_ms, time_at_start,
-};
+use mmsim_run::{Ending, SearchFigures, plan, return_time, tenth_of_ms, time_at_start};
 use serde::Serialize;
 
 use super::rules::Rules;
@@ -83,14 +81,8 @@ pub enum RunKind {
 
 impl Attempt {
     /// Calculates the attempt of a mouse from its search.
-    pub fn new(
-        planner: &mut Planner,
-        maze: &Maze,
-        figures: &SearchFigures,
-        speed: SearchSpeed,
-        rules: &Rules,
-    ) -> Self {
-        let performance = Performance::new(planner, maze, figures, speed);
+    pub fn new(planner: &mut Planner, maze: &Maze, figures: &SearchFigures, rules: &Rules) -> Self {
+        let performance = Performance::new(planner, maze, figures);
         let runs = performance.runs(rules);
         let has_fast_run = runs.iter().any(|run| run.kind == RunKind::Fast);
         let unfinished =
@@ -118,12 +110,7 @@ impl Attempt {
 }
 
 impl Performance {
-    fn new(
-        planner: &mut Planner,
-        maze: &Maze,
-        figures: &SearchFigures,
-        speed: SearchSpeed,
-    ) -> Self {
+    fn new(planner: &mut Planner, maze: &Maze, figures: &SearchFigures) -> Self {
         let SearchFigures { steps_to_goal, outcome, .. } = figures;
         let start = maze.start().cell;
         let last_cell = outcome.last_cell.unwrap_or(start);
@@ -134,13 +121,15 @@ impl Performance {
             Some(FastRunTimes {
                 gate_to_gate: trajectory.gate_to_gate(maze.goals()),
                 rest_to_rest: trajectory.duration(),
-                return_run: return_time(&run.cells(), speed),
+                return_run: return_time(&run.cells(), planner.vehicle()),
             })
         });
+        let vehicle = planner.vehicle();
         Self {
-            search_run: steps_to_goal.map(|steps| speed.time(steps, outcome.turns_to_goal)),
+            search_run: steps_to_goal
+                .map(|steps| vehicle.search_time(steps, outcome.turns_to_goal)),
             is_touched_early: outcome.touches_to_goal > 0,
-            search: time_at_start(maze, figures, speed),
+            search: time_at_start(maze, figures, vehicle),
             is_touched: outcome.touches > 0 || last_cell != start,
             fast_run,
         }
@@ -271,9 +260,10 @@ mod tests {
             || false,
         )
         .unwrap();
-        let mut planner = Planner::new(Vehicle::expert());
-        let speed = "1,0.5".parse().unwrap();
-        Attempt::new(&mut planner, &maze, &figures, speed, &rules.rules())
+        // 1 s for each cell and 0.5 s for each quarter turn.
+        let vehicle = "base = 'expert'\nsearch_speed = 180\nsearch_turn_time = 0.5";
+        let mut planner = Planner::new(Vehicle::from_toml(vehicle, "slow").unwrap());
+        Attempt::new(&mut planner, &maze, &figures, &rules.rules())
     }
 
     const CORRIDOR: &str = "o---o---o---o---o\n| S           G |\no---o---o---o---o\n";

@@ -47,8 +47,7 @@ pub(crate) fn any_vehicle() -> impl Strategy<Value = Vehicle> {
             if !is_changed {
                 return Some(vehicle);
             }
-            let VehicleParameters { half_cell, start_offset, stop_offset, .. } =
-                *vehicle.parameters();
+            let VehicleParameters { start_offset, .. } = *vehicle.parameters();
             let change = |limits: &StraightLimits| StraightLimits {
                 acceleration: acceleration * limits.acceleration,
                 braking: braking * limits.braking,
@@ -66,12 +65,11 @@ pub(crate) fn any_vehicle() -> impl Strategy<Value = Vehicle> {
             );
             Vehicle::new(VehicleParameters {
                 name: "changed".into(),
-                half_cell,
                 along: change(&vehicle.parameters().along),
                 diagonal: vehicle.parameters().diagonal.as_ref().map(change),
                 turns: turns.collect(),
                 start_offset: start_offset / 2.0,
-                stop_offset,
+                ..vehicle.parameters().clone()
             })
             .ok()
         },

@@ -24,7 +24,6 @@ def compare(
     max_states: int | None = None,
     *,
     vehicle: str | None = None,
-    search_speed: tuple[float, float] = (0.3, 0.2),
     time_limit: float = 10.0,
     misread: float = 0.0,
     misread_fixed: bool = False,
@@ -42,7 +41,6 @@ def compare(
     the fast run, unless their name says otherwise.
 
     With a `vehicle`, which is a preset or a TOML file, rows also contain times in seconds.
-    `search_speed` holds the seconds for each cell and for each quarter turn of a search.
 
     An exception of a function becomes the error of its row. Unreadable files of a folder are
     skipped with a warning. A search ends after `max_states` states: the simulator of a function
@@ -57,8 +55,8 @@ def compare(
     rows: list[dict[str, Any]] = _native.compare(
         _competition(
             _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
-            search_speed=search_speed, time_limit=time_limit, misread=misread,
-            misread_fixed=misread_fixed, misread_seed=misread_seed, recover=recover,
+            time_limit=time_limit, misread=misread, misread_fixed=misread_fixed,
+            misread_seed=misread_seed, recover=recover,
             stop_at_goal=stop_at_goal,
         )
     )
@@ -72,7 +70,6 @@ def contest(
     *,
     rules: str = "best-run",
     vehicle: str | None = None,
-    search_speed: tuple[float, float] = (0.3, 0.2),
     time_limit: float = 10.0,
     misread: float = 0.0,
     misread_fixed: bool = False,
@@ -86,8 +83,8 @@ def contest(
     results: dict[str, Any] = _native.compare(
         _competition(
             _mazes(mazes), mice, max_states=max_states, vehicle=vehicle,
-            search_speed=search_speed, time_limit=time_limit, misread=misread,
-            misread_fixed=misread_fixed, misread_seed=misread_seed, recover=recover,
+            time_limit=time_limit, misread=misread, misread_fixed=misread_fixed,
+            misread_seed=misread_seed, recover=recover,
             stop_at_goal=False,
         ),
         rules,
