@@ -25,6 +25,7 @@ mod gateway;
 #[cfg(unix)]
 mod guard;
 mod log;
+mod pipes;
 mod process;
 mod published;
 mod robot;
