@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! cargo build -p mmsim --examples
-//! mmsim mms --open -- target/debug/examples/mms-mouse
+//! mmsim run --open target/debug/examples/mms-mouse
 //! ```
 
 use std::collections::VecDeque;

@@ -17,7 +17,6 @@ use crate::export::ExportArgs;
 use crate::fast_run::FastRunArgs;
 use crate::manual::{CompletionsArgs, ManArgs};
 use crate::mazes::MazesArgs;
-use crate::mms::MmsArgs;
 use crate::replay::ReplayArgs;
 use crate::run::RunArgs;
 use crate::selection::Selection;
@@ -58,8 +57,7 @@ Examples:
   mmsim fast-run harbour               time the fastest run through a maze
   mmsim contest mazes/                 let mice compete under the rules of a contest
   mmsim trial mazes/                   let a robot explore each maze and race in it
-  mmsim run --open -- ./my-mouse       run and watch your own mouse
-  mmsim mms --open -- ./my-mouse       run and watch a mouse written for mms
+  mmsim run --open ./my-mouse          run and watch your own mouse
   mmsim check-server                   check that a server follows the protocol
   mmsim mazes fetch                    download real contest mazes
   mmsim mazes check my-maze.txt        check a maze file for errors
@@ -88,10 +86,8 @@ pub(crate) enum Command {
     Trial(TrialArgs),
     /// List, show, check, convert, fetch and generate mazes
     Mazes(MazesArgs),
-    /// Run a mouse that connects over ZeroMQ
+    /// Run your own mouse: a mouse for mms, a client of the protocol, or a robot
     Run(RunArgs),
-    /// Run a mouse written for the mms simulator
-    Mms(MmsArgs),
     /// Check that a server follows the protocol
     CheckServer(CheckServerArgs),
     /// Generate shell completions
@@ -140,6 +136,12 @@ fn exit_with(error: clap::Error, arguments: &[OsString]) -> ! {
         exit_with_usage(&UsageError::new("", message));
     }
     let missing = error.get(ContextKind::InvalidArg);
+    if arguments.get(1).is_some_and(|word| word == "run")
+        && matches!(missing, Some(ContextValue::Strings(names)) if names[..] == ["<COMMAND>..."])
+    {
+        let message = "no mouse to run (example: mmsim run --open ./my-mouse)";
+        exit_with_usage(&UsageError::new("run", message));
+    }
     if arguments.iter().take_while(|word| *word != "--").any(|word| word == "--published")
         && matches!(missing, Some(ContextValue::Strings(names)) if names[..] == ["<MAZE>..."])
     {
@@ -221,8 +223,9 @@ mod tests {
     fn parse(command: &[String], arguments: &[&(Arg, String)]) -> Result<Cli, clap::Error> {
         let (options, values): (Vec<_>, Vec<_>) =
             arguments.iter().copied().partition(|(arg, _)| !arg.is_positional());
-        let (last, values): (Vec<_>, Vec<_>) =
-            values.into_iter().partition(|(arg, _)| arg.is_last_set());
+        let (last, values): (Vec<_>, Vec<_>) = values
+            .into_iter()
+            .partition(|(arg, _)| arg.is_last_set() || arg.is_trailing_var_arg_set());
         let word = |(_, word): &(Arg, String)| word.clone();
         let end = (!last.is_empty()).then(|| "--".to_string()).into_iter();
         let words = options.into_iter().map(word).chain(values.into_iter().map(word));

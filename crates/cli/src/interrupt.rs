@@ -21,7 +21,7 @@ pub(crate) struct Interrupt {
 }
 
 impl Interrupt {
-    /// The exit code of `mmsim run` and `mmsim mms` after an interrupt.
+    /// The exit code of `mmsim run` after an interrupt.
     pub(crate) const CODE: i32 = StopReason::Exit.exit_code();
 
     /// Starts catching SIGINT, SIGTERM and SIGHUP, except those that were ignored when the process

@@ -1,6 +1,5 @@
 //! `mmsim`, a micromouse maze simulator. It serves mazes to search clients, runs and compares
-//! bundled strategies, runs mice written for the mms simulator, and scores robots in the two-run
-//! trial.
+//! bundled strategies, runs mice of the user, and scores robots in the two-run trial.
 #![forbid(unsafe_code)]
 
 mod args;
@@ -18,9 +17,7 @@ mod local_server;
 mod manual;
 mod mazes;
 mod memory;
-mod mms;
 mod output;
-mod own_mouse;
 mod page;
 mod phase_table;
 mod picture;
@@ -79,7 +76,6 @@ fn main() -> ExitCode {
         Some(Command::Trial(args)) => trial::run(&args),
         Some(Command::Mazes(args)) => mazes::run(&args),
         Some(Command::Run(args)) => run::run(&args).map(|code| exit(code)),
-        Some(Command::Mms(args)) => mms::run(&args).map(|code| exit(code)),
         Some(Command::CheckServer(args)) => check_server::run(&args),
         Some(Command::Completions(args)) => manual::complete(&args, &mut Cli::command()),
         Some(Command::Man(args)) => manual::run(&args, Cli::command()),

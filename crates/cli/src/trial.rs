@@ -6,9 +6,12 @@ mod picture;
 mod results;
 mod serve;
 
+pub(crate) use args::DEFAULT_ANSWER_LIMIT;
 use args::TrialArgs;
 use mmsim_compare::{NamedMaze, RunContext, TrialJob, TrialRobot, run_trials};
+pub(crate) use results::ResultForm;
 use results::ResultPrinter;
+pub(crate) use serve::run_watched;
 
 use crate::args::{CommandResult, UsageError};
 use crate::interrupt::StopFlag;
@@ -42,7 +45,7 @@ fn run_all(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     picture::check(args, mazes, &robots)?;
     let jobs: Vec<TrialJob<'_>> =
         (mazes.iter()).flat_map(|maze| robots.iter().map(move |robot| (maze, robot))).collect();
-    let mut results = ResultPrinter::new(&jobs, args);
+    let mut results = ResultPrinter::new(&jobs, args.form());
     let stop = StopFlag::catch_if(robots.iter().any(TrialRobot::is_own))?;
     let shows_stderr = jobs.len() == 1 && !args.json;
     let context = RunContext { must_stop: stop.check(), shows_stderr };

@@ -8,7 +8,7 @@ const MAZE: &str = "o---o---o\n| S   G |\no---o---o\n";
 
 /// The words of a command before and after MAZE. `run` and the commands for several mazes take the words
 /// of a maze as one argument.
-const COMMANDS: [(&[&str], &[&str]); 14] = [
+const COMMANDS: [(&[&str], &[&str]); 13] = [
     (&["demo"], &["--once", "--port", "0", "--no-viewer"]),
     (&["export"], &["-o", "maze.svg"]),
     (&["mazes", "show"], &[]),
@@ -22,7 +22,6 @@ const COMMANDS: [(&[&str], &[&str]); 14] = [
     (&["mazes", "diff"], &["small.txt"]),
     (&["mazes", "diff", "small.txt"], &[]),
     (&["run", "--port", "0", "--no-viewer", "--maze"], &["--", "mmsim-no-such-mouse"]),
-    (&["mms", "--port", "0", "--no-viewer", "--maze"], &["--", "mmsim-no-such-mouse"]),
 ];
 
 /// The commands in which all words after the options are one MAZE.

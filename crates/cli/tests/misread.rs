@@ -121,7 +121,7 @@ sys.exit(found != ['true', 'true', 'ack', 'true', 'ack', 'true', 'ack', 'crash']
     let reports = home.run(&[&compare[..], &always].concat()).json();
     let found = search(&reports, "mouse");
     assert_eq!((&found["goal_reached"], &found["crashes"]), (&json!(true), &json!(1)), "{found}");
-    let mms = ["mms", "--maze", "maze.txt", "--port", "0", "--no-viewer"];
+    let mms = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer"];
     let arguments = [&mms[..], &always, &["--", "python3", "mouse.py"]].concat();
     let ended = home.run(&arguments);
     assert_eq!(ended.code, Some(0), "{ended:?}");
@@ -144,12 +144,12 @@ ask('moveForward')
     home.write("mouse.py", mouse);
     let serving = home.serve(&["maze.txt", "--port", "0", "--misread", "100%"]);
     let options = ["--connect", &serving.address, "--goal", "server", "--json"];
-    let ended = home.run(&[&["mms"], &options[..], &["--", "python3", "mouse.py"]].concat());
+    let ended = home.run(&[&["run"], &options[..], &["--", "python3", "mouse.py"]].concat());
     let report = ended.json();
     assert_eq!((ended.code, &report["goal_reached"]), (Some(1), &json!(false)), "{report}");
     let error = report["error"].as_str().unwrap();
     assert!(error.starts_with("stopped: the simulator refused S: crash"), "{error}");
-    let hint = "(if the simulator misreads walls, use mmsim mms --misread instead)";
+    let hint = "(if the simulator misreads walls, use mmsim run --misread instead of --connect)";
     assert!(error.ends_with(hint), "{error}");
 }
 
@@ -179,7 +179,7 @@ fn wrong_options_are_usage_errors() {
         (&["compare", "--misread-fixed"], "--misread"),
         (&["--misread-seed", "2"], "--misread"),
         (&["--misread", "2"], "expected a probability from 0 to 100%, such as 1% or 0.01"),
-        (&["mms", "--misread", "1%", "--connect", "tcp://127.0.0.1:1", "--", "true"], "--connect"),
+        (&["run", "--misread", "1%", "--connect", "tcp://127.0.0.1:1", "--", "true"], "--connect"),
     ] {
         let refused = home.run(wrong);
         assert_eq!(refused.code, Some(2), "{refused:?}");
@@ -217,7 +217,7 @@ open(sys.argv[1], 'w').write(' '.join(replies))
         let own = format!("{command} '{}'", compared.display());
         let compare = ["compare", maze, "--strategies", "none", "--json", "--mouse", &own];
         home.run(&[&compare[..], &options].concat()).json();
-        let mms = ["mms", "--maze", maze, "--port", "0", "--no-viewer"];
+        let mms = ["run", "--maze", maze, "--port", "0", "--no-viewer"];
         let mouse = ["--", "python3", "mouse.py", run.to_str().unwrap()];
         home.run(&[&mms[..], &options, &mouse].concat());
         let [compared, run] = [compared, run].map(|path| std::fs::read_to_string(path).unwrap());

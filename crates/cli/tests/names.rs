@@ -121,9 +121,7 @@ fn no_command_prints_control_characters() {
         &["run", "--maze", folder, "--port", "0", "--no-viewer", "--", "true"],
         &["run", "--maze", folder, "--port", "0", "--no-viewer", "--", EVIL],
         &["run", "--maze", folder, "--port", "0", "--no-viewer", "--watch", "--", EVIL],
-        &["mms", "--maze", folder, "--port", "0", "--no-viewer", "--", "true"],
-        &["mms", "--maze", folder, "--port", "0", "--no-viewer", "--", EVIL],
-        &["mms", "--maze", folder, "--port", "0", "--no-viewer", "--", "echo", EVIL],
+        &["run", "--as", "mms", "--maze", folder, "--port", "0", "--no-viewer", "echo", EVIL],
         &[&solve[..], &["tcp://127.0.0.1:1"], &["--record", &run]].concat(),
         &[&solve[..], &[EVIL]].concat(),
         &["check-server", "tcp://127.0.0.1:1", "--timeout", "0.1"],
@@ -194,9 +192,8 @@ fn text_from_another_simulator_is_escaped() {
             }
         });
         for goal in [&["--goal", "server"][..], &[]] {
-            for command in [&["solve", "swing"][..], &["mms"]] {
-                let mouse: &[&str] =
-                    if command == ["mms"] { &["--", "echo", "mazeWidth"] } else { &[] };
+            for command in [&["solve", "swing"][..], &["run"]] {
+                let mouse: &[&str] = if command == ["run"] { &["echo", "mazeWidth"] } else { &[] };
                 let arguments = [command, &["--connect", &endpoint], goal, mouse].concat();
                 check_ended(&arguments, &home.run(&arguments));
             }

@@ -1,4 +1,4 @@
-//! `mmsim run` with mice that connect over `ZeroMQ`.
+//! `mmsim run` with clients of the `ZeroMQ` protocol.
 
 mod harness;
 
@@ -67,8 +67,8 @@ fn the_exit_code_is_that_of_the_mouse() {
     let home = home();
     let crashed = run(&home, &[], &[MMSIM, "solve", "no-such-strategy"]);
     assert_eq!(crashed.code, Some(2), "{crashed:?}");
-    let expected = "mouse exited with code 2; goal not reached, no states reported (does it \
-                    connect to MMSIM_ENDPOINT?)\n";
+    let expected = "mouse exited with code 2; goal not reached, no command of mms and no request (a \
+                    mouse for mms writes commands to stdout, a client connects to MMSIM_ENDPOINT, a robot needs --as robot)\n";
     assert!(crashed.stderr.ends_with(expected), "{crashed:?}");
 
     let missing = run(&home, &["--stay"], &["no-such-mouse"]);
@@ -77,9 +77,7 @@ fn the_exit_code_is_that_of_the_mouse() {
     assert!(message.starts_with("mmsim: cannot start the mouse no-such-mouse: "), "{message}");
     assert!(message.ends_with("give its path, such as ./my-mouse)"), "{message}");
 
-    for wrong in
-        [&["run"][..], &["run", "--"], &["run", "mouse"], &["run", "--watch", "--", "java"]]
-    {
+    for wrong in [&["run"][..], &["run", "--"], &["run", "--watch", "--", "java"]] {
         assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
     }
     let missing = home.run(&["run", "--watch", "--", "./my-mouse"]);

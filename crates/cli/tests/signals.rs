@@ -60,7 +60,7 @@ fn signals_ignored_at_the_start_stay_ignored() {
         ([&["small.txt"], &serving[..]].concat(), "serving"),
         ([&["demo", "small.txt"], &serving[..]].concat(), own),
         ([&["trial", "small.txt", "--serve"], &serving[..]].concat(), own),
-        ([&["mms", "--maze", "small.txt", "--stay"], &serving[..], &["--", "true"]].concat(), own),
+        ([&["run", "--maze", "small.txt", "--stay"], &serving[..], &["--", "true"]].concat(), own),
         (vec!["replay", record, "--serve", "--viewer-port", "0"], "watch at"),
     ] {
         check(start(&home, "HUP", &arguments, text), "HUP", HUP, &[INT, TERM]);

@@ -7,17 +7,9 @@ use mmsim_run::{Phases, Verdict};
 use mmsim_zmtp::Waker;
 use serde::Serialize;
 
+use crate::kind::MouseKind;
 use crate::throttle::{Next, Pace, Throttle};
 use crate::{lock, wait_while};
-
-/// The user's own mouse, which the program that serves the page can run again and again.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct OwnMouse {
-    /// The name of the mouse, usually the name of its file.
-    pub name: String,
-    /// True if the mouse has a reset button.
-    pub has_reset_button: bool,
-}
 
 /// The reason why a run of the user's own mouse starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,6 +81,8 @@ pub struct MouseStatus {
     /// True if this is the user's own mouse, false if it is a bundled one.
     #[serde(rename = "own")]
     pub is_own: bool,
+    /// How the mouse communicates, or `None` until it is recognized. A mouse for mms has a reset button.
+    pub kind: Option<MouseKind>,
     /// Why this run has started, or an empty string.
     pub reason: String,
     /// The outcome, or `None` while the mouse is running.
@@ -109,9 +103,8 @@ const DEFAULT_RATE: f64 = 20.0;
 /// A page requests actions, and the thread of the mouse carries them out.
 ///
 /// ```
-/// use mmsim_mouse::{MouseControl, Outcome, OwnMouse, Pace, StartReason};
-/// let own = OwnMouse { name: "my-mouse".into(), has_reset_button: false };
-/// let control = MouseControl::new(Pace::UNLIMITED, Some(own));
+/// use mmsim_mouse::{MouseControl, Outcome, Pace, StartReason};
+/// let control = MouseControl::new(Pace::UNLIMITED, Some("my-mouse".into()));
 /// assert_eq!(control.next_run(false), Some(StartReason::First));
 /// assert!(!control.wait_for_step(), "the mouse may take its next step");
 /// control.end(Outcome { text: "goal reached".into(), ..Outcome::default() });
@@ -119,7 +112,8 @@ const DEFAULT_RATE: f64 = 20.0;
 /// ```
 #[derive(Debug)]
 pub struct MouseControl {
-    own: Option<OwnMouse>,
+    own: Option<String>,
+    kind: Option<MouseKind>,
     time_limit: Option<Duration>,
     stops_at_goal: bool,
     state: Mutex<ControlState>,
@@ -162,8 +156,8 @@ impl ControlState {
         self.holds == 0 && !self.is_running()
     }
 
-    fn begin(&mut self, name: &str, is_own: bool, reason: String, time_limit: Option<Duration>) {
-        self.status = Some(MouseStatus { name: name.into(), is_own, reason, outcome: None });
+    fn begin(&mut self, status: MouseStatus, time_limit: Option<Duration>) {
+        self.status = Some(status);
         self.stop = None;
         self.runs += 1;
         self.throttle.restart(time_limit);
@@ -184,9 +178,9 @@ impl Default for MouseControl {
 }
 
 impl MouseControl {
-    /// Returns the control for mice with this initial pace. `own` is the user's own mouse, if the
-    /// program runs one; its first run is already requested.
-    pub fn new(pace: Pace, own: Option<OwnMouse>) -> Self {
+    /// Returns the control for mice with this initial pace. `own` is the name of the user's own mouse,
+    /// if the program runs one; its first run is already requested.
+    pub fn new(pace: Pace, own: Option<String>) -> Self {
         let state = ControlState {
             throttle: Throttle::new(pace),
             status: None,
@@ -200,7 +194,12 @@ impl MouseControl {
             is_closed: false,
         };
         let (state, changed, wakers) = (Mutex::new(state), Condvar::new(), Mutex::default());
-        Self { own, time_limit: None, stops_at_goal: false, state, changed, wakers }
+        Self { own, kind: None, time_limit: None, stops_at_goal: false, state, changed, wakers }
+    }
+
+    /// Sets how the user's own mouse communicates. By default, its first message decides in each run.
+    pub fn with_kind(self, kind: Option<MouseKind>) -> Self {
+        Self { kind, ..self }
     }
 
     /// Limits the time of each run of the user's own mouse. Pauses do not count.
@@ -220,9 +219,26 @@ impl MouseControl {
         }
     }
 
-    /// Returns the user's own mouse.
-    pub const fn own(&self) -> Option<&OwnMouse> {
-        self.own.as_ref()
+    /// Returns the name of the user's own mouse, usually the name of its file.
+    pub fn own(&self) -> Option<&str> {
+        self.own.as_deref()
+    }
+
+    /// Returns how the mouse of the current or latest run communicates, if it was recognized.
+    pub fn kind(&self) -> Option<MouseKind> {
+        lock(&self.state).status.as_ref()?.kind
+    }
+
+    /// Returns how the mouse of the run with this number communicates. If it is not known, a message of
+    /// the kind `shown` decides.
+    pub(crate) fn recognize(&self, run: u64, shown: Option<MouseKind>) -> Option<MouseKind> {
+        let mut state = lock(&self.state);
+        if state.runs != run {
+            return None;
+        }
+        let kind = &mut state.status.as_mut()?.kind;
+        shown.map(|shown| shown.accept(kind));
+        *kind
     }
 
     /// Changes the state and wakes the threads that wait for a change.
@@ -288,7 +304,7 @@ impl MouseControl {
     /// if the program must exit instead. If `stays` is false, also returns `None` if no run is
     /// requested.
     pub fn next_run(&self, stays: bool) -> Option<StartReason> {
-        let name = &self.own.as_ref()?.name;
+        let name = self.own.clone()?;
         let is_idle = |state: &mut ControlState| {
             !state.is_closed
                 && if state.may_start() { state.requested.is_none() && stays } else { true }
@@ -302,7 +318,9 @@ impl MouseControl {
             StartReason::FileChanged(file) => format!("Restarted because {file} has changed."),
             StartReason::First | StartReason::RunAgain => String::new(),
         };
-        state.begin(name, true, text, self.time_limit);
+        let (kind, outcome) = (self.kind, None);
+        let status = MouseStatus { name, is_own: true, kind, reason: text, outcome };
+        state.begin(status, self.time_limit);
         if let Some(steps) = state.requested_steps.take() {
             state.throttle.pause(steps);
         }
@@ -323,7 +341,8 @@ impl MouseControl {
         if !state.may_start() || state.requested.is_some() {
             return Err("another mouse is starting or another maze is loading (try again)".into());
         }
-        state.begin(name, false, String::new(), None);
+        let (name, kind, reason, outcome) = (name.into(), None, String::new(), None);
+        state.begin(MouseStatus { name, is_own: false, kind, reason, outcome }, None);
         drop(state);
         self.notify();
         Ok(())
@@ -523,8 +542,8 @@ mod tests {
         result.recv_timeout(TIMEOUT).unwrap_or_else(|error| panic!("waiting for {what}: {error}"))
     }
 
-    fn own() -> OwnMouse {
-        OwnMouse { name: "mouse".into(), has_reset_button: true }
+    fn own() -> String {
+        "mouse".into()
     }
 
     fn outcome(text: &str) -> Outcome {

@@ -17,8 +17,13 @@ use mmsim_zmtp::{Answer, ClientId, Service};
 use crate::claim::{Claims, Role};
 use crate::control::MouseControl;
 use crate::endpoint::{Endpoint, refuse};
+use crate::kind::MouseKind;
 use crate::lock;
 use crate::throttle::Next;
+
+/// The reply to requests of a mouse for mms.
+const IS_MMS: &str = "the mouse was started as a mouse for mms, or has written a command of mms to \
+    its stdout (with --as client, it may write anything)";
 
 /// The maximum number of clients of one address that wait for their replies.
 const MAX_WAITING: usize = 8;
@@ -49,7 +54,9 @@ pub struct Gateway {
 
 /// A run of a mouse behind a [`Gateway`].
 pub struct GatewayRun<'g> {
-    private: Endpoint,
+    /// `None` when the run has ended.
+    private: Option<Endpoint>,
+    address: String,
     gateway: &'g Gateway,
 }
 
@@ -89,21 +96,33 @@ impl Gateway {
         *tracker = Tracker { claims: Some(Claims::new()), ..Tracker::default() };
         state.restart(&mut tracker)?;
         drop(tracker);
-        Ok(GatewayRun { private, gateway: self })
+        let address = private.address().into();
+        Ok(GatewayRun { private: Some(private), address, gateway: self })
     }
 }
 
 impl GatewayRun<'_> {
     /// Returns the address for the mouse, such as `tcp://127.0.0.1:43210`.
     pub fn address(&self) -> &str {
-        self.private.address()
+        &self.address
     }
 
     /// Answers the requests that the mouse has sent before it exited, except those behind a reply that
     /// is not due yet, and ends the run. Returns what the mouse has sent.
-    pub fn finish(self) -> Progress {
-        self.private.finish();
+    pub fn finish(mut self) -> Progress {
+        self.end()
+    }
+
+    fn end(&mut self) -> Progress {
+        let Some(private) = self.private.take() else { return Progress::default() };
+        private.finish();
         mem::take(&mut *lock(&self.gateway.state.tracker)).progress
+    }
+}
+
+impl Drop for GatewayRun<'_> {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -127,7 +146,7 @@ impl GatewayState {
     fn name_mouse(&self) -> Result<(), MonitorError> {
         let mut buffer = [0; MAX_NAME_BYTES + 16];
         let mut writer = AnnotationWriter::new(&mut buffer);
-        let name = self.control.own().map_or("", |own| &own.name);
+        let name = self.control.own().unwrap_or_default();
         if writer.push(Annotation::Mouse(name)).is_ok()
             && let Some(request) = writer.finish()
         {
@@ -241,6 +260,17 @@ impl Forwarder {
             .claims
             .as_mut()
             .map_or(Role::Other, |claims| claims.role(client, self.is_private, is_write, now));
+        let is_mouse = matches!(role, Role::Mouse | Role::Successor);
+        let is_shown = is_mouse && (self.is_private || is_write);
+        let kind = control.recognize(run, is_shown.then_some(MouseKind::Client));
+        let role = if kind == Some(MouseKind::Mms) {
+            if self.is_private {
+                return Ok(refuse(reply, IS_MMS));
+            }
+            Role::Other
+        } else {
+            role
+        };
         match role {
             Role::Mouse | Role::Successor if control.wait_for_stop(Duration::ZERO).is_some() => {
                 return Ok(self.wait(client, WaitReason::Stop));
@@ -377,7 +407,7 @@ mod tests {
     use mmsim_zmtp::ReqClient;
 
     use super::*;
-    use crate::control::{Outcome, OwnMouse, StartReason};
+    use crate::control::{Outcome, StartReason};
     use crate::throttle::{MAX_DELAY, Pace};
 
     const TIMEOUT: Duration = Duration::from_secs(300);
@@ -396,8 +426,7 @@ mod tests {
             let monitor = server.monitor();
             let maze = "o---o---o\n| S   G |\no---o---o\n".parse().unwrap();
             server.spawn(Simulation::new("small", maze));
-            let own = OwnMouse { name: "mouse".into(), has_reset_button: false };
-            let control = Arc::new(MouseControl::new(pace, Some(own)));
+            let control = Arc::new(MouseControl::new(pace, Some("mouse".into())));
             let listener = listen("127.0.0.1", 0).unwrap();
             let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control)).unwrap();
             Self { gateway, monitor, control }

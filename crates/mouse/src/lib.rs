@@ -24,10 +24,12 @@ mod endpoint;
 mod gateway;
 #[cfg(unix)]
 mod guard;
+mod kind;
 mod log;
 mod pipes;
 mod process;
 mod published;
+mod report;
 mod robot;
 mod runs;
 mod search;
@@ -38,16 +40,19 @@ mod throttle;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-pub use control::{Hold, MouseControl, MouseStatus, Outcome, OwnMouse, StartReason, StopReason};
+pub use control::{Hold, MouseControl, MouseStatus, Outcome, StartReason, StopReason};
 pub use gateway::{Gateway, GatewayRun, Progress};
 #[cfg(unix)]
 pub use guard::{ONE_ARENA, guard_mice, use_guard};
+pub use kind::MouseKind;
+pub use pipes::PipedMouse;
 pub use process::{ExitCause, MouseProcess, Program, RunEnd, Shortage, StartError, exit_text};
 pub use published::PythonError;
+pub use report::{ClientExit, MouseReport};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;
-pub use search::{MAX_INVALID_BYTES, MouseKind, SearchEnd, SearchLimits, SearchReport, search};
-pub use session::{MouseExit, MouseReport, Session};
+pub use search::{MAX_INVALID_BYTES, SearchEnd, SearchLimits, SearchReport, search};
+pub use session::{MouseExit, Session};
 pub use simulator::wall_declarations;
 pub use throttle::Pace;
 

@@ -1,17 +1,22 @@
-//! The pipes of a mouse that was written for mms.
+//! A running mouse whose stdin, stdout and stderr are pipes.
 
-use std::io::{self, BufReader, PipeWriter, Read, Write};
+use std::io::{BufReader, PipeWriter, Write};
 use std::process::Stdio;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
+use mmsim_maze::MazeSize;
 use mmsim_mms::Response;
 
-use crate::commands::{Line, START_BYTES, read_lines};
-use crate::lock;
+use crate::ENDPOINT_VARIABLE;
+use crate::commands::Line;
+use crate::control::MouseControl;
+use crate::kind::{LineTracker, MouseKind, Output, distribute};
 use crate::log::MouseLog;
-use crate::process::{MouseProcess, Program, spawn};
+use crate::process::{CHECK_INTERVAL, ExitCause, MouseProcess, Program, spawn};
 
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;
@@ -19,34 +24,143 @@ const MAX_LINES_AHEAD: usize = 256;
 /// The maximum number of unread replies. This many take about 10 MB.
 const MAX_UNREAD_REPLIES: usize = 1 << 20;
 
-/// A mouse that reads replies from its stdin and writes commands to its stdout. Both have threads of
+/// The time after which a mouse that has not been recognized is reported.
+const RECOGNITION_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// The maximum time to wait for the last output of a mouse that has exited.
+const OUTPUT_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// A running mouse that writes to pipes and reads replies from another one. The pipes have threads of
 /// their own, so a mouse may write before it reads.
-pub(crate) struct Pipes {
+pub struct PipedMouse {
     pub(crate) process: MouseProcess,
+    /// The lines of a mouse for mms. The output of any other mouse is copied to stdout.
     pub(crate) lines: Receiver<Line>,
-    /// The start of the incomplete last line, or no bytes if the last line is complete.
-    pub(crate) incomplete_line: Arc<Mutex<Vec<u8>>>,
+    /// The first of these lines, if it has been received.
+    pub(crate) first_line: Option<Line>,
+    pub(crate) output: Arc<Output>,
     pub(crate) replies: Option<Sender<Response>>,
+    pub(crate) log: Option<MouseLog>,
     unread: Arc<AtomicUsize>,
 }
 
-impl Pipes {
-    /// Starts a mouse. Without a log, the mouse inherits stderr.
-    pub(crate) fn open(program: &Program, log: Option<&MouseLog>) -> Result<Self, String> {
-        let stderr = if log.is_some() { Stdio::piped() } else { Stdio::inherit() };
-        let (mut process, stdin, stdout) = MouseProcess::start_piped(program, None, stderr)?;
-        if let (Some(log), Some(stderr)) = (log, process.take_stderr()) {
+impl PipedMouse {
+    /// Starts a mouse in a maze of this size. Its environment contains the address of a simulator, if
+    /// there is an `endpoint`. If `has_log` is true, the stderr of the mouse is collected and copied.
+    /// `copy` receives the output of a mouse that is not one for mms.
+    ///
+    /// # Errors
+    /// Returns the reason if the mouse cannot start.
+    pub fn start(
+        program: &Program,
+        endpoint: Option<&str>,
+        size: MazeSize,
+        has_log: bool,
+        control: &Arc<MouseControl>,
+        copy: impl Write + Send + 'static,
+    ) -> Result<Self, String> {
+        let log = has_log.then(MouseLog::default);
+        let stderr = if has_log { Stdio::piped() } else { Stdio::inherit() };
+        let (mut process, stdin, stdout) = MouseProcess::start_piped(program, endpoint, stderr)?;
+        if let (Some(log), Some(stderr)) = (&log, process.take_stderr()) {
             log.collect(stderr)?;
         }
         let (read, lines) = mpsc::sync_channel(MAX_LINES_AHEAD);
-        let incomplete_line = Arc::default();
-        let stdout = LineTracker { pipe: stdout, incomplete_line: Arc::clone(&incomplete_line) };
-        spawn("stdout", move || read_lines(BufReader::new(stdout), &read))?;
+        let output = Arc::new(Output::new(copy));
+        let stdout = LineTracker { pipe: stdout, output: Arc::clone(&output) };
+        let (noted, control, run) = (Arc::clone(&output), Arc::clone(control), control.runs());
+        spawn("stdout", move || {
+            let recognize = |shown| control.recognize(run, shown);
+            distribute(BufReader::new(stdout), size, recognize, &noted, &read);
+        })?;
         let (replies, to_write) = mpsc::channel();
         let unread = Arc::new(AtomicUsize::new(0));
         let counter = Arc::clone(&unread);
         spawn("stdin", move || write_replies(stdin, &to_write, &counter))?;
-        Ok(Self { process, lines, incomplete_line, replies: Some(replies), unread })
+        let replies = Some(replies);
+        Ok(Self { process, lines, first_line: None, output, replies, log, unread })
+    }
+
+    /// Waits until the mouse is recognized or has exited. Returns `None` if it was not recognized.
+    /// `report` is called if this takes long.
+    ///
+    /// # Errors
+    /// Returns an error if the mouse must stop.
+    pub fn recognize(
+        &mut self,
+        control: &MouseControl,
+        report: impl Fn(&str),
+    ) -> Result<Option<MouseKind>, ExitCause> {
+        let (started, run, mut is_reported) = (Instant::now(), control.runs(), false);
+        loop {
+            ExitCause::check(control)?;
+            let kind = control.recognize(run, None);
+            if kind == Some(MouseKind::Client) {
+                self.release()?;
+                return Ok(kind);
+            }
+            // Before the lines, so that no line of a mouse that has exited is missed.
+            let has_exited = !matches!(self.process.status(), Ok(None));
+            if has_exited {
+                self.process.kill_group();
+            }
+            let timeout = if has_exited { OUTPUT_TIMEOUT } else { CHECK_INTERVAL };
+            match self.lines.recv_timeout(timeout) {
+                Ok(line) => {
+                    self.first_line = Some(line);
+                    return Ok(Some(MouseKind::Mms));
+                }
+                Err(_) if has_exited => return Ok(control.recognize(run, None)),
+                // The mouse has closed its output, and may still be a client.
+                Err(Disconnected) => drop(control.wait_for_stop(CHECK_INTERVAL)),
+                Err(Timeout) => {}
+            }
+            if !is_reported && kind.is_none() && started.elapsed() >= RECOGNITION_TIMEOUT {
+                let said = self.output.explain();
+                report(&format!(
+                    "no command of mms and no request after {} s{said} (a mouse for mms writes \
+                     commands to stdout, a client connects to {ENDPOINT_VARIABLE}; choose with \
+                     --as)",
+                    RECOGNITION_TIMEOUT.as_secs()
+                ));
+                is_reported = true;
+                self.release()?;
+            }
+        }
+    }
+
+    /// Copies the output that was held back, on another thread, because nobody may be reading it.
+    fn release(&self) -> Result<(), ExitCause> {
+        let output = Arc::clone(&self.output);
+        spawn("output", move || output.release()).map_err(ExitCause::Failed)
+    }
+
+    /// Waits until a mouse that reads nothing exits or must stop, and until its output is copied.
+    pub fn wait(mut self, control: &MouseControl) -> ExitCause {
+        self.replies = None;
+        let cause = self.process.wait(control);
+        // Killing the mouse and its child processes ends their output.
+        drop(self.process);
+        let mut until = Instant::now() + OUTPUT_TIMEOUT;
+        loop {
+            match self.lines.recv_timeout(CHECK_INTERVAL) {
+                // A line that shows too late that the mouse is one for mms is ignored.
+                Ok(_) => {}
+                Err(Disconnected) => break,
+                Err(Timeout) => {
+                    // A mouse that must stop does not wait for a reader.
+                    let must_stop = control.wait_for_stop(Duration::ZERO).is_some();
+                    if self.output.is_copying() && !must_stop {
+                        until = Instant::now() + OUTPUT_TIMEOUT;
+                    }
+                    if Instant::now() >= until {
+                        break;
+                    }
+                }
+            }
+        }
+        self.log.iter().for_each(MouseLog::wait_for_end);
+        cause
     }
 
     /// Sends a reply to the mouse. Does nothing if the mouse has closed its stdin.
@@ -68,29 +182,5 @@ fn write_replies(mut stdin: PipeWriter, replies: &Receiver<Response>, unread: &A
             return;
         }
         unread.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
-/// Reads the mouse's output and stores the start of an incomplete last line.
-struct LineTracker<R> {
-    pipe: R,
-    incomplete_line: Arc<Mutex<Vec<u8>>>,
-}
-
-impl<R: Read> Read for LineTracker<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let length = self.pipe.read(buffer)?;
-        let read = buffer.get(..length).unwrap_or_default();
-        let mut incomplete = lock(&self.incomplete_line);
-        let rest = match read.iter().rposition(|&byte| byte == b'\n') {
-            Some(end) => {
-                incomplete.clear();
-                &read[end + 1..]
-            }
-            None => read,
-        };
-        let room = START_BYTES.saturating_sub(incomplete.len());
-        incomplete.extend(&rest[..rest.len().min(room)]);
-        Ok(length)
     }
 }

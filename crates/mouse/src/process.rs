@@ -15,6 +15,7 @@ use mmsim_run::{Ending, Goal, Phases, Verdict};
 
 use crate::commands::MAX_LINE_BYTES;
 use crate::control::{MouseControl, Outcome, StopReason};
+use crate::published::{is_python, python_for};
 use crate::{ENDPOINT_PLACEHOLDER, ENDPOINT_VARIABLE};
 
 /// The maximum size of the output of a command that is read, in bytes.
@@ -28,6 +29,10 @@ const LAST_LINE_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The maximum length of the last line of stderr in an error message, in bytes.
 const MAX_REASON_BYTES: usize = 200;
+
+/// The variable that makes Python write to a pipe at once. Otherwise, a mouse that is killed loses what it
+/// has written.
+const UNBUFFERED: &str = "PYTHONUNBUFFERED";
 
 /// The command line of a mouse.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +48,18 @@ pub struct Program {
 }
 
 impl Program {
-    /// Returns the mouse that a command line starts.
+    /// Returns the mouse that a command line starts. A Python file that is not executable, or named
+    /// without a folder, is run by the Python in which it has the fewest faults.
     pub fn new(command: &[OsString]) -> Self {
+        if let Some(file) = command.first().map(Path::new)
+            && is_python(file)
+            && file.is_file()
+            && (!is_executable(file) || file.components().count() == 1)
+            && let Some(python) = python_for(file)
+        {
+            let name = file.file_name().unwrap_or_default();
+            return Self::named([&python[..], command].concat(), Some(file), &[name]);
+        }
         let program = command.first().map_or(Path::new(""), Path::new);
         let file = if is_installed(program) {
             command.iter().skip(1).map(Path::new).find(|path| path.is_file())
@@ -72,6 +87,11 @@ impl Program {
     pub fn missing_file(&self) -> Option<&Path> {
         let program = self.command.first().map(Path::new)?;
         (!is_installed(program) && !program.exists()).then_some(program)
+    }
+
+    /// Returns the program and its arguments.
+    pub(crate) fn words(&self) -> &[OsString] {
+        &self.command
     }
 
     /// Returns the command.
@@ -104,6 +124,20 @@ fn is_installed(program: &Path) -> bool {
     let folders = env::var_os("PATH").unwrap_or_default();
     let is_on_path = env::split_paths(&folders).any(|installed| installed == folder);
     is_on_path || folder.join("../pyvenv.cfg").is_file()
+}
+
+/// Returns true if the system can run the file.
+#[cfg(unix)]
+fn is_executable(file: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    file.metadata().is_ok_and(|file| file.permissions().mode() & 0o111 != 0)
+}
+
+/// Returns true if the system can run the file.
+#[cfg(not(unix))]
+fn is_executable(file: &Path) -> bool {
+    let extension = file.extension().unwrap_or_default();
+    ["exe", "com", "bat", "cmd"].iter().any(|name| extension.eq_ignore_ascii_case(name))
 }
 
 /// Shortens a text to at most this number of bytes.
@@ -155,6 +189,37 @@ fn is_shortage(error: &io::Error) -> bool {
         || matches!(error.kind(), ErrorKind::OutOfMemory | ErrorKind::WouldBlock | ErrorKind::Other)
 }
 
+/// Returns what to try if a program cannot be started.
+fn start_hint(error: &io::Error, file: &Path) -> String {
+    let shown = file.display();
+    let before = format!("if it is a maze, put --maze {shown} before the command");
+    if file.is_dir() || shown.to_string().ends_with('/') {
+        return format!(" (not a program; {before})");
+    }
+    if file.is_file() && !is_executable(file) {
+        return if is_python(file) {
+            " (found no Python to run it)".into()
+        } else if cfg!(unix) {
+            format!(" (not executable: chmod +x {shown}; {before})")
+        } else {
+            format!(" (not a program; {before})")
+        };
+    }
+    match error.kind() {
+        ErrorKind::NotFound if file.is_file() && file.components().count() == 1 => {
+            format!(" (give its path: ./{shown})")
+        }
+        ErrorKind::NotFound => {
+            " (if the program is not on the PATH, give its path, such as ./my-mouse)".into()
+        }
+        // A script without an interpreter.
+        _ if file.is_file() => {
+            " (a script needs a first line such as #!/usr/bin/env python3)".into()
+        }
+        _ => String::new(),
+    }
+}
+
 /// A running mouse. Dropping it kills the process and its descendants.
 #[derive(Debug)]
 pub struct MouseProcess {
@@ -199,14 +264,15 @@ impl MouseProcess {
             command = program.with_argument(ENDPOINT_PLACEHOLDER, endpoint).command();
             command.env(ENDPOINT_VARIABLE, endpoint);
         }
+        if stdin.is_some() && env::var_os(UNBUFFERED).is_none() {
+            command.env(UNBUFFERED, "1");
+        }
         system::spawn(command, stdin, streams).map(|(child, group)| Self { child, group }).map_err(
             |error| {
-                let needs_path =
-                    " (if the program is not on the PATH, give its path, such as ./my-mouse)";
-                let hint = if error.kind() == ErrorKind::NotFound { needs_path } else { "" };
                 let command = program.command();
-                let program = command.get_program().display();
-                let text = format!("cannot start the mouse {program}: {error}{hint}");
+                let file = Path::new(command.get_program());
+                let hint = start_hint(&error, file);
+                let text = format!("cannot start the mouse {}: {error}{hint}", file.display());
                 if is_shortage(&error) { text.into() } else { StartError::Mouse(text) }
             },
         )
@@ -278,7 +344,8 @@ impl From<RunError> for ExitCause {
             _ => false,
         };
         if may_be_misread {
-            let hint = "if the simulator misreads walls, use mmsim mms --misread instead";
+            let hint =
+                "if the simulator misreads walls, use mmsim run --misread instead of --connect";
             return Self::Failed(format!("{error} ({hint})"));
         }
         Self::LostSimulator(error)

@@ -1,6 +1,8 @@
 //! A robot.py with the published interface of the two-run trial, and the Python that runs it.
 
 use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::Read;
 use std::iter;
 use std::path::Path;
 use std::process::Command;
@@ -45,7 +47,68 @@ pub enum PythonError {
     },
 }
 
+/// The maximum size of a Python file that is searched for a robot, in bytes.
+const MAX_ROBOT_BYTES: u64 = 1 << 20;
+
 impl Program {
+    /// Returns true if Python runs a file with a class `Robot` that has the published interface of the
+    /// two-run trial.
+    pub fn is_published_robot(&self) -> bool {
+        let starts_python = self.python().is_none_or(|python| {
+            let name = Path::new(python).file_stem().unwrap_or_default().to_string_lossy();
+            let name = name.to_ascii_lowercase();
+            name == "py" || name.starts_with("python") || name.starts_with("pypy")
+        });
+        let file = self.file.as_deref().filter(|file| starts_python && is_python(file));
+        let Some(Ok(file)) = file.map(File::open) else { return false };
+        let mut text = Vec::new();
+        let is_read = file.take(MAX_ROBOT_BYTES).read_to_end(&mut text).is_ok();
+        let text = String::from_utf8_lossy(&text);
+        let defines_robot = |line: &str| {
+            let name = line.strip_prefix("class").filter(|name| name.starts_with([' ', '\t']));
+            let rest = name.and_then(|name| name.trim_start().strip_prefix("Robot"));
+            rest.is_some_and(|rest| rest.trim_start().starts_with([':', '(']))
+        };
+        let text = text.trim_start_matches('\u{feff}');
+        is_read && text.contains("next_move") && text.lines().any(defines_robot)
+    }
+
+    /// Returns the published robot in the file of this program, which takes the words after the file.
+    /// The Python at the start of the command, with its options, runs the robot.
+    ///
+    /// # Errors
+    /// Returns the reason if there is no Python 3 or 2 that accepts the syntax.
+    pub fn to_published_robot(&self) -> Result<Self, PythonError> {
+        let file = self.file.as_deref().unwrap_or(Path::new(""));
+        let (python, words) = self.split_at_file();
+        let python = match python {
+            [] => find_python(file, pythons())?,
+            python => python.to_vec(),
+        };
+        Ok(Self::published(python, file, words.get(1..).unwrap_or_default()))
+    }
+
+    /// Returns the words before the file, and the other words.
+    fn split_at_file(&self) -> (&[OsString], &[OsString]) {
+        let words = self.words();
+        let is_file = |word: &OsString| self.file.as_deref() == Some(Path::new(word));
+        words.split_at(words.iter().position(is_file).unwrap_or(0))
+    }
+
+    /// Returns the first word before the file.
+    fn python(&self) -> Option<&OsString> {
+        self.split_at_file().0.first()
+    }
+
+    /// Returns the program in which the Python of this command runs a robot.
+    fn published(mut command: Vec<OsString>, file: &Path, words: &[OsString]) -> Self {
+        command.extend(["-c".into(), ADAPTER.into(), file.into()]);
+        command.extend_from_slice(words);
+        let mut name = vec![file.file_name().unwrap_or_default()];
+        name.extend(words.iter().map(OsString::as_os_str));
+        Self::named(command, Some(file), &name)
+    }
+
     /// Returns the program that runs a robot.py with the published interface. In its `sys.argv`, the
     /// robot finds `words` after the maze, as under the published tester.
     ///
@@ -72,16 +135,24 @@ impl Program {
         words: &[OsString],
         python: Option<&OsStr>,
     ) -> Result<Self, PythonError> {
-        let mut command = match python {
+        let python = match python {
             Some(python) => vec![python.into()],
             None => find_python(file, pythons())?,
         };
-        command.extend(["-c".into(), ADAPTER.into(), file.into()]);
-        command.extend_from_slice(words);
-        let mut name = vec![file.file_name().unwrap_or_default()];
-        name.extend(words.iter().map(OsString::as_os_str));
-        Ok(Self::named(command, Some(file), &name))
+        Ok(Self::published(python, file, words))
     }
+}
+
+/// Returns true if the name of a file ends in `.py`.
+pub(crate) fn is_python(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("py"))
+}
+
+/// Returns the command of the Python in which a file has the fewest faults, or `None` if there is no
+/// Python.
+pub(crate) fn python_for(file: &Path) -> Option<Vec<OsString>> {
+    let checks = checks(file, pythons());
+    checks.into_iter().min_by_key(|check| check.faults).map(|check| check.python)
 }
 
 /// Returns the commands of interpreters that may be installed.
@@ -103,13 +174,7 @@ fn find_python(
     file: &Path,
     pythons: impl Iterator<Item = Vec<OsString>>,
 ) -> Result<Vec<OsString>, PythonError> {
-    let mut checks: Vec<RobotCheck> = Vec::new();
-    for python in pythons {
-        checks.extend(RobotCheck::new(python, file));
-        if checks.last().is_some_and(|check| check.faults == 0) {
-            break;
-        }
-    }
+    let checks = checks(file, pythons);
     let versions = checks.iter().map(|check| check.version);
     let has_both = versions.clone().min() != versions.max();
     let best = checks.into_iter().min_by_key(|check| check.faults).ok_or(PythonError::NoPython)?;
@@ -117,6 +182,18 @@ fn find_python(
         Some(error) if !has_both => Err(PythonError::OtherPython { version: best.version, error }),
         _ => Ok(best.python),
     }
+}
+
+/// Returns what interpreters find in a file, until one of them finds no faults.
+fn checks(file: &Path, pythons: impl Iterator<Item = Vec<OsString>>) -> Vec<RobotCheck> {
+    let mut checks: Vec<RobotCheck> = Vec::new();
+    for python in pythons {
+        checks.extend(RobotCheck::new(python, file));
+        if checks.last().is_some_and(|check| check.faults == 0) {
+            break;
+        }
+    }
+    checks
 }
 
 /// The faults that a Python finds in a robot.

@@ -22,10 +22,9 @@ const STABLE_CHECKS: u32 = 4;
 /// The runs of a mouse.
 ///
 /// ```
-/// use mmsim_mouse::{MouseControl, Outcome, OwnMouse, Pace, RunEnd, Runs};
+/// use mmsim_mouse::{MouseControl, Outcome, Pace, RunEnd, Runs};
 /// use std::sync::Arc;
-/// let own = OwnMouse { name: "my-mouse".into(), has_reset_button: false };
-/// let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own)));
+/// let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some("my-mouse".into())));
 /// let runs = Runs::new(&control, "tcp://127.0.0.1:6574", |text| eprintln!("{text}"));
 /// let code = runs.run(|| {
 ///     let outcome = Outcome { text: "goal reached".into(), ..Outcome::default() };
@@ -72,7 +71,7 @@ impl<'a> Runs<'a> {
         }
         let (mut code, mut is_announced) = (0, false);
         while let Some(reason) = control.next_run(stays) {
-            let name = control.own().map_or("", |own| &own.name);
+            let name = control.own().unwrap_or_default();
             match &reason {
                 StartReason::First => {}
                 StartReason::RunAgain => note(format_args!("running {name} again")),

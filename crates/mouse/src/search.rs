@@ -13,9 +13,10 @@ use mmsim_maze::{Maze, Misreadings, WallSensor};
 use mmsim_run::Judge;
 use mmsim_server::{Simulation, listen};
 
-pub use self::messages::{MAX_INVALID_BYTES, MouseKind, SearchEnd};
+pub use self::messages::{MAX_INVALID_BYTES, SearchEnd};
 use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
+use crate::kind::MouseKind;
 use crate::lock;
 use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, StartError, spawn};
 

@@ -1,7 +1,6 @@
 //! The run of a mouse that was written for mms: its pipes, its commands, the replies to them, and its
 //! scores.
 
-use std::collections::BTreeMap;
 use std::fmt::{Arguments, Write as _};
 use std::sync::mpsc::RecvTimeoutError::{Disconnected, Timeout};
 use std::time::Duration;
@@ -9,19 +8,16 @@ use std::time::Duration;
 use mmsim_client::{RunError, Transport};
 use mmsim_fastrun::{FastRun, Vehicle};
 use mmsim_maze::{KnownMaze, WallSensor, counted};
-use mmsim_mms::{
-    GeneralFormat, Response, ScoreRules, Scores, SimulatedMouse, Stat, TravelStats, excerpt,
-};
+use mmsim_mms::{GeneralFormat, Response, ScoreRules, SimulatedMouse, Stat, excerpt};
 use mmsim_protocol::MAX_LOG_BYTES;
-use mmsim_run::{DRIVEN_RUN, Phases, Verdict, tenth_of_ms};
-use serde::Serialize;
+use mmsim_run::{DRIVEN_RUN, Phases};
 
 use crate::commands::{CommandSource, InvalidLine, InvalidLines, Line, execute_all};
 use crate::control::{MouseControl, StopReason};
-use crate::lock;
-use crate::log::MouseLog;
-use crate::pipes::Pipes;
-use crate::process::{CHECK_INTERVAL, ExitCause, Program, RunEnd, signal};
+use crate::kind::MouseKind;
+use crate::pipes::PipedMouse;
+use crate::process::{CHECK_INTERVAL, ExitCause, RunEnd};
+use crate::report::MouseReport;
 use crate::simulator::Simulator;
 
 /// The time after which a line that the mouse waits for is reported. Must be a multiple of
@@ -31,8 +27,8 @@ const SILENCE_TIMEOUT: Duration = Duration::from_secs(1);
 /// A run of a mouse that was written for mms, as a client of a simulator.
 #[derive(Debug)]
 pub struct Session<'a> {
-    /// The mouse.
-    pub program: &'a Program,
+    /// The name of the mouse.
+    pub name: &'a str,
     /// The maze, of which only the size, the start and the goal are known.
     pub maze: &'a KnownMaze,
     /// The sensor of a mouse that misreads walls.
@@ -54,20 +50,24 @@ pub struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Runs the mouse until it exits or is stopped. If the simulator accepts annotations, the stderr
-    /// of the mouse is sent as its log and copied to the stderr of this process.
+    /// Runs a mouse that was started, or reports that it could not be started, until it exits or is
+    /// stopped. If the simulator accepts annotations, the stderr of the mouse is sent as its log.
     ///
     /// # Errors
     /// Returns an error if the simulator does not accept a reset.
-    pub fn run(&self, transport: impl Transport) -> Result<MouseExit, RunError> {
-        let Self { program, maze, control, .. } = *self;
-        let log = self.has_annotations.then(MouseLog::default);
-        let annotator = log.clone().map(|log| (&*program.name, log));
+    pub fn run(
+        &self,
+        transport: impl Transport,
+        started: Result<PipedMouse, String>,
+    ) -> Result<MouseExit, RunError> {
+        let Self { name, maze, control, .. } = *self;
+        let log = started.as_ref().ok().and_then(|mouse| mouse.log.clone());
+        let annotator = log.filter(|_| self.has_annotations).map(|log| (name, log));
         let mut simulator =
             Simulator::new(transport, maze, control, annotator, self.sensor.cloned())?;
         let mut mouse = SimulatedMouse::new(maze.size(), maze.start().cell, *maze.goals())
             .with_score_rules(self.rules);
-        let (cause, counts) = match Pipes::open(program, log.as_ref()) {
+        let (cause, counts) = match started {
             Ok(pipes) => self.execute(&mut mouse, &mut simulator, pipes),
             Err(error) => (ExitCause::NotStarted(error), Counts::default()),
         };
@@ -79,9 +79,10 @@ impl Session<'_> {
         &self,
         mouse: &mut SimulatedMouse,
         simulator: &mut Simulator<'_, impl Transport>,
-        pipes: Pipes,
+        pipes: PipedMouse,
     ) -> (ExitCause, Counts) {
-        let (lines, counts, invalid_lines) = (0, Counts::default(), InvalidLines::default());
+        let lines = pipes.output.copied_lines();
+        let (counts, invalid_lines) = (Counts::default(), InvalidLines::default());
         let mut commands = SessionCommands {
             session: self,
             simulator,
@@ -125,7 +126,7 @@ impl Session<'_> {
 struct SessionCommands<'a, 's, T> {
     session: &'a Session<'a>,
     simulator: &'a mut Simulator<'s, T>,
-    pipes: Pipes,
+    pipes: PipedMouse,
     lines: u64,
     counts: Counts,
     /// The latest fast run of the mouse.
@@ -198,7 +199,11 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
         loop {
             ExitCause::check(self.session.control)?;
             self.simulator.show_changes(mouse)?;
-            match self.pipes.lines.recv_timeout(CHECK_INTERVAL) {
+            let line = match self.pipes.first_line.take() {
+                Some(line) => Ok(line),
+                None => self.pipes.lines.recv_timeout(CHECK_INTERVAL),
+            };
+            match line {
                 Ok(line) => {
                     self.lines += 1;
                     return Ok(Some(line));
@@ -210,7 +215,7 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
                     return Ok(None);
                 }
                 Err(Timeout) => {
-                    let incomplete = lock(&self.pipes.incomplete_line).clone();
+                    let incomplete = self.pipes.output.incomplete_line();
                     let may_wait = !incomplete.is_empty() || self.invalid_lines.has_withheld();
                     silence = if may_wait { silence + CHECK_INTERVAL } else { Duration::ZERO };
                     if silence == SILENCE_TIMEOUT {
@@ -289,74 +294,12 @@ impl MouseExit {
         })
     }
 
-    /// Returns the output of `mms --json`. `maze` is the name of the maze, if it is known.
-    pub fn report<'m>(&self, maze: Option<&'m str>) -> MouseReport<'m> {
-        let (scores, run) = (self.mouse.scores(), self.counts.fastest_run.as_ref());
-        let (exit_code, signal) = match &self.cause {
-            ExitCause::Exited(status) => (status.code(), signal(*status)),
-            _ => (None, None),
-        };
-        let by = |rules: ScoreRules| (rules.name(), ScoreReport::new(self.mouse.scores_by(rules)));
-        MouseReport {
-            maze,
-            verdict: self.end().outcome.verdict,
-            scores: scores.rules().name(),
-            chosen: ScoreReport::new(scores),
-            scores_by: ScoreRules::ALL.map(by).into(),
-            visited_cells: self.mouse.map().visited().len(),
-            crashes: self.counts.crashes,
-            refused_lines: self.counts.refused,
-            fast_run: run.map(|(run, _)| run.to_string()),
-            fast_run_time_s: run.map(|&(_, time)| tenth_of_ms(time)),
-            exit_code,
-            signal,
-        }
-    }
-}
-
-/// The output of `mms --json`.
-#[derive(Serialize)]
-pub struct MouseReport<'m> {
-    maze: Option<&'m str>,
-    #[serde(flatten)]
-    verdict: Verdict,
-    /// The name of the chosen rules.
-    scores: &'static str,
-    #[serde(flatten)]
-    chosen: ScoreReport,
-    scores_by: BTreeMap<&'static str, ScoreReport>,
-    visited_cells: usize,
-    crashes: u64,
-    refused_lines: u64,
-    fast_run: Option<String>,
-    fast_run_time_s: Option<f64>,
-    exit_code: Option<i32>,
-    signal: Option<i32>,
-}
-
-/// The scores by some rules.
-#[derive(Serialize)]
-struct ScoreReport {
-    score: f64,
-    best_run_distance: Option<f64>,
-    best_run_effective_distance: Option<f64>,
-    best_run_turns: Option<u64>,
-    total_distance: f64,
-    total_effective_distance: f64,
-    total_turns: u64,
-}
-
-impl ScoreReport {
-    fn new(scores: &Scores) -> Self {
-        let (total, best) = (scores.total(), scores.best_run());
-        Self {
-            score: scores.score(),
-            best_run_distance: best.map(TravelStats::distance),
-            best_run_effective_distance: best.map(TravelStats::effective_distance),
-            best_run_turns: best.map(TravelStats::turns),
-            total_distance: total.distance(),
-            total_effective_distance: total.effective_distance(),
-            total_turns: total.turns(),
-        }
+    /// Returns the report on the run. `maze` is the name of the maze, if it is known.
+    pub fn report<'m>(&self, maze: Option<&'m str>, mouse: &'m str) -> MouseReport<'m> {
+        let Counts { crashes, refused, fastest_run } = &self.counts;
+        let counts = (self.phases.states, *crashes, *refused);
+        let report =
+            MouseReport::new(maze, mouse, Some(MouseKind::Mms), &self.end(), &self.cause, counts);
+        report.with_scores(&self.mouse, fastest_run.as_ref())
     }
 }

@@ -1,6 +1,6 @@
 """A flood-fill mouse: always goes to the neighbour nearest to the goal, with unknown walls open.
 
-`python flood_fill.py` searches a maze in this process. `mmsim run -- python flood_fill.py` shows the
+`python flood_fill.py` searches a maze in this process. `mmsim run flood_fill.py` shows the
 same search in a browser.
 """
 from __future__ import annotations

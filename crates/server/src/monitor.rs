@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, Sender};
 
-use mmsim_maze::Maze;
+use mmsim_maze::{Maze, Misreadings};
 use mmsim_protocol::Info;
 use mmsim_recording::{Block, LogBlock, LogEnd, LogLine, Times, TrailingAnnotations, read_log};
 use mmsim_zmtp::ClientId;
@@ -212,6 +212,14 @@ impl Monitor {
     pub fn serve(&self, name: &str, maze: Maze) -> Result<Status, MonitorError> {
         let name = name.to_string();
         self.query(move |service| service.replace_maze(&name, maze))
+    }
+
+    /// Lets clients misread walls from now on.
+    ///
+    /// # Errors
+    /// Returns an error if the server has stopped.
+    pub fn misread(&self, misreadings: Misreadings) -> Result<(), MonitorError> {
+        self.query(move |service| service.simulation.set_misreadings(misreadings))
     }
 
     fn query_run<T: Send + 'static>(

@@ -46,6 +46,11 @@ impl Simulation {
         self
     }
 
+    /// Changes how the mouse misreads walls from now on.
+    pub(crate) fn set_misreadings(&mut self, misreadings: Misreadings) {
+        self.sensor = WallSensor::new(misreadings, &self.maze);
+    }
+
     /// Returns the misreadings.
     pub const fn misreadings(&self) -> Misreadings {
         *self.sensor.misreadings()

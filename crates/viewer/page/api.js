@@ -9,13 +9,12 @@ const MAX_KEPT_STATES = 20_000;
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
- *   strategies: { name: string, about: string }[], vehicles: string[], vehicle: string, own: OwnMouse | null, opened: string[] }} PageInfo
- * @typedef {{ name: string, has_reset_button: boolean }} OwnMouse
+ *   strategies: { name: string, about: string }[], vehicles: string[], vehicle: string, own: string | null, opened: string[] }} PageInfo
  * @typedef {{ path: string, name: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
  * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, text: string, picture: string }} MazeReading
  * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
- * @typedef {{ name: string, own: boolean, reason: string, outcome: Outcome | null }} MouseStatus
+ * @typedef {{ name: string, own: boolean, kind: "mms" | "client" | null, reason: string, outcome: Outcome | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
  *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,

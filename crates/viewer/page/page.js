@@ -121,7 +121,7 @@ function liveStates() {
 function showLive() {
   if (!info.live || panels.has(LIVE)) return panels.get(LIVE);
   const live = openPanel(LIVE);
-  if (info.own) live.hint = `${info.own.name} has not reported a state yet.`;
+  if (info.own) live.hint = `${info.own} has not reported a state yet.`;
   runForm = new RunForm(live.element, info, liveStates);
   if (lastEvent) updateLive(lastEvent);
   return live;

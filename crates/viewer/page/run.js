@@ -38,7 +38,6 @@ export class RunForm {
     };
     this.#buttons.again.hidden = !own;
     panel.classList.toggle("own-mouse", own !== null);
-    this.#buttons.reset.hidden = !own?.has_reset_button;
     this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
     this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
     this.#strategy.onchange = () => setText(form, ".about", strategies[this.#strategy.selectedIndex]?.about ?? "");
@@ -54,7 +53,7 @@ export class RunForm {
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
     const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse?.own);
-    if (isSearching && !(await confirmReset("Run", this.#own?.name ?? "", this.#liveStates(), { warning }))) return;
+    if (isSearching && !(await confirmReset("Run", this.#own ?? "", this.#liveStates(), { warning }))) return;
     await api.act("run-again");
   }
 
@@ -77,7 +76,7 @@ export class RunForm {
     const running = this.#isRunning ? this.#event.mouse?.name : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
-    return confirmReset("Load", maze, states, { warning, mouse: this.#own?.name });
+    return confirmReset("Load", maze, states, { warning, mouse: this.#own ?? undefined });
   }
 
   get #isRunning() {
@@ -95,15 +94,16 @@ export class RunForm {
     const { again, stop, pause, step, reset, run } = this.#buttons;
     const pressed = document.activeElement;
     for (const button of [stop, pause, step]) button.disabled = !running;
-    reset.disabled = !running || !mouse?.own;
+    reset.hidden = mouse?.kind !== "mms";
+    reset.disabled = !running;
     run.disabled = this.#strategy.disabled = running || client;
     // A disabled button loses the focus.
     if (pressed === run && run.disabled) stop.focus();
     if (pressed instanceof HTMLButtonElement && pressed.disabled && form.contains(pressed)) (this.#own ? again : run).focus();
     setText(form, "[name=pause]", paused && running ? "Resume" : "Pause");
-    setText(form, "[name=again]", mouse?.own ? "Run again" : `Run ${this.#own?.name}`);
+    setText(form, "[name=again]", mouse?.own ? "Run again" : `Run ${this.#own}`);
     const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
-    setText(form, ".name", mouse?.name ?? this.#own?.name ?? "Mouse");
+    setText(form, ".name", mouse?.name ?? this.#own ?? "Mouse");
     setText(form, ".phase", phase);
     setText(form, ".result", mouse?.outcome?.text ?? "");
     setText(form, ".reason", mouse?.reason ?? "");

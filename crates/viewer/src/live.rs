@@ -64,7 +64,7 @@ impl LiveServer {
     pub(crate) fn run_own_mouse(&self) -> ApiResult<()> {
         if self.control.own().is_none() {
             return Err(ApiError::conflict(
-                "this simulator was started without a mouse (use `mmsim run -- COMMAND`)",
+                "this simulator was started without a mouse (use `mmsim run COMMAND`)",
             ));
         }
         self.control.request_run(StartReason::RunAgain);

@@ -421,7 +421,7 @@ fn changes_are_sent_as_events() {
         (watched.act(&run).status == 204).then_some(())
     });
     wait_until_received(concat!(
-        r#""mouse":{"name":"flood-fill","own":false,"reason":"","#,
+        r#""mouse":{"name":"flood-fill","own":false,"kind":null,"reason":"","#,
         r#""outcome":{"goal_reached":false,"ending":"gave_up","error":"goal unreachable from (0, 0)","#,
     ));
     watched.stop();

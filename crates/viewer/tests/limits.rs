@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use harness::{Response, WatchedServer};
-use mmsim_mouse::{MouseControl, Outcome, OwnMouse, Pace};
+use mmsim_mouse::{MouseControl, Outcome, Pace};
 use mmsim_tests::{TIMEOUT, wait_for, within};
 use mmsim_viewer::Limits;
 use serde_json::json;
@@ -163,8 +163,7 @@ fn the_wait_in_a_queue_is_limited() {
 
 #[test]
 fn requests_that_wait_for_a_mouse_to_stop_delay_no_others() {
-    let own = OwnMouse { name: "mouse".into(), has_reset_button: false };
-    let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some(own)));
+    let control = Arc::new(MouseControl::new(Pace::UNLIMITED, Some("mouse".into())));
     control.next_run(false);
     let limits = Limits { stop_time: TIMEOUT, ..Limits::default() };
     let watched = WatchedServer::with_mouse("127.0.0.1", None, limits, Arc::clone(&control));

@@ -13,6 +13,7 @@ use mmsim_mouse::Program;
 use mmsim_protocol::DEFAULT_PORT;
 use mmsim_trial::{BundledRobot, KeyPoints, Settings, Variant};
 
+use super::results::ResultForm;
 use crate::args::{
     RetentionArgs, UsageError, ViewerArgs, each_once, extension, one_of, parse_probability,
     parse_seconds, wrong_extension,
@@ -37,6 +38,9 @@ without --once, it is 0 after Ctrl-C.";
 
 /// clap would put the mazes after `--published`, where they would be words of the robot.
 const USAGE: &str = "mmsim trial <MAZE>... [OPTIONS] [-- <COMMAND>...]";
+
+/// The time after which a robot that does not answer is stopped.
+pub(crate) const DEFAULT_ANSWER_LIMIT: Duration = Duration::from_secs(10);
 
 const PUBLISHED_HELP: &str = "\
     Run a robot.py with the published interface, which has a class Robot. Put the mazes before \
@@ -65,9 +69,9 @@ pub(crate) struct TrialArgs {
     /// Python for the robots of --published [default: the Python 3 or 2 on the PATH that accepts the file]
     #[arg(long, value_name = "EXE", requires = "published")]
     python: Option<PathBuf>,
-    /// Stop your own robot if an answer takes longer than S seconds
-    #[arg(long, value_name = "S", default_value = "10", requires = "own", value_parser = parse_seconds)]
-    answer_limit: Duration,
+    /// Stop your own robot if an answer takes longer than S seconds [default: 10]
+    #[arg(long, value_name = "S", requires = "own", value_parser = parse_seconds)]
+    answer_limit: Option<Duration>,
     /// Random seed for robots and noisy sensors
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -209,6 +213,11 @@ impl TrialArgs {
         Ok(robots)
     }
 
+    /// Returns how outcomes are printed.
+    pub(crate) const fn form(&self) -> ResultForm {
+        ResultForm { path: self.path, json: self.json }
+    }
+
     /// Returns the settings of all robots.
     pub(crate) fn settings(&self) -> Settings {
         let Self { seed, noise, key_points, variant, .. } = *self;
@@ -239,7 +248,8 @@ impl TrialArgs {
                 0 => program.name.clone(),
                 _ => format!("{} ({})", program.name, same + 1),
             };
-            let (program, answer_limit) = (program.clone(), self.answer_limit);
+            let answer_limit = self.answer_limit.unwrap_or(DEFAULT_ANSWER_LIMIT);
+            let program = program.clone();
             let kind = RobotKind::Own(OwnRobot { name, program, answer_limit });
             TrialRobot { kind, settings: self.settings() }
         };

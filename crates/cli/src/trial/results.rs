@@ -5,17 +5,25 @@ use std::{io, mem};
 
 use mmsim_compare::{Means, TrialJob, TrialResult, TrialRow};
 
-use super::args::TrialArgs;
 use crate::args::CommandResult;
 use crate::grid::{padded, widest};
 use crate::output::{print, print_pretty_json};
 use crate::screen::wide_or_compact;
 
+/// How outcomes are printed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ResultForm {
+    /// True to draw the explored maze and the race.
+    pub(crate) path: bool,
+    /// True for a JSON array.
+    pub(crate) json: bool,
+}
+
 /// A printer for the outcomes of trials. Table lines are printed immediately, or after all drawings
 /// if `--path` is set. JSON is printed after the last trial.
 pub(crate) struct ResultPrinter<'a> {
     jobs: &'a [TrialJob<'a>],
-    args: &'a TrialArgs,
+    form: ResultForm,
     table: ResultTable,
     lines: String,
     outcomes: Vec<TrialResult>,
@@ -23,23 +31,23 @@ pub(crate) struct ResultPrinter<'a> {
 
 impl<'a> ResultPrinter<'a> {
     /// Creates a printer for the outcomes of `jobs`.
-    pub(crate) fn new(jobs: &'a [TrialJob<'a>], args: &'a TrialArgs) -> Self {
+    pub(crate) fn new(jobs: &'a [TrialJob<'a>], form: ResultForm) -> Self {
         let table = ResultTable::new(jobs);
-        Self { jobs, args, lines: table.head(), table, outcomes: Vec::new() }
+        Self { jobs, form, lines: table.head(), table, outcomes: Vec::new() }
     }
 
     /// Adds the outcomes of the next trials.
     pub(crate) fn add(&mut self, outcomes: Vec<TrialResult>) -> io::Result<()> {
         for (job, outcome) in self.jobs[self.outcomes.len()..].iter().zip(&outcomes) {
             self.lines += &self.table.line(job, outcome);
-            if self.args.path && !self.args.json {
+            if self.form.path && !self.form.json {
                 let (selected, robot) = job;
                 let drawing = wide_or_compact(outcome.drawings());
                 print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), robot.name()))?;
             }
         }
         self.outcomes.extend(outcomes);
-        if self.args.path || self.args.json { Ok(()) } else { print(&mem::take(&mut self.lines)) }
+        if self.form.path || self.form.json { Ok(()) } else { print(&mem::take(&mut self.lines)) }
     }
 
     /// Returns the outcomes so far, in the order of the jobs.
@@ -49,11 +57,11 @@ impl<'a> ResultPrinter<'a> {
 
     /// Prints the remaining output. Returns true if all trials succeeded.
     pub(crate) fn finish(self) -> CommandResult {
-        let Self { jobs, args, lines, outcomes, .. } = self;
-        if args.json {
+        let Self { jobs, form, lines, outcomes, .. } = self;
+        if form.json {
             let reports = jobs.iter().zip(&outcomes).map(|(&(selected, robot), outcome)| {
                 let mut report = TrialRow::new(selected, robot, outcome);
-                report.path = args.path.then(|| outcome.drawings()).map(|[path, _]| path);
+                report.path = form.path.then(|| outcome.drawings()).map(|[path, _]| path);
                 report
             });
             print_pretty_json(&reports.collect::<Vec<_>>())?;

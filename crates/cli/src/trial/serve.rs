@@ -8,9 +8,7 @@ use std::time::Duration;
 use mmsim_client::{Exchange, RunError, Transport};
 use mmsim_compare::{NamedMaze, RunContext, TrialResult, TrialRobot, TrialStop};
 use mmsim_maze::{KnownMaze, Misreadings, Unknown};
-use mmsim_mouse::{
-    MouseControl, Outcome, OwnMouse, Pace, RunEnd, Runs, StopReason, wall_declarations,
-};
+use mmsim_mouse::{MouseControl, Outcome, Pace, RunEnd, Runs, StopReason, wall_declarations};
 use mmsim_protocol::Annotation;
 use mmsim_run::{Ending, Verdict};
 use mmsim_server::Monitor;
@@ -18,7 +16,7 @@ use mmsim_trial::{RaceSteps, Trial, TrialOutcome, TrialStatus};
 use mmsim_viewer::ViewerConfig;
 
 use super::args::TrialArgs;
-use super::results::ResultPrinter;
+use super::results::{ResultForm, ResultPrinter};
 use crate::args::{CommandResult, UsageError};
 use crate::local_server::{HOST, in_process, prepare};
 use crate::output::note;
@@ -35,8 +33,8 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
     };
     let watch = &args.watch;
     let viewer = (!watch.once).then_some(&watch.viewer);
-    let own = OwnMouse { name: robot.name().into(), has_reset_button: false };
-    let control = Arc::new(MouseControl::new(Pace::from_interval(pace(watch.pace)), Some(own)));
+    let (pace, name) = (Pace::from_interval(pace(watch.pace)), robot.name().to_string());
+    let control = Arc::new(MouseControl::new(pace, Some(name)));
     // The page can neither load other mazes nor run other mice.
     let config = ViewerConfig::default().with_trial();
     let (address, mouse) = ((HOST, Some(watch.port)), Some((Arc::clone(&control), None)));
@@ -44,8 +42,6 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
     let ready = prepare(maze, exact, config, address, &watch.retention, viewer, mouse)?;
     let monitor = ready.server.monitor();
     let server = ready.server.spawn(ready.simulation);
-    let jobs = [(&selected, robot)];
-    let mut succeeded = true;
     let closing = Arc::clone(&control);
     ready.interrupt.then(move || closing.close());
     let runs = Runs {
@@ -53,25 +49,36 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
         stays: !watch.once,
         ..Runs::new(&control, server.address(), |text| note(text))
     };
-    runs.run(|| -> Result<_, Box<dyn Error>> {
-        let outcome = run_trial(&monitor, robot, &selected, &control)?;
-        let outcome = if let Some(outcome) = outcome {
-            let end = end(&outcome);
-            let mut results = ResultPrinter::new(&jobs, args);
-            results.add(vec![outcome])?;
-            succeeded = results.finish()?;
-            end
-        } else {
-            let reason = control.wait_for_stop(Duration::ZERO);
-            let text = reason.unwrap_or(StopReason::Stop).text();
-            let error = Some(text.clone());
-            let verdict = Verdict { goal_reached: false, ending: Ending::Stopped, error };
-            Outcome { verdict, text }
-        };
-        Ok(RunEnd { outcome, code: 0, was_started: true })
-    })?;
+    let code = runs.run(|| run_watched(&monitor, robot, &selected, &control, args.form()))?;
     server.stop()?;
-    Ok(succeeded || !watch.once)
+    Ok([0, StopReason::Exit.exit_code()].contains(&code) || !watch.once)
+}
+
+/// Runs a robot in the maze that a simulator serves, and prints the result. The exit code is 0 if the
+/// trial has succeeded.
+pub(crate) fn run_watched(
+    monitor: &Monitor,
+    robot: &TrialRobot,
+    selected: &NamedMaze,
+    control: &Arc<MouseControl>,
+    form: ResultForm,
+) -> Result<RunEnd, Box<dyn Error>> {
+    let Some(result) = run_trial(monitor, robot, selected, control)? else {
+        let reason = control.wait_for_stop(Duration::ZERO).unwrap_or(StopReason::Stop);
+        let (text, code) = (reason.text(), reason.exit_code());
+        let ending = match reason {
+            StopReason::TimeLimit(_) => Ending::TimeLimit,
+            _ => Ending::Stopped,
+        };
+        let verdict = Verdict { goal_reached: false, ending, error: Some(text.clone()) };
+        return Ok(RunEnd { outcome: Outcome { verdict, text }, code, was_started: true });
+    };
+    let outcome = end(&result);
+    let jobs = [(selected, robot)];
+    let mut results = ResultPrinter::new(&jobs, form);
+    results.add(vec![result])?;
+    let code = i32::from(!results.finish()?);
+    Ok(RunEnd { outcome, code, was_started: true })
 }
 
 /// Returns the outcome of a trial for the page.

@@ -74,7 +74,8 @@ const DESCENDANTS: usize = 200;
 /// The arguments of the commands that run a program as a mouse.
 const PAGE: &[&str] = &["run", "--port", "0", "--viewer-port", "0", "--", "python3"];
 const RUN: &[&str] = &["run", "--port", "0", "--no-viewer", "--", "python3"];
-const MMS: &[&str] = &["mms", "--port", "0", "--no-viewer", "--", "python3"];
+const CLIENT: &[&str] = &["run", "--as", "client", "--port", "0", "--no-viewer", "--", "python3"];
+const MMS: &[&str] = &["run", "--as", "mms", "--port", "0", "--no-viewer", "--", "python3"];
 const TRIAL: &[&str] = &["trial", "mazes", "--answer-limit", "600", "--", "python3"];
 const COMPARE: &[&str] = &["compare", "--strategies", "none", "--time-limit", "600"];
 const CONTEST: &[&str] = &["contest", "--time-limit", "600"];
@@ -125,7 +126,7 @@ fn none_outlives_a_killed_command() {
     if !has_python() {
         return;
     }
-    for arguments in [RUN, MMS, TRIAL, COMPARE, CONTEST] {
+    for arguments in [RUN, CLIENT, MMS, TRIAL, COMPARE, CONTEST] {
         let home = Home::new();
         let mut child = spawn(command(&home, arguments, TREE, &[]));
         wait_for_processes(&home, DESCENDANTS);
@@ -141,7 +142,7 @@ fn none_of_a_random_tree_outlives_its_end() {
     if !has_python() {
         return;
     }
-    let commands = [PAGE, RUN, MMS, TRIAL, COMPARE, CONTEST];
+    let commands = [PAGE, RUN, CLIENT, MMS, TRIAL, COMPARE, CONTEST];
     for case in 0..12 * force() {
         let mut rng = WyRand::new(case as u64);
         let [depth, width] = [1 + rng.below(3), 1 + rng.below(4)];

@@ -73,7 +73,7 @@ fn a_strategy_can_run_without_scrolling() {
 fn the_own_mouse_and_its_figures_are_in_sight() {
     with_browser(|browser| {
         let options = ["--maze", "harbour", "--stay"];
-        let simulator = Simulator::start_mouse(Home::new(), "run", &options, &WAITS);
+        let simulator = Simulator::start_mouse(Home::new(), &options, &WAITS);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
         let wait_for_phase = |phase: &str| {

@@ -315,7 +315,7 @@ fn a_mouse_of_mms_is_displayed() {
         home.write("template.py", include_str!("template.py"));
         let mouse = ["sh", "-c", "python3 template.py | tee commands"];
         let options = ["--maze", "harbour", "--stay", "--record", "runs"];
-        let simulator = Simulator::start_mouse(home, "mms", &options, &mouse);
+        let simulator = Simulator::start_mouse(home, &options, &mouse);
         browser.open(&simulator.page);
         let live = Panel::live(browser);
         wait_for("the mouse to exit", || {

@@ -24,7 +24,7 @@ const WAITS: [&str; 4] = [MMSIM, "--no-viewer", "--port", "0"];
 /// Starts `mmsim run`, opens its page in a browser, and runs a test.
 fn with_mouse(options: &[&str], mouse: &[&str], test: impl FnOnce(&Browser, &Simulator)) {
     with_browser(|browser| {
-        let simulator = Simulator::start_mouse(Home::new(), "run", options, mouse);
+        let simulator = Simulator::start_mouse(Home::new(), options, mouse);
         open(browser, &simulator);
         test(browser, &simulator);
         browser.leave();
@@ -267,7 +267,7 @@ fn a_mouse_that_fails_is_reported() {
         fs::copy(MMSIM, &program).unwrap();
         let name = program.file_name().unwrap().to_str().unwrap().to_string();
         let mouse = [program.to_str().unwrap(), "solve", "no-such-strategy"];
-        let simulator = Simulator::start_mouse(home, "run", &["--stay"], &mouse);
+        let simulator = Simulator::start_mouse(home, &["--stay"], &mouse);
         open(browser, &simulator);
         let live = Panel::live(browser);
         wait_for_result(live, "exited with code 2");
@@ -296,7 +296,7 @@ fn a_mouse_of_mms_is_controlled_too() {
         let home = Home::new();
         home.write("mouse.sh", MMS_MOUSE);
         let options = ["--maze", "hedgerow", "--stay", "--pace", "3600000"];
-        let simulator = Simulator::start_mouse(home, "mms", &options, &["sh", "mouse.sh"]);
+        let simulator = Simulator::start_mouse(home, &options, &["sh", "mouse.sh"]);
         open(browser, &simulator);
         let live = Panel::live(browser);
         let wait_for_states = |states: usize| {
@@ -358,7 +358,7 @@ fn a_changed_file_runs_the_mouse_again() {
         let name = program.file_name().unwrap().to_str().unwrap().to_string();
         let program = program.to_str().unwrap();
         let mouse = [program, "mazes", "check", maze.to_str().unwrap()];
-        let simulator = Simulator::start_mouse(home, "run", &["--watch"], &mouse);
+        let simulator = Simulator::start_mouse(home, &["--watch"], &mouse);
         open(browser, &simulator);
         let live = Panel::live(browser);
         wait_for_result(live, "exited with code 0");

@@ -47,9 +47,9 @@ impl Simulator {
         Self::start_until(home, &[ports, arguments].concat())
     }
 
-    /// Starts `mmsim run` or `mmsim mms` with these options and this command of the mouse.
-    pub(crate) fn start_mouse(home: Home, run: &str, options: &[&str], mouse: &[&str]) -> Self {
-        let arguments = [&[run], &PORTS[..], options, &["--"], mouse].concat();
+    /// Starts `mmsim run` with these options and this command of the mouse.
+    pub(crate) fn start_mouse(home: Home, options: &[&str], mouse: &[&str]) -> Self {
+        let arguments = [&["run"], &PORTS[..], options, &["--"], mouse].concat();
         let mut simulator = Self::start_until(home, &arguments);
         simulator.serving.has_mouse = true;
         simulator

@@ -9,10 +9,10 @@ fn the_exit_code_is_that_of_the_mouse() {
     let Some(ended) = run(&home, &[], "sys.exit(7)") else { return };
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(7), ""));
     assert!(
-        ended.stderr.ends_with("exited with code 7; goal not reached, score 2000\n"),
+        ended.stderr.contains("exited with code 7; goal not reached, no command of mms and no "),
         "{ended:?}"
     );
-    let at_once = run(&home, &["--score"], "").unwrap();
+    let at_once = run(&home, &["--as", "mms", "--score"], "").unwrap();
     assert_eq!(at_once.code, Some(0));
     insta::assert_snapshot!(at_once.stdout, @"
     score: 2000
@@ -113,7 +113,7 @@ fn child_processes_of_the_mouse_are_killed() {
 #[test]
 fn runs_in_the_background_of_a_terminal() {
     let home = Home::new();
-    let mouse = "mms --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
+    let mouse = "run --no-viewer --port 0 -- sh -c 'sleep 0.5; exit 5'";
     let mmsim = env!("CARGO_BIN_EXE_mmsim");
     let lines = [
         "set -m",
@@ -143,17 +143,15 @@ fn a_missing_program_is_an_error() {
     let report = home.run(&arguments(&options, &["no-such-mouse"])).json();
     assert_eq!(report["error"].as_str(), messages.strip_prefix("mmsim: "));
     for wrong in [
-        &["mms"][..],
-        &["mms", "--"],
-        &["mms", "mouse"],
-        &["mms", "--size", "8x8", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--maze", "a", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--watch", "--", "mouse"],
-        &["mms", "--watch", "--", "java"],
-        &["mms", "--watch", "--", "./no-such-mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "mazes", "--", "mouse"],
-        &["mms", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
+        &["run"][..],
+        &["run", "--"],
+        &["run", "--size", "8x8", "--", "mouse"],
+        &["run", "--connect", "tcp://127.0.0.1:1", "--maze", "a", "--", "mouse"],
+        &["run", "--connect", "tcp://127.0.0.1:1", "--port", "1", "--", "mouse"],
+        &["run", "--connect", "tcp://127.0.0.1:1", "--watch", "--", "mouse"],
+        &["run", "--watch", "--", "java"],
+        &["run", "--watch", "--", "./no-such-mouse"],
+        &["run", "--connect", "tcp://127.0.0.1:1", "--goal", "server", "1,1", "--", "mouse"],
     ] {
         assert_eq!(home.run(wrong).code, Some(2), "{wrong:?}");
     }
@@ -163,12 +161,12 @@ fn a_missing_program_is_an_error() {
 fn a_free_port_is_used_if_the_default_port_is_in_use() {
     let home = Home::new();
     let mouse = ["--no-viewer", "--", env!("CARGO_BIN_EXE_mmsim"), "--version"];
-    let free = [&["mms"], &mouse[..]].concat();
+    let free = [&["run"], &mouse[..]].concat();
     let ended = while_default_port_is_in_use(|| home.run(&free));
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let expected = "port 6574 on 127.0.0.1 is already in use; using a free port instead\n";
     assert!(ended.stderr.contains(expected), "{ended:?}");
-    let given = [&["mms", "--port", "6574"], &mouse[..]].concat();
+    let given = [&["run", "--port", "6574"], &mouse[..]].concat();
     let given = while_default_port_is_in_use(|| home.run(&given));
     assert_eq!(given.code, Some(1), "{given:?}");
 }

@@ -1,4 +1,4 @@
-//! `mmsim mms` with a mouse in Rust, and with Python mice.
+//! `mmsim run` with mice for mms: a mouse in Rust, and with Python mice.
 
 #[path = "../harness/mod.rs"]
 mod harness;
@@ -61,7 +61,7 @@ fn rust_mouse() -> PathBuf {
 }
 
 fn arguments<'a>(options: &[&'a str], mouse: &[&'a str]) -> Vec<&'a str> {
-    [&["mms"], options, &["--"], mouse].concat()
+    [&["run"], options, &["--"], mouse].concat()
 }
 
 const QUIET: [&str; 3] = ["--port", "0", "--no-viewer"];
@@ -73,7 +73,7 @@ fn command(home: &Home, options: &[&str], mouse: &str) -> Option<Command> {
     Some(home.command(&arguments(options, &[python, "mouse.py"])))
 }
 
-/// Runs a Python mouse to completion with `mmsim mms`, which also serves the maze.
+/// Runs a Python mouse to completion with `mmsim run`, which also serves the maze.
 fn run(home: &Home, options: &[&str], mouse: &str) -> Option<Output> {
     let python = python()?;
     home.write("mouse.py", PREAMBLE.to_string() + mouse);
@@ -221,7 +221,10 @@ for line in [
         "scores_by": { "mms-1.2": by_mms.clone(), "cells": in_cells },
         "visited_cells": 6,
         "crashes": 3,
-        "refused_lines": 0,
+        "refused": 0,
+        "mouse": "mouse.py",
+        "kind": "mms",
+        "states": 21,
         "ending": "finished",
         "exit_code": 0,
         "fast_run": null,
@@ -263,8 +266,8 @@ fn a_repeated_error_is_counted() {
     let home = Home::new();
     // In one piece, so that the mouse is never silent after an invalid line.
     let mouse = "ask('hello\\nsetText 99 0 1\\n' * 1000 + 'mazeWidth')";
-    let Some(ended) = run(&home, &["--json"], mouse) else { return };
-    assert_eq!(ended.json()["refused_lines"], json!(2000));
+    let Some(ended) = run(&home, &["--as", "mms", "--json"], mouse) else { return };
+    assert_eq!(ended.json()["refused"], json!(2000));
     let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     assert_eq!(messages.len(), 2 * (5 + 1), "{messages:#?}");
     let summary = ended.stderr.lines().last().unwrap();
@@ -276,7 +279,8 @@ fn a_counted_line_is_reported_when_the_mouse_waits() {
     let home = Home::new();
     // In one piece, so that the mouse is silent only at the end.
     let mouse = "ask('debug\\n' * 10 + 'moveForwrad')";
-    let Some(command) = command(&home, &QUIET, mouse) else { return };
+    let options = [&QUIET[..], &["--as", "mms"]].concat();
+    let Some(command) = command(&home, &options, mouse) else { return };
     let mut hanging = Serving::start(command, "mms: line 11: ");
     assert!(hanging.messages.ends_with("mms: line 11: unknown command \"moveForwrad\"\n"));
     hanging.kill();
@@ -319,9 +323,9 @@ out.write(b'moveFor')
 out.flush()
 os._exit(3)
 ";
-    let Some(ended) = run(&home, &["--json"], mouse) else { return };
+    let Some(ended) = run(&home, &["--as", "mms", "--json"], mouse) else { return };
     assert_eq!(ended.code, Some(3), "{ended:?}");
-    assert_eq!(ended.json()["refused_lines"], json!(5), "a blank line is none");
+    assert_eq!(ended.json()["refused"], json!(5), "a blank line is none");
     let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(messages.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"
@@ -439,7 +443,7 @@ ask('moveForward 2'), ask('turnRight'), ask('moveForward 3')
 #[test]
 fn another_client_cannot_change_the_run_of_the_mouse() {
     let home = Home::new();
-    let mouse = "print('ready', file=sys.stderr, flush=True)\ntime.sleep(600)";
+    let mouse = "ask('mazeWidth')\nprint('ready', file=sys.stderr, flush=True)\ntime.sleep(600)";
     let Some(command) = command(&home, &QUIET, mouse) else { return };
     let mut serving = Serving::start(command, "ready");
     let client = connect_to(&serving.address, zmq::REQ);

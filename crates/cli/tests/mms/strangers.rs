@@ -57,12 +57,12 @@ fn run(home: &Home, python: &str, mouse: &str) -> Output {
 #[test]
 fn each_mouse_has_its_right_answer() {
     let Some(python) = python() else { return };
-    for (mouse, goal_reached, refused_lines, message) in MICE {
+    for (mouse, goal_reached, refused, message) in MICE {
         let ended = run(&Home::new(), python, mouse);
         assert_eq!(ended.code, Some(0), "{mouse}: {ended:?}");
         let report = ended.json();
         assert_eq!(report["goal_reached"], goal_reached, "{mouse}: {ended:?}");
-        assert_eq!(report["refused_lines"], refused_lines, "{mouse}: {ended:?}");
+        assert_eq!(report["refused"], refused, "{mouse}: {ended:?}");
         assert_eq!(report["crashes"], 0, "{mouse}");
         assert_eq!(report["fast_run"].is_string(), mouse == "extensions.py", "{report}");
         assert!(ended.stderr.contains(message), "{mouse}: {ended:?}");

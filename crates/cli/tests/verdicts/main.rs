@@ -166,11 +166,12 @@ fn runs_and_recordings_agree_on_each_mouse() {
 
 fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
     let folder = format!("runs-{}", mouse.name);
-    let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--record", &folder];
-    let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
+    let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--json"];
+    let record = ["--record", &folder];
+    let options = [&options[..], &record, &mouse.time_limit(), mouse.misread()].concat();
     let command = mouse.command(client, &mouse.poses);
-    let arguments = [&options[..], &["--"], &strs(&command)].concat();
-    let ended = home.run(&arguments);
+    let ended = home.run(&[&options[..], &strs(&command)].concat());
+    mouse.check("run", &ended.json());
     let has_finished = mouse.ending == "finished" || mouse.ending == "gave_up";
     assert_eq!(ended.code, Some(i32::from(!has_finished)), "{}: {ended:?}", mouse.name);
     let outcome = ended.stderr.lines().last().unwrap();
@@ -198,11 +199,12 @@ fn mms_agrees_on_each_mouse() {
     for mouse in &mice {
         let Some(commands) = &mouse.commands else { continue };
         let command = mouse.command(&mms, commands);
-        let options = ["mms", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--json"];
+        let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--json"];
         let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
         let ended = home.run(&[&options[..], &["--"], &strs(&command)].concat());
         let verdict = ended.json();
-        mouse.check("mms", &verdict);
+        mouse.check("run of a mouse for mms", &verdict);
+        assert_eq!(verdict["kind"], "mms", "{}", mouse.name);
         let crashes = mouse.crashes.map_or(0, u64::from);
         assert_eq!(verdict["crashes"], json!(crashes), "{}: {verdict}", mouse.name);
     }
@@ -220,11 +222,12 @@ fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
         };
         let (client, misread) = (stopped(&client, &mouse.poses), mouse.misread());
         let options = ["--port", "0", "--no-viewer", "--stop-at-goal", "--time-limit", "600"];
-        let run = |command, more: &[&str], mouse: &[String]| {
-            let options = [&[command, "--maze", "maze.txt"], &options[..], misread, more].concat();
-            home.run(&[&options[..], &["--"], &strs(mouse)].concat())
+        let run = |mouse: &[String]| {
+            let options =
+                [&["run", "--maze", "maze.txt", "--json"], &options[..], misread].concat();
+            home.run(&[&options[..], &strs(mouse)].concat())
         };
-        let ended = run("run", &[], &client);
+        let ended = run(&client);
         assert_eq!(ended.code, Some(0), "{}: {ended:?}", mouse.name);
         assert!(ended.stderr.contains("stopped at the goal; goal reached, "), "{ended:?}");
         let verdict = json!({ "goal_reached": true, "ending": "finished", "error": null });
@@ -233,15 +236,16 @@ fn a_mouse_that_is_stopped_at_the_goal_has_finished() {
                 assert_eq!(&found[key], value, "{} in {place}: {found}", mouse.name);
             }
         };
+        check("run", &ended.json());
         let own = format!("one='{}'", client.join("' '"));
         let compare = ["compare", "maze.txt", "--strategies", "none", "--json", "--stop-at-goal"];
         let limit = ["--mouse", &own, "--time-limit", "600"];
         let ended = home.run(&[&compare[..], &limit, misread].concat());
         check("compare", &ended.json()[0]["mazes"][0]);
         if let Some(commands) = &mouse.commands {
-            let ended = run("mms", &["--json"], &stopped(&mms, commands));
+            let ended = run(&stopped(&mms, commands));
             assert_eq!(ended.code, Some(0), "{}: {ended:?}", mouse.name);
-            check("mms", &ended.json());
+            check("run of a mouse for mms", &ended.json());
         }
     }
 }

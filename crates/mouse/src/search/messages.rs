@@ -18,21 +18,13 @@ use mmsim_zmtp::{Answer, ClientId, Service};
 
 use crate::commands::{CommandSource, InvalidLine, Line, execute_all, read_line};
 use crate::endpoint::refuse;
+use crate::kind::MouseKind;
 use crate::lock;
 use crate::process::Shortage;
 use crate::search::SearchLimits;
 
 /// The number of bytes without a command after which a mouse is stopped.
 pub const MAX_INVALID_BYTES: usize = 4 << 20;
-
-/// How a mouse communicates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MouseKind {
-    /// It writes the commands of mms to its stdout.
-    Mms,
-    /// It sends requests over ZeroMQ.
-    Client,
-}
 
 /// Why a search has ended.
 #[derive(Clone, Debug)]
@@ -110,7 +102,7 @@ impl SearchProgress {
     /// or because the mouse uses the other protocol.
     pub(super) fn accept(&mut self, kind: MouseKind) -> Option<&mut Judge> {
         self.messages += 1;
-        let is_accepted = self.end.is_none() && *self.kind.get_or_insert(kind) == kind;
+        let is_accepted = self.end.is_none() && kind.accept(&mut self.kind);
         self.judge.as_mut().filter(|_| is_accepted)
     }
 

@@ -9,7 +9,7 @@ use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::Event;
 use futures_util::stream::{self, Stream};
-use mmsim_mouse::{MouseStatus, OwnMouse};
+use mmsim_mouse::MouseStatus;
 use mmsim_server::Status;
 use mmsim_solvers::BundledStrategy;
 use serde::Serialize;
@@ -37,8 +37,8 @@ pub(crate) struct PageInfo {
     vehicles: Vec<String>,
     /// The name of the vehicle that the page selects.
     vehicle: String,
-    /// The user's own mouse, if the simulator runs one.
-    own: Option<OwnMouse>,
+    /// The name of the user's own mouse, if the simulator runs one.
+    own: Option<String>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
     /// mice.
     #[serde(rename = "trial")]
@@ -67,7 +67,7 @@ impl PageInfo {
                 .collect(),
             vehicles: vehicles.names(),
             vehicle: vehicles.selected.clone(),
-            own: live.as_ref().and_then(|live| live.control.own().cloned()),
+            own: live.as_ref().and_then(|live| live.control.own().map(String::from)),
             is_trial: *is_trial,
             opened: state.open_recordings(),
         }
