@@ -135,7 +135,7 @@ export function clearError() {
  * Asks for confirmation of an action that resets the simulation.
  * @param {string} action
  * @param {string} name
- * @param {number} states
+ * @param {number} states the number of states that are deleted
  * @param {{ warning?: string, mouse?: string }} [options] a further sentence, and the mouse that may run afterwards
  * @returns {Promise<"" | "confirm" | "run">}
  */
@@ -144,6 +144,7 @@ export function confirmReset(action, name, states, { warning = "", mouse } = {})
   for (const element of dialog.querySelectorAll(".action")) element.textContent = action;
   setText(dialog, ".name", name);
   setText(dialog, ".states", pluralize(states, "state"));
+  query(dialog, ".deletion").hidden = states === 0;
   setText(dialog, ".warning", warning);
   const run = query(dialog, "[value=run]");
   run.hidden = mouse === undefined;

@@ -8,20 +8,20 @@ export class RunForm {
   #form;
   #own;
   #isTrial;
-  #liveStates;
+  #unsavedStates;
   #buttons;
   #strategy;
   #shown = "";
   /** The last event. @type {Pick<api.ServerEvent, "mouse" | "paused" | "client">} */
   #event = { mouse: null, paused: false, client: false };
 
-  /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} liveStates */
-  constructor(panel, { strategies, own, trial }, liveStates) {
+  /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} unsavedStates */
+  constructor(panel, { strategies, own, trial }, unsavedStates) {
     const form = query(panel, "form.run", HTMLFormElement);
     this.#form = form;
     this.#own = own;
     this.#isTrial = trial;
-    this.#liveStates = liveStates;
+    this.#unsavedStates = unsavedStates;
     /** @param {string} name @param {() => Promise<unknown>} act */
     const button = (name, act) =>
       buttonOf(form, name, () => {
@@ -37,6 +37,7 @@ export class RunForm {
       run: buttonOf(form, "run", null),
     };
     this.#buttons.again.hidden = !own;
+    this.#buttons.run.classList.toggle("primary", !own);
     panel.classList.toggle("own-mouse", own !== null);
     this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
     this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
@@ -53,7 +54,8 @@ export class RunForm {
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
     const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse?.own);
-    if (isSearching && !(await confirmReset("Run", this.#own ?? "", this.#liveStates(), { warning }))) return;
+    const states = isSearching ? this.#unsavedStates() : 0;
+    if (states > 0 && !(await confirmReset("Run", this.#own ?? "", states, { warning }))) return;
     await api.act("run-again");
   }
 
@@ -61,7 +63,7 @@ export class RunForm {
     clearError();
     const strategy = this.#strategy.value;
     // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
-    const states = this.#event.mouse && !this.#event.mouse.own ? 0 : this.#liveStates();
+    const states = this.#event.mouse && !this.#event.mouse.own ? 0 : this.#unsavedStates();
     if (states > 0 && !(await confirmReset("Run", strategy, states))) return;
     api.runStrategy(strategy).catch(showError);
   }
@@ -72,7 +74,7 @@ export class RunForm {
    * @returns {Promise<"" | "confirm" | "run">} "run" to run the user's own mouse there
    */
   async confirmMaze(maze) {
-    const states = this.#liveStates();
+    const states = this.#unsavedStates();
     const running = this.#isRunning ? this.#event.mouse?.name : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";

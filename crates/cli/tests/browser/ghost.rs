@@ -95,7 +95,6 @@ fn a_panel_shows_the_ghost_of_another_panel_and_the_differences() {
 
         // A maze of another size.
         Page(browser).choose_maze("01-harbour.txt");
-        browser.click("#confirm [value=confirm]");
         let reason = "Ghost and Differences need mazes of the same size, not 16 × 16 and 24 × 10.";
         wait_for("the reason", || (live.text(".differences") == reason).then_some(()));
         assert_eq!(live.attribute("[name=ghost]", "disabled"), "");

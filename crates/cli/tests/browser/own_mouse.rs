@@ -199,6 +199,9 @@ fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
 fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
     with_mouse(&["--maze", "hedgerow"], &WAITS, |browser, simulator| {
         let live = Panel::live(browser);
+        let primary = ".primary:not([hidden], dialog *)";
+        let count = "return document.querySelectorAll(arguments[0]).length";
+        assert_eq!(browser.run::<usize>(count, &[json!(primary)]), 1);
         let run = r#"{"action":"run","strategy":"flood-fill"}"#;
         wait_for_phase(live, "running");
         assert!(!is_shown(browser, live, ".run [name=run]"));

@@ -9,7 +9,7 @@ use mmsim_recording::Recording;
 use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::{Home, Serving, recorded};
 use crate::http;
-use crate::page::Panel;
+use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled, page_address};
 use crate::test_state::TestState;
 
@@ -145,6 +145,21 @@ fn recordings_are_listed_and_open() {
             assert_history(opened, &maze, newest.next().unwrap());
         }
         Panel::live(browser).wait_until_empty();
+    });
+}
+
+#[test]
+fn recorded_states_are_replaced_without_a_question() {
+    with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
+        let (_, messages) = history(&bundled("oblong-long-meadow.txt"), 3);
+        simulator.send_all(&messages);
+        let live = Panel::live(browser);
+        live.wait_for_state(2);
+        Page(browser).choose_maze("half-size-old-quarter.txt");
+        wait_for("the maze", || (simulator.info().name == "half-size-old-quarter").then_some(()));
+        live.wait_until_empty();
+        let recording = Recording::open(&recorded(&simulator.home.path().join("kept"))).unwrap();
+        assert_eq!(recording.history().len(), messages.len());
     });
 }
 
