@@ -39,6 +39,7 @@ pub use recording::format::{MESSAGE_TOPICS, OpenError, ReadError, RecordError};
 pub use recording::reader::{IgnoredRecords, Integrity};
 pub use recording::recorder::Recorder;
 pub use recording::save::{MessageChannel, NewMessages, PutMessage, StateMessages, save};
+pub use recording::sink::is_being_written;
 pub use recording::writer::RecordingWriter;
 
 /// Compiles and runs the code in the README of this crate.

@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-use mmsim_maze::KnownMaze;
+use mmsim_maze::{KnownMaze, counted};
 use mmsim_recording::{Notes, States, Times};
 use mmsim_solvers::PathBounds;
 use mmsim_trial::{TrialProgress, TrialStatus};
@@ -85,6 +85,21 @@ impl StateFigures {
     /// Returns the goal in words. See [`Goal`].
     pub fn goal(&self) -> Goal<'_> {
         Goal { is_reached: self.goal_reached, error: self.error.as_deref() }
+    }
+
+    /// Returns what the mouse has achieved up to the state, in words, such as `goal after 60 steps, path
+    /// proven, fast run 44 steps`.
+    pub fn result(&self) -> String {
+        if let Some(TrialReport { status, score, .. }) = &self.trial {
+            return score.as_ref().map_or_else(|| status.clone(), |score| format!("score {score}"));
+        }
+        if !self.goal_reached || self.error.is_some() {
+            return self.goal().to_string();
+        }
+        let goal = format!("goal after {}", counted(self.phases.search_run.steps, "step"));
+        let proven = if self.map.proven { ", path proven" } else { "" };
+        let fast_run = |run: RunReport| format!(", fast run {}", counted(run.steps, "step"));
+        goal + proven + &self.phases.best_run.map(fast_run).unwrap_or_default()
     }
 }
 

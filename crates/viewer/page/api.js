@@ -47,7 +47,8 @@ const MAX_KEPT_STATES = 20_000;
  *   pieces: [duration: number, speed: number, acceleration: number, jerk: number][] }[] }} TimedRun
  * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls" | "driven", run: TimedRun | null,
  *   error: string | null }} RouteRun
- * @typedef {{ name: string, bytes: number, modified: string }} RecordingEntry
+ * @typedef {{ name: string, bytes: number, modified: string, being_written: boolean }} RecordingEntry
+ * @typedef {{ mouse: string | null, maze: string | null, result: string }} RecordingSummary
  * @typedef {{ at: number, reached: boolean }} FoundState
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
  */
@@ -148,6 +149,12 @@ export const readMaze = async (file) =>
 export const recordings = () => getJson("/api/recordings");
 /** @param {string} name */
 export const openRecording = (name) => recordingId(post("/api/recordings/open", { name }));
+/** Returns null if the recording is too large. @param {string} name @returns {Promise<RecordingSummary | null>} */
+export const recordingSummary = (name) => getJson(`/api/recordings/summary?name=${encodeURIComponent(name)}`);
+/** @param {string} name @param {string} to */
+export const renameRecording = (name, to) => post("/api/recordings/rename", { name, to });
+/** @param {string} name */
+export const deleteRecording = (name) => post("/api/recordings/delete", { name });
 /** @param {File} file */
 export const uploadRecording = (file) =>
   recordingId(request(`/api/recordings?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }));

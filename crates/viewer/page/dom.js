@@ -62,6 +62,13 @@ export const formatNumber = (number) => number.toLocaleString("en");
 export const formatCount = (number) =>
   number < 1e6 ? formatNumber(number) : number.toLocaleString("en", { notation: "compact", maximumSignificantDigits: 4 });
 
+/** Formats a size, such as `98 kB` or `1.2 MB`. @param {number} bytes */
+export function formatBytes(bytes) {
+  const power = bytes < 999_500 ? 1 : bytes < 999_500_000 ? 2 : 3;
+  const number = bytes / 1000 ** power;
+  return `${number.toFixed(number < 9.95 ? 1 : 0)} ${["kB", "MB", "GB"][power - 1]}`;
+}
+
 /** Formats a duration: `12 ms`, `1.23 s`, `45.6 s`, `7:08` or `1:02:03`. @param {number} ms */
 export function formatTime(ms) {
   if (ms < 999.5) return `${Math.round(ms)} ms`;
@@ -132,14 +139,14 @@ export function clearError() {
 }
 
 /**
- * Asks for confirmation of an action that resets the simulation.
+ * Asks for confirmation of an action.
  * @param {string} action
  * @param {string} name
- * @param {number} states the number of states that are deleted
+ * @param {number} states the number of states that are deleted by a reset of the simulation
  * @param {{ warning?: string, mouse?: string }} [options] a further sentence, and the mouse that may run afterwards
  * @returns {Promise<"" | "confirm" | "run">}
  */
-export function confirmReset(action, name, states, { warning = "", mouse } = {}) {
+export function confirmAction(action, name, states, { warning = "", mouse } = {}) {
   const dialog = query(document, "#confirm", HTMLDialogElement);
   for (const element of dialog.querySelectorAll(".action")) element.textContent = action;
   setText(dialog, ".name", name);

@@ -2,7 +2,7 @@
 // The controls of the mouse: the user's own mouse, which the simulator has started, or a bundled strategy.
 
 import * as api from "./api.js";
-import { buttonOf, clearError, confirmReset, query, setAttributes, setText, showError } from "./dom.js";
+import { buttonOf, clearError, confirmAction, query, setAttributes, setText, showError } from "./dom.js";
 
 export class RunForm {
   #form;
@@ -55,7 +55,7 @@ export class RunForm {
     const warning = "Another client is searching the maze. It will lose its states.";
     const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse?.own);
     const states = isSearching ? this.#unsavedStates() : 0;
-    if (states > 0 && !(await confirmReset("Run", this.#own ?? "", states, { warning }))) return;
+    if (states > 0 && !(await confirmAction("Run", this.#own ?? "", states, { warning }))) return;
     await api.act("run-again");
   }
 
@@ -64,7 +64,7 @@ export class RunForm {
     const strategy = this.#strategy.value;
     // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
     const states = this.#event.mouse && !this.#event.mouse.own ? 0 : this.#unsavedStates();
-    if (states > 0 && !(await confirmReset("Run", strategy, states))) return;
+    if (states > 0 && !(await confirmAction("Run", strategy, states))) return;
     api.runStrategy(strategy).catch(showError);
   }
 
@@ -78,7 +78,7 @@ export class RunForm {
     const running = this.#isRunning ? this.#event.mouse?.name : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
-    return confirmReset("Load", maze, states, { warning, mouse: this.#own ?? undefined });
+    return confirmAction("Load", maze, states, { warning, mouse: this.#own ?? undefined });
   }
 
   get #isRunning() {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use axum::extract::State;
@@ -122,6 +123,8 @@ pub(crate) struct AppState {
     /// The queue for reading and writing recordings.
     pub(crate) recording_jobs: JobQueue,
     pub(crate) uploads: JobQueue,
+    /// The number of times that the page has deleted or renamed a recording.
+    pub(crate) recording_changes: AtomicU64,
     recordings: Mutex<OpenRecordings>,
 }
 
@@ -148,6 +151,7 @@ impl AppState {
             exports: queue("exports", 1).in_background(),
             recording_jobs: queue("recordings", MAX_RECORDING_JOBS),
             uploads: queue("uploads", MAX_UPLOADS),
+            recording_changes: AtomicU64::new(0),
             recordings: Mutex::new(open),
         }
     }

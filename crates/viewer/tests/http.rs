@@ -341,6 +341,47 @@ fn saved_runs_can_be_opened() {
 }
 
 #[test]
+fn recordings_are_summarized_renamed_and_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let watched = WatchedServer::new("127.0.0.1", Some(folder.path()));
+    watched.send_states(4);
+    let listed = || watched.get("/api/recordings").json();
+    let name = listed()[0]["name"].as_str().unwrap().to_string();
+    let change =
+        |what: &str, body: Value| watched.post(&format!("/api/recordings/{what}"), &body).status;
+    assert_eq!(listed()[0]["being_written"], cfg!(unix));
+    assert_eq!(change("delete", json!({"name": name})), 409, "it is being written");
+    assert_eq!(change("rename", json!({"name": name, "to": "mine"})), 409);
+    assert!(folder.path().join(&name).exists());
+
+    let client = connect(&watched.server, zmq::REQ);
+    assert_eq!(ask(&client, b"reset"), b"ok");
+    assert_eq!(listed()[0]["being_written"], false);
+    let summary = watched.get(&format!("/api/recordings/summary?name={name}")).json();
+    let result = "goal not reached";
+    assert_eq!(summary, json!({"mouse": null, "maze": "small", "result": result}));
+    std::fs::write(folder.path().join("bad.mcap"), "bad").unwrap();
+    let unreadable = watched.get("/api/recordings/summary?name=bad.mcap").json();
+    assert!(unreadable["result"].as_str().unwrap().starts_with("expected a description"));
+
+    assert_eq!(change("rename", json!({"name": name, "to": "../mine"})), 400);
+    assert_eq!(change("rename", json!({"name": name, "to": "bad"})), 409, "the name is in use");
+    assert_eq!(change("rename", json!({"name": name, "to": "mine"})), 204);
+    assert_eq!(change("rename", json!({"name": name, "to": "other"})), 404);
+    assert_eq!(change("delete", json!({"name": "../mine.mcap"})), 404);
+    assert_eq!(change("delete", json!({"name": "bad.mcap"})), 204);
+    let foreign = ["origin: http://evil.example", "content-type: application/json"];
+    let body = br#"{"name":"mine.mcap"}"#;
+    let refused = watched.send("POST", "/api/recordings/delete", &foreign, body);
+    assert_eq!(refused.status, 403);
+    assert_eq!(
+        (&listed()[0]["name"], listed().as_array().unwrap().len()),
+        (&json!("mine.mcap"), 1)
+    );
+    watched.stop();
+}
+
+#[test]
 fn bundled_mice_search_the_maze() {
     let watched = WatchedServer::new("127.0.0.1", None);
     let run = |strategy: &str| watched.act(&json!({"action": "run", "strategy": strategy}));

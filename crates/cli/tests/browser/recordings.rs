@@ -149,6 +149,58 @@ fn recordings_are_listed_and_open() {
 }
 
 #[test]
+fn recordings_are_told_apart_renamed_and_deleted() {
+    with_page(&["--maze", "hedgerow", "--record", "kept"], |browser, simulator| {
+        let live = Panel::live(browser);
+        let strategies = ["flood-fill", "shortest-path-search"];
+        for strategy in strategies {
+            browser.wait_until_exists(&live.part(".run [name=run]:enabled"));
+            live.choose("[name=strategy]", strategy);
+            live.set_pace("no limit");
+            live.click(".run [name=run]");
+            let is_shown = || live.text(".run .name") == strategy;
+            let has_ended = || is_shown() && live.text(".run .phase") == "ended";
+            wait_for("the end", || has_ended().then_some(()));
+        }
+        let text = |item: usize, part: &str| {
+            browser.text(&format!("#recordings li:nth-child({item}) .{part}"))
+        };
+        let wait = |item, part: &str, expected: &str| {
+            wait_for(expected, || (text(item, part) == expected).then_some(()));
+        };
+        let button = |item: usize, name: &str| {
+            browser.click(&format!("#recordings li:nth-child({item}) [name={name}]"));
+        };
+        wait(1, "result", "recording…");
+        wait(2, "name", "flood-fill · 05-hedgerow");
+        assert!(browser.exists("#recordings li:nth-child(1) [name=delete]:disabled"));
+        simulator.send(b"reset");
+        wait(1, "name", "shortest-path-search · 05-hedgerow");
+        assert!(text(1, "result").contains(", path proven"), "{}", text(1, "result"));
+        assert!(text(2, "result").starts_with("goal after "), "{}", text(2, "result"));
+
+        button(1, "rename");
+        browser.clear("#rename input");
+        browser.type_into("#rename input", "best run");
+        browser.click("#rename .primary");
+        wait(1, "name", "best run");
+        wait_for("the result", || {
+            text(1, "result").starts_with("shortest-path-search · 05-hedgerow · goal").then_some(())
+        });
+        button(2, "delete");
+        browser.click("#confirm button[value='']");
+        button(2, "delete");
+        assert_eq!(browser.text("#confirm .name"), "flood-fill · 05-hedgerow");
+        browser.click("#confirm [value=confirm]");
+        let second = "#recordings li:nth-child(2)";
+        wait_for("the deletion", || (!browser.exists(second)).then_some(()));
+        let kept = fs::read_dir(simulator.home.path().join("kept")).unwrap();
+        let kept: Vec<_> = kept.map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(kept, ["best run.mcap"]);
+    });
+}
+
+#[test]
 fn recorded_states_are_replaced_without_a_question() {
     with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
         let (_, messages) = history(&bundled("oblong-long-meadow.txt"), 3);

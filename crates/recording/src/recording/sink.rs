@@ -1,6 +1,6 @@
 //! Writes whole records to a file that other programs may change.
 
-use std::fs::{self, File, Metadata};
+use std::fs::{self, File, Metadata, TryLockError};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,13 @@ pub(crate) fn identity(metadata: &Metadata) -> Identity {
 #[cfg(not(unix))]
 pub(crate) fn identity(_: &Metadata) -> Identity {
     (0, 0)
+}
+
+/// Returns true if a process is writing the recording at `path`. Always returns false on Windows,
+/// where such a file can be neither removed nor renamed.
+pub fn is_being_written(path: &Path) -> bool {
+    let is_locked = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+    cfg!(unix) && File::open(path).is_ok_and(is_locked)
 }
 
 /// A file that supports appending and truncating.
@@ -47,9 +54,17 @@ impl RecordingFile {
     /// On Unix, the file is opened for appending, so records are always written at its end. If
     /// another program has changed the length of the file, the next check detects this.
     /// Append mode is not used on Windows, which cannot truncate a file that is open for appending.
+    ///
+    /// On Unix, the file is locked until it is closed. On Windows, where a lock would keep others from
+    /// reading it, others can open it for reading and writing only.
     pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let mut options = File::options();
-        let file = options.write(true).append(cfg!(unix)).create_new(true).open(path)?;
+        options.write(true).append(cfg!(unix)).create_new(true);
+        #[cfg(windows)]
+        std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 2);
+        let file = options.open(path)?;
+        // Some file systems have no locks.
+        let _ = if cfg!(unix) { file.try_lock() } else { Ok(()) };
         let identity = identity(&file.metadata()?);
         Ok(Self { file, path: path.into(), identity })
     }

@@ -97,6 +97,9 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/recordings", get(recordings::list_recordings)),
         ("/api/recordings/open", post(recordings::open_recording)),
         ("/api/recordings/close", post(recordings::close_recording)),
+        ("/api/recordings/summary", get(recordings::summarize_recording)),
+        ("/api/recordings/rename", post(recordings::rename_recording)),
+        ("/api/recordings/delete", post(recordings::delete_recording)),
         ("/api/mouse", post(act)),
     ]
 }

@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use axum::http::StatusCode;
@@ -119,7 +120,7 @@ struct ServerEvent {
     /// True if a client is searching the maze that is not a mouse of the page.
     #[serde(rename = "client")]
     has_client: bool,
-    /// A number that changes when a recording may have been created or closed.
+    /// A number that changes when a recording may have been created, closed, renamed or deleted.
     recordings: u64,
     /// The IDs of the open recordings.
     opened: Vec<String>,
@@ -142,7 +143,7 @@ impl ServerEvent {
             pace: live.and_then(|live| live.control.pace().rate()),
             is_paused: live.is_some_and(|live| live.control.is_paused()),
             has_client: live.is_some_and(|live| live.monitor.has_client()),
-            recordings,
+            recordings: recordings + state.recording_changes.load(Ordering::Relaxed),
             opened: state.open_recordings(),
         }
     }

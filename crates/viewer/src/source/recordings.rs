@@ -1,10 +1,11 @@
-//! Lists, opens, receives and saves recordings.
+//! Lists, opens, receives, saves, renames and deletes recordings.
 
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use axum::Json;
 use axum::body::Body;
@@ -12,17 +13,28 @@ use axum::extract::{Extension, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
-use mmsim_recording::{Block, Recording, TrailingAnnotations, save as save_recording};
+use mmsim_recording::{
+    Block, Recording, TrailingAnnotations, is_being_written, save as save_recording,
+};
 use serde::{Deserialize, Serialize};
 
-use crate::app::{SharedState, title};
+use crate::app::{AppState, SharedState, title};
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
 use crate::http::limits::{MAX_RECORDING_BYTES, receive_body};
 use crate::http::shares::Connection;
 use crate::source::StateSource;
+use crate::source::views::RecordingSummary;
 
 /// The maximum number of listed recordings.
 const MAX_LISTED: usize = 500;
+
+/// The maximum size of a recording whose result the page lists, in bytes. It contains at least 100,000
+/// states.
+const MAX_SUMMARIZED_BYTES: u64 = 8 << 20;
+
+/// The maximum length of a name that a user gives to a recording, in bytes. File systems allow file
+/// names of up to 255 bytes.
+const MAX_NAME_BYTES: usize = 200;
 
 /// An entry in the page's list of recordings.
 #[derive(Debug, Serialize)]
@@ -31,6 +43,9 @@ pub(crate) struct RecordingEntry {
     bytes: u64,
     /// The time of the last modification, in UTC.
     modified: Option<Timestamp>,
+    /// True if the recording is still being written.
+    #[serde(rename = "being_written")]
+    is_being_written: bool,
 }
 
 /// Lists the newest recordings in a folder, newest first.
@@ -44,11 +59,15 @@ fn list(folder: &Path) -> ApiResult<Vec<RecordingEntry>> {
         let Ok(metadata) = entry.metadata() else { continue };
         if metadata.is_file() && is_recording {
             let modified = metadata.modified().ok().and_then(|time| time.try_into().ok());
-            entries.push(RecordingEntry { name, bytes: metadata.len(), modified });
+            let bytes = metadata.len();
+            entries.push(RecordingEntry { name, bytes, modified, is_being_written: false });
         }
     }
     entries.sort_by(|a, b| (b.modified, &b.name).cmp(&(a.modified, &a.name)));
     entries.truncate(MAX_LISTED);
+    for entry in &mut entries {
+        entry.is_being_written = is_being_written(&folder.join(&entry.name));
+    }
     Ok(entries)
 }
 
@@ -59,6 +78,32 @@ fn find(folder: Option<&Path>, name: &str) -> ApiResult<PathBuf> {
     let folder = folder.ok_or_else(not_found)?;
     let is_listed = list(folder)?.iter().any(|entry| entry.name == name);
     if is_listed { Ok(folder.join(name)) } else { Err(not_found()) }
+}
+
+/// Returns the file name for a name that a user has typed, with or without `.mcap`. It is valid on any
+/// file system, and names no hidden file, other folder or device.
+fn file_name(typed: &str) -> ApiResult<String> {
+    let name = typed.trim();
+    let stem = name.strip_suffix(".mcap").unwrap_or(name);
+    let is_plain = |c: char| c.is_alphanumeric() || " -_.,()".contains(c);
+    let first = stem.split('.').next().unwrap_or_default().trim_end().to_ascii_uppercase();
+    let is_device = ["CON", "PRN", "AUX", "NUL"].contains(&&first[..])
+        || (first.chars().count() == 4 && (first.starts_with("COM") || first.starts_with("LPT")));
+    if first.is_empty() || is_device || stem.len() > MAX_NAME_BYTES || !stem.chars().all(is_plain) {
+        let text = format!(
+            "cannot name a recording {name:?} (use up to {MAX_NAME_BYTES} letters, digits, spaces and \
+             - _ . , ( ), beginning with none of these)"
+        );
+        return Err(ApiError::bad_request(text));
+    }
+    Ok(format!("{stem}.mcap"))
+}
+
+/// Renames a file unless another file has the new name.
+fn rename(from: &Path, to: &Path) -> io::Result<()> {
+    // Renaming would replace another file.
+    fs::File::create_new(to)?;
+    fs::rename(from, to).inspect_err(|_| drop(fs::remove_file(to)))
 }
 
 /// Saves a run to a temporary file and rewinds the file.
@@ -141,6 +186,75 @@ pub(crate) async fn close_recording(
     Ok(StatusCode::NO_CONTENT)
 }
 
+/// Returns the summary of a listed recording, or `None` if reading the recording would take long.
+pub(crate) async fn summarize_recording(
+    State(state): SharedState,
+    Extension(connection): Extension<Arc<Connection>>,
+    Query(RecordingName { name }): Query<RecordingName>,
+) -> ApiResult<Json<Option<RecordingSummary>>> {
+    Arc::clone(&state)
+        .recording_jobs
+        .run_for(Some(connection.network), move |cancel| {
+            let path = find(state.config.recordings_dir.as_deref(), &name)?;
+            let file = fs::File::open(&path).map_err(ApiError::internal)?;
+            if file.metadata().is_ok_and(|metadata| metadata.len() > MAX_SUMMARIZED_BYTES) {
+                return Ok(Json(None));
+            }
+            let recording = Recording::read_within(cancel.reader(file), &state.config.budget);
+            Ok(Json(Some(RecordingSummary::new(recording)?)))
+        })
+        .await
+}
+
+/// Changes the file of a listed recording, unless the recording is being written.
+async fn change_file(
+    state: Arc<AppState>,
+    name: String,
+    change: impl FnOnce(&Path) -> ApiResult<()> + Send + 'static,
+) -> ApiResult<StatusCode> {
+    run_blocking(move || {
+        let path = find(state.config.recordings_dir.as_deref(), &name)?;
+        if is_being_written(&path) {
+            let text = format!("{name} is still being recorded (try again after the next reset)");
+            return Err(ApiError::conflict(text));
+        }
+        change(&path)?;
+        state.recording_changes.fetch_add(1, Ordering::Relaxed);
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
+}
+
+pub(crate) async fn delete_recording(
+    State(state): SharedState,
+    Json(RecordingName { name }): Json<RecordingName>,
+) -> ApiResult<StatusCode> {
+    let failed = |error| ApiError::conflict(format!("cannot delete the recording: {error}"));
+    change_file(state, name, move |path| fs::remove_file(path).map_err(failed)).await
+}
+
+#[derive(Deserialize)]
+pub(crate) struct NewName {
+    name: String,
+    to: String,
+}
+
+pub(crate) async fn rename_recording(
+    State(state): SharedState,
+    Json(NewName { name, to }): Json<NewName>,
+) -> ApiResult<StatusCode> {
+    let to = file_name(&to)?;
+    change_file(state, name, move |path| {
+        rename(path, &path.with_file_name(&to)).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => {
+                ApiError::conflict(format!("{to} already exists (choose another name)"))
+            }
+            _ => ApiError::conflict(format!("cannot rename the recording: {error}")),
+        })
+    })
+    .await
+}
+
 /// Receives an uploaded recording and opens it.
 pub(crate) async fn upload(
     State(state): SharedState,
@@ -189,5 +303,30 @@ mod tests {
             assert!(find(Some(folder.path()), name).is_err(), "{name}");
         }
         assert!(find(None, "a.mcap").is_err());
+    }
+
+    #[test]
+    fn names_stay_in_the_folder_and_replace_no_file() {
+        assert_eq!(file_name(" my run (2), 3.4_é ").unwrap(), "my run (2), 3.4_é.mcap");
+        assert_eq!(file_name("a.mcap").unwrap(), "a.mcap");
+        let long = "x".repeat(MAX_NAME_BYTES + 1);
+        for name in [
+            "", " ", ".mcap", ".a", "..", "../a", "a/b", "a\\b", "/a", "C:a", "a\nb", "a\0", "a*",
+            "NUL", "con.a", "Com1", &long,
+        ] {
+            assert_eq!(file_name(name).unwrap_err().status, StatusCode::BAD_REQUEST, "{name}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b, c] = ["a.mcap", "b.mcap", "c.mcap"].map(|name| folder.path().join(name));
+        fs::write(&a, "a").unwrap();
+        fs::write(&b, "b").unwrap();
+        assert_eq!(rename(&a, &b).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert!(rename(&c, &folder.path().join("d.mcap")).is_err(), "nothing to rename");
+        rename(&a, &c).unwrap();
+        let names = |path: &Path| list(path).unwrap().into_iter().map(|entry| entry.name);
+        let mut names: Vec<_> = names(folder.path()).collect();
+        names.sort();
+        assert_eq!(names, ["b.mcap", "c.mcap"]);
+        assert_eq!([b, c].map(|path| fs::read_to_string(path).unwrap()), ["b", "a"]);
     }
 }

@@ -1,8 +1,9 @@
 //! What the page shows of a source and of each of its states.
 
+use mmsim_client::BUNDLED_MOUSE_NAME;
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Unknown, WallState};
 use mmsim_protocol::Colour;
-use mmsim_recording::{Integrity, Notes};
+use mmsim_recording::{Integrity, Notes, ReadError, Recording};
 use mmsim_run::{
     LegProgress, StateFigures, TrialReport, planned_path, shortest_path, trial_status,
 };
@@ -10,7 +11,7 @@ use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
 use crate::http::jobs::{ApiResult, CancelToken};
-use crate::source::StateSource;
+use crate::source::{RECORDED_RUN, StateSource};
 
 /// The message that the page shows for a recording that was not closed.
 const NOT_CLOSED: &str = "not closed: the recording was truncated or is still being written";
@@ -163,6 +164,34 @@ impl StateView {
             declared_walls: declared_walls(notes, description.size),
             missed_walls: truth.map_or_else(Vec::new, |maze| missed_walls(&decoded.map, maze)),
         })
+    }
+}
+
+/// What a recorded run is about, for the list of recordings.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct RecordingSummary {
+    /// The name of the mouse or, of a bundled mouse, the name of its strategy.
+    mouse: Option<String>,
+    maze: Option<String>,
+    /// What the mouse has achieved, in words, or the reason why the recording cannot be read.
+    result: String,
+}
+
+impl RecordingSummary {
+    pub(crate) fn new(read: Result<Recording, ReadError>) -> ApiResult<Self> {
+        let recording = match read {
+            Ok(recording) => recording,
+            Err(error) => return Ok(Self { result: error.to_string(), ..Self::default() }),
+        };
+        let (maze, states) = (recording.info().name.clone(), recording.history().len());
+        let Some(last) = states.checked_sub(1) else {
+            return Ok(Self { maze: Some(maze), result: "no states".into(), mouse: None });
+        };
+        let source = StateSource::recording(&maze, recording);
+        let StateView { mouse, strategy, figures, .. } =
+            StateView::new(&source, RECORDED_RUN, last)?;
+        let mouse = mouse.filter(|name| name != BUNDLED_MOUSE_NAME).or(strategy);
+        Ok(Self { mouse, maze: Some(maze), result: figures.result() })
     }
 }
 
