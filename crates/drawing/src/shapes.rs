@@ -138,7 +138,7 @@ pub(crate) fn trail_ink(heading: Heading, age: usize) -> String {
 pub(crate) fn trail_gradients() -> String {
     let mut text = String::from("<defs>\n");
     for (heading, end, stops) in [
-        (Heading::East, format!("x2=\"{PITCH}\" y2=\"0\""), [".13", ".19", ".81", ".87"]),
+        (Heading::East, format!("x2=\"{PITCH}\" y2=\"0\""), [".1", ".16", ".84", ".9"]),
         (Heading::North, format!("x2=\"0\" y2=\"{PITCH}\""), [".23", ".29", ".71", ".77"]),
     ] {
         for age in 0..AGES {

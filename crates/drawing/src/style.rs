@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use crate::shapes::AGES;
 use crate::style::colour::{Rgb, Theme};
-use crate::text::{STROKE, decimals};
+use crate::text::{STROKE, TEXT_STROKE, decimals};
 
 /// The colours of a theme, except the heat colours.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +25,7 @@ pub(crate) struct Colours {
     pub(crate) shortest_route: Rgb,
     pub(crate) planned_route: Rgb,
     pub(crate) number: Rgb,
+    pub(crate) text: Rgb,
     pub(crate) mouse: Rgb,
     /// The colour of the mouse's outline.
     pub(crate) rim: Rgb,
@@ -84,13 +85,14 @@ impl Theme {
                 visited: rgb(0x00c4_d8f5),
                 wall: rgb(0x001b_2430),
                 unknown: rgb(0x006c_7686),
-                mistaken: rgb(0x00d0_1c50),
+                mistaken: rgb(0x00cc_0f3f),
                 start: place(0x00e6_f8f2, 0x00b0_dcd9, 0x0005_6b5c),
                 goal: place(0x00f8_f1fd, 0x00d6_cbf7, 0x007a_2ba8),
                 trail: (rgb(0x0086_a5e8), rgb(0x0025_63eb)),
-                shortest_route: rgb(0x0017_803d),
+                shortest_route: rgb(0x0000_808c),
                 planned_route: rgb(0x00c2_5700),
                 number: rgb(0x002a_3442),
+                text: rgb(0x006e_1f00),
                 mouse: rgb(0x001d_4fd7),
                 rim: rgb(0x00ff_ffff),
             },
@@ -100,12 +102,13 @@ impl Theme {
                 wall: rgb(0x00e8_edf4),
                 unknown: rgb(0x007a_8698),
                 mistaken: rgb(0x00ff_b02e),
-                start: place(0x0008_2b26, 0x000e_3f46, 0x006f_e3cd),
-                goal: place(0x0030_1844, 0x003c_3168, 0x00d9_a8f7),
+                start: place(0x0008_2b26, 0x000e_3f46, 0x007f_e8c8),
+                goal: place(0x0030_1844, 0x003c_3168, 0x00e3_9bff),
                 trail: (rgb(0x003f_6597), rgb(0x0058_a6ff)),
-                shortest_route: rgb(0x005f_d38d),
+                shortest_route: rgb(0x005c_d6c8),
                 planned_route: rgb(0x00ff_9d5c),
                 number: rgb(0x00e2_e8f0),
+                text: rgb(0x00ff_dfae),
                 mouse: rgb(0x007d_b8ff),
                 rim: rgb(0x000b_0f15),
             },
@@ -152,12 +155,15 @@ fn shapes(WallWidths { known, unknown }: WallWidths) -> String {
 .maze .mark{{stroke-width:1.4}}
 .maze .letter{{stroke-width:.95}}
 .maze .passage{{stroke-width:1.6}}
-.maze .shortest-route{{stroke-width:4.4;stroke-opacity:.55}}
-.maze .planned-route{{stroke-width:2;stroke-dasharray:3 4}}
-.maze .faint{{stop-opacity:.22}}
-.maze .number,.maze .text{{stroke-width:{STROKE}}}
+.maze .shortest-route{{stroke-width:7;stroke-opacity:.3}}
+.maze .planned-route{{stroke-width:2;stroke-dasharray:0 7.2 1.4 2.8 1.4 7.2}}
+.no-labels .shortest-route,.small-cells .shortest-route{{stroke-width:4.4;stroke-opacity:.55}}
+.no-labels .planned-route,.small-cells .planned-route{{stroke-dasharray:3 4}}
+.maze .faint{{stop-opacity:.14}}
+.maze .number{{stroke-width:{STROKE}}}
+.maze .text{{stroke-width:{TEXT_STROKE}}}
 .maze .mouse{{stroke-width:1.2;fill-rule:evenodd}}
-.maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail{{display:none}}
+.maze .mouse.absent,.hide-numbers .numbers,.hide-heat .heats,.hide-trail .trail,.small-cells .numbers,.small-cells .texts{{display:none}}
 "
     )
 }
@@ -167,7 +173,7 @@ fn colours(theme: Theme) -> String {
     let Colours {
         floor, visited, wall, unknown, mistaken, start, goal, number, mouse, rim, ..
     } = theme.colours();
-    let Colours { shortest_route, planned_route, .. } = theme.colours();
+    let Colours { text, shortest_route, planned_route, .. } = theme.colours();
     let mut rules = String::new();
     for (what, style) in [
         ("floor", format!("fill:{floor}")),
@@ -184,7 +190,7 @@ fn colours(theme: Theme) -> String {
         ("shortest-route", format!("stroke:{shortest_route}")),
         ("planned-route", format!("stroke:{planned_route}")),
         ("number", format!("stroke:{number}")),
-        ("text", format!("stroke:{number}")),
+        ("text", format!("stroke:{text}")),
         ("on-dark", "stroke:#fff".into()),
         ("on-light", "stroke:#000".into()),
         ("wall.true", format!("stroke:{unknown}")),
@@ -199,7 +205,7 @@ fn colours(theme: Theme) -> String {
     for age in 0..AGES {
         let trail = theme.colours().trail(age);
         let _ = writeln!(rules, ".maze .ink{age} stop{{stop-color:{trail}}}");
-        let _ = writeln!(rules, ".no-labels .age{age}{{stroke:{trail}}}");
+        let _ = writeln!(rules, ".no-labels .age{age},.small-cells .age{age}{{stroke:{trail}}}");
     }
     rules
 }
@@ -247,17 +253,42 @@ pub(crate) fn file_style(theme: Theme, widths: WallWidths, is_truth_alone: bool)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::style::colour::contrast;
+    use crate::style::colour::{contrast, differences};
     use crate::style::data_colours::heat_ramp;
 
     #[test]
-    fn numbers_are_legible_on_every_cell() {
+    fn numbers_and_texts_are_legible_on_every_cell() {
         for theme in [Theme::Light, Theme::Dark] {
-            let Colours { floor, visited, start, goal, number, .. } = theme.colours();
+            let Colours { floor, visited, start, goal, number, text, .. } = theme.colours();
             let cells = [floor, visited, start.floor, start.visited, goal.floor, goal.visited];
             for cell in heat_ramp(theme).into_iter().chain(cells) {
-                let contrast = contrast(number, cell);
-                assert!(contrast >= 4.5, "{theme:?}: {contrast:.2} on {cell}");
+                for label in [number, text] {
+                    let contrast = contrast(label, cell);
+                    assert!(contrast >= 4.5, "{theme:?}: {label} {contrast:.2} on {cell}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lines_and_marks_differ_for_colour_blind_users() {
+        for theme in [Theme::Light, Theme::Dark] {
+            let colours = theme.colours();
+            let Colours { wall, unknown, mistaken, start, goal, .. } = colours;
+            let (planned, shortest) = (colours.planned_route, colours.shortest_route);
+            let trail = colours.trail(AGES - 1);
+            for (what, one, other) in [
+                ("planned path and shortest path", planned, shortest),
+                ("planned path and trail", planned, trail),
+                ("shortest path and trail", shortest, trail),
+                ("mistaken wall and known wall", mistaken, wall),
+                ("mistaken wall and unknown wall", mistaken, unknown),
+                ("start and goal", start.frame, goal.frame),
+                ("text and weight", colours.text, colours.number),
+            ] {
+                for (vision, difference) in differences(one, other) {
+                    assert!(difference > 0.08, "{theme:?}, {vision}: {what} {difference:.3}");
+                }
             }
         }
     }
@@ -268,7 +299,7 @@ mod tests {
             let colours = theme.colours();
             let Colours { floor, visited, wall, unknown, mistaken, start, goal, mouse, .. } =
                 colours;
-            let planned_route = colours.planned_route;
+            let Colours { planned_route, shortest_route, .. } = colours;
             // Heat colours and the colours of mice do not touch walls.
             let newest = colours.trail(AGES - 1);
             for (what, colour, behind) in [
@@ -286,6 +317,7 @@ mod tests {
                 ("S", start.frame, floor),
                 ("G", goal.frame, floor),
                 ("mouse", mouse, visited),
+                ("shortest path", shortest_route, floor),
                 ("planned path", planned_route, floor),
                 ("planned path in a visited cell", planned_route, visited),
             ] {

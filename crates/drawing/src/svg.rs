@@ -55,7 +55,8 @@ impl Scene<'_> {
     ///
     /// ```text
     /// <svg class="maze" viewBox="…">              hide-numbers, hide-heat, hide-trail hide a layer,
-    ///                                             no-labels: the trail is not faint behind labels
+    ///                                             no-labels: lines are not faint behind labels,
+    ///                                             small-cells: no labels, whatever they are
     ///   <defs> the gradients of the trail
     ///   <rect class="floor"/>
     ///   <g class="cells"> <rect class="cell [start] [goal] [visited]" data-cell="x,y"/> …

@@ -8,6 +8,9 @@ pub(crate) const ADVANCE: f64 = 5.0;
 /// The stroke width of a character, in units.
 pub(crate) const STROKE: f64 = 0.95;
 
+/// The stroke width of a character of a text in a cell, in units. Texts are bolder than weights.
+pub(crate) const TEXT_STROKE: f64 = 1.35;
+
 /// The path of each character from the space to `~`, in the order of ASCII. A path starts at the
 /// middle of the left edge of the character's box, and its first command moves to the beginning of
 /// the first stroke. The box is [`ADVANCE`] units wide; capitals and digits are 6.8 units high.

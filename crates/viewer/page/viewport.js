@@ -14,6 +14,8 @@ const MIN_CELLS = 4;
 const DRAG_THRESHOLD = 4;
 /** Minimum distance between two coordinates, in pixels. */
 const LABEL_DISTANCE = 17;
+/** Minimum size of a cell whose weight and text are legible, in pixels. */
+const MIN_CELL = 18;
 
 export class Viewport {
   /** 1 shows the whole maze. */
@@ -141,6 +143,7 @@ export class Viewport {
     this.#buttons.out.disabled = this.#buttons.reset.disabled = this.#zoom === 1;
     const matrix = svg.getScreenCTM();
     if (!matrix) return;
+    svg.classList.toggle("small-cells", PITCH * matrix.a < MIN_CELL);
     this.#setWallWidths(svg, matrix.a);
     this.#showAxes(svg, matrix);
   }

@@ -65,6 +65,25 @@ fn long_numbers_are_shown_whole() {
     });
 }
 
+#[test]
+fn weights_are_hidden_in_cells_that_are_too_small() {
+    with_page(&["--maze", "old-quarter"], |browser, simulator| {
+        let live = Panel::live(browser);
+        let states =
+            simulator.search(&bundled("half-size-old-quarter.txt"), BundledStrategy::FloodFill);
+        live.wait_for_state(states.len() - 1);
+        let script = "return getComputedStyle(document.querySelector(arguments[0])).display";
+        let wait_for_display = |expected: &str| {
+            let display = || browser.run::<String>(script, &[json!(live.part(".map .numbers"))]);
+            wait_for(expected, || (display() == expected).then_some(()));
+        };
+        resize(browser, PHONE);
+        wait_for_display("none");
+        (0..3).for_each(|_| live.click("[name=zoom-in]"));
+        wait_for_display("inline");
+    });
+}
+
 /// A contrast theme of Windows replaces most colours.
 #[test]
 fn a_contrast_theme_hides_no_control() {

@@ -91,7 +91,7 @@ fn srgb([l, a, b]: Lab) -> Rgb {
 }
 
 #[cfg(test)]
-pub(crate) use tests::contrast;
+pub(crate) use tests::{contrast, differences};
 
 #[cfg(test)]
 mod tests {
@@ -102,6 +102,63 @@ mod tests {
     pub(crate) fn contrast(one: Rgb, other: Rgb) -> f64 {
         let (one, other) = (luminance(one) + 0.05, luminance(other) + 0.05);
         one.max(other) / one.min(other)
+    }
+
+    /// Returns linear light from 0 to 1.
+    fn linear(Rgb(red, green, blue): Rgb) -> [f64; 3] {
+        [red, green, blue].map(|channel| {
+            let share = f64::from(channel) / 255.0;
+            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+
+    /// Returns the difference of two colours of linear light in the colour space `OKLab`.
+    fn difference(one: [f64; 3], other: [f64; 3]) -> f64 {
+        let lab = |[r, g, b]: [f64; 3]| {
+            let l = (0.412_221 * r + 0.536_333 * g + 0.051_446 * b).max(0.0).cbrt();
+            let m = (0.211_903 * r + 0.680_700 * g + 0.107_397 * b).max(0.0).cbrt();
+            let s = (0.088_302 * r + 0.281_719 * g + 0.629_979 * b).max(0.0).cbrt();
+            [
+                0.210_454 * l + 0.793_618 * m - 0.004_072 * s,
+                1.977_998 * l - 2.428_592 * m + 0.450_594 * s,
+                0.025_904 * l + 0.782_772 * m - 0.808_676 * s,
+            ]
+        };
+        let (one, other) = (lab(one), lab(other));
+        one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// How people without one kind of cones see linear light, from Machado, Oliveira and Fernandes:
+    /// A Physiologically-based Model for Simulation of Color Vision Deficiency (2009).
+    const VISIONS: [(&str, [[f64; 3]; 3]); 3] = [
+        ("normal", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        (
+            "protanopia",
+            [
+                [0.152_286, 1.052_583, -0.204_868],
+                [0.114_503, 0.786_281, 0.099_216],
+                [-0.003_882, -0.048_116, 1.051_998],
+            ],
+        ),
+        (
+            "deuteranopia",
+            [
+                [0.367_322, 0.860_646, -0.227_968],
+                [0.280_085, 0.672_501, 0.047_413],
+                [-0.011_820, 0.042_940, 0.968_881],
+            ],
+        ),
+    ];
+
+    /// Returns the difference of two colours in `OKLab` for each kind of vision.
+    pub(crate) fn differences(one: Rgb, other: Rgb) -> [(&'static str, f64); 3] {
+        VISIONS.map(|(name, vision)| {
+            let [one, other] = [one, other].map(|colour| {
+                let light = linear(colour);
+                vision.map(|row| row.iter().zip(light).map(|(share, light)| share * light).sum())
+            });
+            (name, difference(one, other))
+        })
     }
 
     #[test]
