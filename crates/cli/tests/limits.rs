@@ -57,8 +57,8 @@ fn a_server_that_runs_out_of_memory_refuses_states_until_reset() {
 /// Starts a server with this much more address space than it needs at the start. Returns also a
 /// number of states that do not fit.
 fn serve_with(home: &Home, options: &[&str], free: u64) -> (Serving, u64) {
-    let serve =
-        |kib: u64| Serving::start(limited(&home.server(options), &format!("-v {kib}")), "states");
+    let server = home.server(&[&["-v"], options].concat());
+    let serve = |kib: u64| Serving::start(limited(&server, &format!("-v {kib}")), "states");
     let taken = figure(serve(1 << 20).id(), "VmSize").unwrap() + free;
     (serve(taken / 1024), taken / 518)
 }

@@ -266,6 +266,7 @@ export class Panel {
 
   /** Shows or hides a layer that is not always available, and its legend. @param {"texts" | "colours" | "shortest"} layer @param {boolean} offered */
   #offer(layer, offered) {
+    this.element.classList.toggle(`has-${layer}`, offered);
     for (const part of this.element.querySelectorAll(`.${layer}-layer`)) part.toggleAttribute("hidden", !offered);
   }
 

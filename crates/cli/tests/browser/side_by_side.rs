@@ -1,16 +1,20 @@
 //! Several panels on the page: their layout, closing and reopening them.
 
+use mmsim_maze::Cell;
+use mmsim_protocol::Annotation;
 use serde::Deserialize;
 use serde_json::json;
 
 use crate::browser::{Browser, wait_for, with_browser, with_page};
 use crate::harness::{Home, Serving, recorded};
 use crate::layout::{LAPTOP, PHONE, SMALL, assert_in_sight, assert_no_sideways_scrolling, resize};
+use crate::notes::annotations;
 use crate::page::{Page, Panel};
 use crate::simulator::{Simulator, bundled, page_address};
 use crate::test_state::TestState;
 
 const WIDE: (u32, u32) = (1920, 1080);
+const LARGE: (u32, u32) = (1440, 900);
 const SHOW_LIVE: &str = "#show-live";
 
 /// Sends `count` states of the maze meadow, starting with the state `first`.
@@ -116,6 +120,34 @@ fn two_panels_are_side_by_side_and_aligned() {
                 .map((panel) => panel.getBoundingClientRect().left)).size";
             let columns = if count == 3 { 3 } else { 2 };
             wait_for("the columns", || (browser.run::<i32>(script, &[]) == columns).then_some(()));
+        }
+    });
+}
+
+/// Only one of the mice writes texts, so only one of the panels has their layer.
+#[test]
+fn square_maps_fill_two_panels_with_equal_toolbars() {
+    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+        let size = bundled("01-harbour.txt").size();
+        let state = TestState::new(0, size).message('C', 'C');
+        simulator.send(&state);
+        simulator.send(b"reset");
+        let recording = open_newest_recording(browser, "1");
+        simulator.send(&annotations(&[Annotation::Text { cell: Cell::new(0, 0), text: "a" }]));
+        simulator.send(&state);
+        let live = Panel::live(browser);
+        live.wait_for_state(0);
+        browser.wait_until_exists(&live.part("label.texts-layer:not([hidden])"));
+        for size in [WIDE, LARGE, LAPTOP] {
+            resize(browser, size);
+            wait_for_layout([live, recording], true);
+            for part in [".map", ".toolbar", ".figures"] {
+                let [one, other] = [area(live, part), area(recording, part)];
+                assert_eq!((one.top, one.bottom), (other.top, other.bottom), "{size:?} {part}");
+            }
+            assert_in_sight(browser, live, &[".figures"]);
+            let map = area(live, ".map");
+            assert!(5 * (map.bottom - map.top) > 2 * i32::try_from(size.1).unwrap(), "{map:?}");
         }
     });
 }
