@@ -1,10 +1,10 @@
 //! The memory limits of histories and recordings, and messages about them.
 
 use std::error::Error;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-use mmsim_formats::read_maze;
 use mmsim_maze::counted;
 use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, ReadError, Recording};
 use mmsim_run::messages;
@@ -13,6 +13,7 @@ use mmsim_server::Simulation;
 use crate::args::{ReadingArgs, RetentionArgs};
 use crate::memory;
 use crate::output::{note, own_command, warn};
+use crate::selection::Selection;
 
 const MIB: u64 = 1 << 20;
 
@@ -55,13 +56,20 @@ pub(crate) fn recording_budget(args: &ReadingArgs) -> Arc<MemoryBudget> {
 /// Opens a recording.
 pub(crate) fn open(file: &Path, budget: &Arc<MemoryBudget>) -> Result<Recording, Box<dyn Error>> {
     Recording::open_within(file, budget).map_err(|error| match &error.source {
-        ReadError::NotMcap if read_maze(file).is_ok() => {
+        ReadError::NotMcap | ReadError::Io(_) if is_maze(file) => {
             let file = file.display();
             let show = own_command(&format!("mazes show {file}"));
             format!("{file} is a maze, not a recording (show it with {show})").into()
         }
+        ReadError::Io(source) if source.kind() == ErrorKind::NotFound => {
+            format!("no such file: {}", file.display()).into()
+        }
         _ => error.into(),
     })
+}
+
+fn is_maze(file: &Path) -> bool {
+    Selection::read(file.as_os_str()).is_ok_and(|selection| selection.first().is_ok())
 }
 
 /// Converts mebibytes to bytes. For `None`, returns `default` bytes, but at least one mebibyte.

@@ -149,9 +149,12 @@ fn every_command_reports_a_wrong_maze_in_the_same_words() {
         let error = "run.mcap is a recording, not a maze (view it with `mmsim replay run.mcap`)";
         assert!(command == ["export"] || shown.contains(error), "{shown}");
     });
-    let replay = home.run(&["replay", "small.txt"]).stderr;
-    let error = "small.txt is a maze, not a recording (show it with `mmsim mazes show small.txt`)";
-    assert_eq!(replay, format!("mmsim: {error}\n"));
+    for maze in ["small.txt", "harbour"] {
+        let hint = format!("(show it with `mmsim mazes show {maze}`)");
+        let error = format!("mmsim: {maze} is a maze, not a recording {hint}\n");
+        assert_eq!(home.run(&["replay", maze]).stderr, error);
+    }
+    assert_eq!(home.run(&["replay", "no.mcap"]).stderr, "mmsim: no such file: no.mcap\n");
 }
 
 #[test]
