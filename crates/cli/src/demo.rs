@@ -1,8 +1,8 @@
 //! `mmsim demo`: a server and a flood-fill mouse in one process, connected by ZeroMQ.
 
 use std::error::Error;
-use std::ffi::OsString;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
 use clap::Args;
 use mmsim_client::{BUNDLED_MOUSE_NAME, BrokenRun, Named, RunError, search_run_with};
@@ -20,7 +20,7 @@ use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, join};
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
     #[arg(value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
-    maze: Vec<OsString>,
+    maze: Vec<PathBuf>,
     #[command(flatten)]
     server: ServerArgs,
     /// Wait MS milliseconds after each step [default: 50 on a terminal, else 0]

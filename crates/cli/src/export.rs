@@ -3,7 +3,7 @@
 mod drawing;
 
 use std::error::Error;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -37,9 +37,12 @@ pub(crate) struct ExportArgs {
     #[arg(
         required = true,
         value_name = "MAZE|RECORDING",
-        help = format!("Recording file, of which the intact part is exported, or {MAZE_HELP}")
+        help = format!(
+            "Recording file, of which the intact part is exported, or {}",
+            MAZE_HELP.to_lowercase()
+        )
     )]
-    source: Vec<OsString>,
+    source: Vec<PathBuf>,
     /// File to write: .svg or .png for a picture and, of a recording, .gif for an animation, .html
     /// for a page, .mcap for a packed recording, or - to write the page to stdout. An existing file is
     /// replaced

@@ -1,12 +1,15 @@
-//! Text tables.
+//! Text tables, and lines that fit the terminal.
 
 use std::iter::repeat_n;
+use std::mem;
 
 use mmsim_maze::Escaped;
 use unicode_width::UnicodeWidthStr as _;
 
-/// The width that tables should not exceed, in columns of a terminal.
-const WIDTH: usize = 80;
+use crate::terminal::columns;
+
+/// The space between two columns.
+const GAP: &str = "  ";
 
 /// Formats rows as a table and escapes the text of the cells. The first column is left-aligned; all
 /// other columns are right-aligned.
@@ -14,48 +17,76 @@ pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     format_rows(rows, 1)
 }
 
-/// Like [`aligned`], but with one table below the other if one would be wider than [`WIDTH`]. Each
-/// table repeats the first column.
-pub(crate) fn wrapped(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        widest(rows.iter().filter_map(|row| row.get(column)).map(|cell| Escaped(cell).to_string()))
-    };
-    let mut tables: Vec<(usize, Vec<usize>)> = Vec::new();
-    for column in 1..columns.max(2) {
-        let added = 2 + width(column);
-        match tables.last_mut() {
-            Some((total, list)) if *total + added <= WIDTH => {
-                *total += added;
-                list.push(column);
-            }
-            _ => tables.push((width(0) + added, vec![0, column])),
-        }
-    }
-    let table = |(_, columns): &(usize, Vec<usize>)| {
-        let cells = |row: &Vec<String>| {
-            columns.iter().filter_map(|&column| row.get(column).cloned()).collect()
-        };
-        aligned(&rows.iter().map(cells).collect::<Vec<_>>())
-    };
-    tables.iter().map(table).collect::<Vec<_>>().join("\n")
-}
-
 /// Like [`aligned`], but with all columns left-aligned.
 pub(crate) fn left_aligned(rows: &[Vec<String>]) -> String {
     format_rows(rows, usize::MAX)
 }
 
+/// Like [`aligned`]. Columns that do not fit the terminal follow in further tables, each of which
+/// repeats the first column.
+pub(crate) fn stacked(rows: &[Vec<String>]) -> String {
+    stacked_within(rows, columns())
+}
+
+fn stacked_within(rows: &[Vec<String>], columns: usize) -> String {
+    let widths = widths(&escaped(rows));
+    let (mut tables, mut table, mut used) = (Vec::new(), Vec::new(), 0);
+    for (column, width) in widths.iter().enumerate().skip(1) {
+        let width = GAP.len() + width;
+        if !table.is_empty() && widths[0] + used + width > columns {
+            tables.push(mem::take(&mut table));
+            used = 0;
+        }
+        table.push(column);
+        used += width;
+    }
+    tables.push(table);
+    let format = |table: Vec<usize>| {
+        let cells = |row: &Vec<String>| {
+            let columns = [0].iter().chain(&table);
+            columns.filter_map(|&column| row.get(column).cloned()).collect()
+        };
+        aligned(&rows.iter().map(cells).collect::<Vec<_>>())
+    };
+    tables.into_iter().map(format).collect::<Vec<_>>().join("\n")
+}
+
+/// Breaks a line after separators so that it fits the terminal. Indents the lines after the first.
+pub(crate) fn wrapped(line: &str, separator: &str, indent: usize) -> String {
+    wrapped_within(line, separator, indent, columns())
+}
+
+fn wrapped_within(line: &str, separator: &str, indent: usize, columns: usize) -> String {
+    let mut lines = vec![String::new()];
+    for part in line.split_inclusive(separator) {
+        let last = lines.last_mut().map_or("", |line| &*line);
+        if !last.trim().is_empty() && last.width() + part.trim_end().width() > columns {
+            lines.push(" ".repeat(indent));
+        }
+        lines.last_mut().into_iter().for_each(|line| *line += part);
+    }
+    lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n")
+}
+
+fn escaped(rows: &[Vec<String>]) -> Vec<Vec<String>> {
+    let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
+    rows.iter().map(escaped).collect()
+}
+
+/// Returns the width of each column.
+fn widths(rows: &[Vec<String>]) -> Vec<usize> {
+    let width = |column: usize| widest(rows.iter().filter_map(|row| row.get(column)));
+    (0..rows.iter().map(Vec::len).max().unwrap_or(0)).map(width).collect()
+}
+
 /// Formats rows of which the first columns are left-aligned.
 fn format_rows(rows: &[Vec<String>], left_columns: usize) -> String {
-    let escaped = |row: &Vec<String>| row.iter().map(|cell| Escaped(cell).to_string()).collect();
-    let rows: Vec<Vec<String>> = rows.iter().map(escaped).collect();
-    let width = |column: usize| widest(rows.iter().filter_map(|row| row.get(column)));
-    let widths: Vec<usize> = (0..rows.iter().map(Vec::len).max().unwrap_or(0)).map(width).collect();
+    let rows = escaped(rows);
+    let widths = widths(&rows);
     let mut text = String::new();
     for row in &rows {
         for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-            text += if column == 0 { "" } else { "  " };
+            text += if column == 0 { "" } else { GAP };
             let padding = repeat_n(' ', width - cell.width());
             if column < left_columns {
                 text += cell;
@@ -97,15 +128,27 @@ mod tests {
     }
 
     #[test]
-    fn wide_tables_are_wrapped() {
-        let row = |cells: [&str; 4]| cells.map(String::from).to_vec();
-        // With the first column and the gaps, these two are 80 columns wide.
-        let (wide, most) = ("x".repeat(37), "y".repeat(37));
-        let rows = [row(["a", &wide, &most, "z"]), row(["bc", "1", "2", "3"])];
-        let pad = " ".repeat(36);
-        let expected = format!("a   {wide}  {most}\nbc  {pad}1  {pad}2\n\na   z\nbc  3\n");
-        assert_eq!(wrapped(&rows), expected);
-        assert_eq!(wrapped(&[vec!["a".into()]]), "a\n");
+    fn wide_tables_are_stacked() {
+        let rows = [["name", "1234", "56", "7"], ["b", "1", "2", "3"]];
+        let rows = rows.map(|row| row.map(String::from).to_vec());
+        assert_eq!(stacked_within(&rows, 80), aligned(&rows));
+        assert_eq!(
+            stacked_within(&rows, 14),
+            "name  1234  56\nb        1   2\n\nname  7\nb     3\n"
+        );
+        assert_eq!(
+            stacked_within(&rows, 5),
+            "name  1234\nb        1\n\nname  56\nb      2\n\nname  7\nb     3\n"
+        );
+        assert_eq!(stacked_within(&[], 80), "");
+    }
+
+    #[test]
+    fn long_lines_are_broken_after_separators() {
+        assert_eq!(wrapped_within("run  a bb ccc", " ", 5, 10), "run  a bb\n     ccc");
+        assert_eq!(wrapped_within("a b, c, d", ", ", 2, 5), "a b,\n  c,\n  d");
+        assert_eq!(wrapped_within("abcdefgh i", " ", 2, 4), "abcdefgh\n  i");
+        assert_eq!(wrapped_within("", " ", 2, 4), "");
     }
 
     #[test]

@@ -8,7 +8,8 @@ mod generate;
 mod index;
 mod row;
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use mmsim_compare::NamedMaze;
@@ -17,6 +18,7 @@ use mmsim_solvers::Distances;
 use serde::Serialize;
 
 use crate::args::CommandResult;
+use crate::grid::wrapped;
 use crate::output::{print, print_json, print_report};
 use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, join};
 use check::CheckArgs;
@@ -41,7 +43,7 @@ enum MazesCommand {
             help = format!("List only mazes of a file or folder, or with words in their path \
                             [default: {DEFAULT_MAZES}]")
         )]
-        maze: Vec<OsString>,
+        maze: Vec<PathBuf>,
         /// Print a JSON array
         #[arg(long)]
         json: bool,
@@ -49,7 +51,7 @@ enum MazesCommand {
     /// Draw a maze, with the number of steps from each cell to the goal
     Show {
         #[arg(required = true, value_name = "MAZE", help = MAZE_HELP)]
-        maze: Vec<OsString>,
+        maze: Vec<PathBuf>,
         #[command(flatten)]
         encoding: EncodingArgs,
         /// Print a JSON object
@@ -117,7 +119,9 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
 fn list(maze: &OsStr, json: bool) -> CommandResult {
     let entries = Selection::read(maze)?.matching()?;
     let rows: Vec<MazeRow> = entries.iter().map(MazeRow::from_entry).collect();
-    print_report(json, &rows, || rows.iter().map(|row| row.line() + "\n").collect())?;
+    print_report(json, &rows, || {
+        rows.iter().map(|row| wrapped(&row.line(), ", ", 2) + "\n").collect()
+    })?;
     Ok(true)
 }
 
@@ -136,7 +140,11 @@ fn show(maze: &OsStr, encoding: &EncodingArgs, json: bool) -> CommandResult {
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);
-        print(&format!("{}\n{}", row.line(), maze.picture().with_numbers(&distance)))?;
+        print(&format!(
+            "{}\n{}",
+            wrapped(&row.line(), ", ", 2),
+            maze.picture().with_numbers(&distance)
+        ))?;
     }
     Ok(true)
 }

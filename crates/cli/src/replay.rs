@@ -20,7 +20,7 @@ use crate::args::{CommandResult, ReadingArgs, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::output::{goal_away, print, print_json};
 use crate::recordings::{self, is_undamaged, no_state, recording_budget};
-use crate::screen::wide_or_compact;
+use crate::screen::fitting;
 use crate::vehicle::parse_vehicle;
 use crate::{page, stderr};
 use state_report::{PoseAt, StateReport};
@@ -100,10 +100,10 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     let (info, size) = (recording.info(), recording.size());
     let goal = recording.maze().map(|maze| goal_away(MazeFacts::new(maze).shortest_path));
     let goal = goal.map(|goal| format!(", {goal}")).unwrap_or_default();
-    let maze = recording
-        .maze()
-        .filter(|_| args.at.is_none())
-        .map(|maze| wide_or_compact([maze.to_string(), maze.picture().compact().to_string()]));
+    let maze = recording.maze().filter(|_| args.at.is_none()).map(|maze| {
+        let small = [maze.picture().compact(), maze.picture().narrow()].map(|it| it.to_string());
+        fitting(&[&[maze.to_string()], &small[..]].concat()).to_string()
+    });
     let names = Names::read(recording);
     let names = names.text().map(|names| format!("{names}\n")).unwrap_or_default();
     let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));

@@ -7,6 +7,7 @@ use std::cell::Cell;
 use std::error::Error;
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -75,7 +76,7 @@ const VIEWER_PORT_HELP: &str = "\
 #[command(mut_arg("viewer_port", |port| port.help(VIEWER_PORT_HELP)))]
 pub(crate) struct RunArgs {
     #[arg(long, value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
-    maze: Option<OsString>,
+    maze: Option<PathBuf>,
     /// What the mouse is [default: the first command or request decides]
     #[arg(long = "as", value_name = "KIND", value_parser = kinds())]
     kind: Option<Kind>,

@@ -1,7 +1,7 @@
 //! Showing a mouse's map on the terminal.
 
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::time::Duration;
 
 use mmsim_client::SearchRun;
@@ -11,9 +11,10 @@ use mmsim_solvers::{BundledStrategy, Mouse, Strategy};
 use terminal_size::{Height, Width, terminal_size};
 
 use crate::args::WATCHED_PACE_MS;
+use crate::grid::wrapped;
 use crate::output::print;
 use crate::phase_table;
-use crate::terminal::can_redraw;
+use crate::terminal::{can_redraw, columns};
 
 /// A view of a mouse's map. A live view redraws the map in place during the search.
 pub(crate) struct Screen {
@@ -58,7 +59,7 @@ impl Screen {
         let map =
             mouse_pictures(mouse).into_iter().find(|map| fits(map, room)).unwrap_or_else(|| {
                 let (width, height) = (mouse.map().size().width(), mouse.map().size().height());
-                let (columns, lines) = (4 * u16::from(width) + 1, u16::from(height) + 4);
+                let (columns, lines) = (2 * u16::from(width) + 1, u16::from(height) + 4);
                 let _ = write!(status, "; the map needs a window of {columns}x{lines}");
                 String::new()
             });
@@ -73,21 +74,19 @@ impl Screen {
         ending: &str,
         phases: Option<PhaseReport>,
     ) -> io::Result<()> {
-        let [numbers, compact] = mouse_pictures(mouse);
-        // The map keeps the form it had during the search.
-        let (columns, lines) = terminal();
-        let is_compact = self.is_live
-            && !fits(&numbers, (columns, lines))
-            && fits(&compact, (columns, usize::MAX));
-        let map = if is_compact { compact } else { wide_or_compact([numbers, compact]) };
+        let pictures = mouse_pictures(mouse);
+        // The map does not become larger than during the search.
+        let is_smaller = self.is_live && !fits(&pictures[0], terminal());
+        let map = fitting(&pictures[usize::from(is_smaller)..]);
         let phases = phases.filter(|report| report.rows().len() > 1);
         let phases = phases.map(|report| phase_table::table(report.rows())).unwrap_or_default();
         let visited = counted(mouse.map().visited().len(), "cell");
         let requests = counted(run.requests, "request");
         let (strategy, steps) = (self.strategy, run.stats);
         let summary = format!("{strategy}: {ending} after {steps}, {visited} visited, {requests}");
+        let summary = wrapped(&summary, ", ", 2);
         if self.is_live {
-            self.replace(&map, &summary)?;
+            self.replace(map, &summary)?;
             print(&phases)
         } else {
             print(&format!("{map}{summary}\n{phases}"))
@@ -98,7 +97,7 @@ impl Screen {
     fn replace(&mut self, map: &str, status: &str) -> io::Result<()> {
         let mut frame = String::from(if self.drawn { "\x1b[H" } else { "\x1b[2J\x1b[H" });
         self.drawn = true;
-        for line in map.lines().chain([status]) {
+        for line in map.lines().chain(status.lines()) {
             // Writing to a string cannot fail. The escape sequence erases the rest of the old line.
             let _ = write!(frame, "{line}\x1b[K\r\n");
         }
@@ -120,25 +119,24 @@ fn fits(picture: &str, (columns, lines): (usize, usize)) -> bool {
     picture.lines().count() + 3 <= lines && widest <= columns
 }
 
-fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 2] {
+fn mouse_pictures<S: Strategy>(mouse: &Mouse<S>) -> [String; 3] {
     pictures(mouse.map(), mouse.pose(), |cell| mouse.weight(cell).unwrap_or(u16::MAX))
 }
 
-/// Returns a wide and a compact picture of a mouse's map. The wide picture shows the weights unless
-/// all of them are zero.
-pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 2] {
+/// Returns pictures of a mouse's map, the largest first. The largest one shows the weights unless all
+/// of them are zero.
+pub(crate) fn pictures(map: &KnownMaze, pose: Pose, weight: impl Fn(Cell) -> u16) -> [String; 3] {
     let number = |cell| Some(weight(cell)).filter(|&weight| weight != u16::MAX);
     let drawing = map.picture().with_mouse(pose);
     let all_zero = map.size().cells().all(|cell| weight(cell) == 0);
     let numbers =
         if all_zero { drawing.to_string() } else { drawing.with_numbers(&number).to_string() };
-    [numbers, drawing.compact().to_string()]
+    [numbers, drawing.compact().to_string(), drawing.narrow().to_string()]
 }
 
-/// Returns the wide picture, unless stdout is a terminal that has room only for the compact
-/// picture. The height does not matter, because the terminal scrolls.
-pub(crate) fn wide_or_compact([wide, compact]: [String; 2]) -> String {
-    let room = (terminal().0, usize::MAX);
-    let is_better = !fits(&wide, room) && fits(&compact, room);
-    if io::stdout().is_terminal() && is_better { compact } else { wide }
+/// Returns the first of the pictures for which the terminal has enough columns, or else the first. The
+/// height does not matter, because the terminal scrolls.
+pub(crate) fn fitting(pictures: &[String]) -> &str {
+    let room = (columns(), usize::MAX);
+    pictures.iter().find(|picture| fits(picture, room)).unwrap_or(&pictures[0])
 }

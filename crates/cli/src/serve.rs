@@ -1,7 +1,7 @@
 //! `mmsim`: serve a maze.
 
 use std::error::Error;
-use std::ffi::OsString;
+use std::path::PathBuf;
 
 use clap::{Args, Command};
 use mmsim_protocol::Info;
@@ -16,7 +16,7 @@ use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, SelectionError, join
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
     #[arg(value_name = "MAZE", help = format!("{MAZE_HELP} [default: {DEFAULT_MAZES}]"))]
-    pub(crate) maze: Vec<OsString>,
+    pub(crate) maze: Vec<PathBuf>,
     /// Host name or address to listen on; * for all interfaces
     #[arg(short = 'H', long, default_value = "127.0.0.1")]
     host: String,
@@ -62,7 +62,7 @@ struct ServerReport<'a> {
 }
 
 /// Returns another error if the words may be meant as a command, a usage error if one is similar.
-fn no_such(error: SelectionError, maze: &[OsString], commands: &Command) -> Box<dyn Error> {
+fn no_such(error: SelectionError, maze: &[PathBuf], commands: &Command) -> Box<dyn Error> {
     let (words, hint) = match error {
         SelectionError::NoMatch { words, hint, .. } if join(maze) == *words => (words, hint),
         _ => return error.into(),

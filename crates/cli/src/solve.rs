@@ -25,6 +25,7 @@ use crate::args::{
 use crate::connection::{
     ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
 };
+use crate::grid::wrapped;
 use crate::output::{print, print_json, warn};
 use crate::phase_table::PhaseTimes;
 use crate::recording_transport::RecordingTransport;
@@ -187,7 +188,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         if run.states > 0 {
             screen.finish(&mouse, &run, &goal_text(&run), times.report())?;
             if let Some(summary) = bounds.and_then(|bounds| exploration.summary(bounds)) {
-                print(&format!("{summary}\n"))?;
+                print(&(wrapped(&summary, " ", 2) + "\n"))?;
             }
         }
         if let Err(error) = &recorded {

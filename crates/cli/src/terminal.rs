@@ -6,6 +6,7 @@ use std::time::Duration;
 use anstream::stream::RawStream;
 use anstream::{AutoStream, ColorChoice};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
+use terminal_size::{Width, terminal_size_of};
 
 use crate::output::is_quiet;
 
@@ -19,6 +20,11 @@ pub(crate) fn has_colours(stream: &impl RawStream) -> bool {
 /// Returns true if this stream is a terminal on which a program can replace its output.
 pub(crate) fn can_redraw(stream: &impl RawStream) -> bool {
     stream.is_terminal() && anstyle_query::term_supports_color() && interprets_escape_codes()
+}
+
+/// Returns the number of columns of the terminal on stdout, or 80 without a terminal.
+pub(crate) fn columns() -> usize {
+    terminal_size_of(io::stdout()).map_or(80, |(Width(columns), _)| columns.into())
 }
 
 /// Consoles of Windows interpret escape codes only if a program asks for it.

@@ -34,7 +34,9 @@ fn the_fastest_run_is_described() {
     distance  7.956 m, 52 cells
     speed     mean 1.894 m/s, top 2.500 m/s
     turns     15: 5 l90, 5 45in, 5 45out
-    run       N 0 45inR@1400 0 45outL@1700 0 45inL@1400 0 45outR@1700 10 l90R@1600 4 45inR@1400 3 45outR@1700 0 45inL@1400 6 45outR@1700 2 l90L@1600 6 l90L@1600 2 45inL@1400 3 45outL@1700 4 l90R@1600 2 l90L@1400 0
+    run       N 0 45inR@1400 0 45outL@1700 0 45inL@1400 0 45outR@1700 10 l90R@1600 4
+              45inR@1400 3 45outR@1700 0 45inL@1400 6 45outR@1700 2 l90L@1600 6
+              l90L@1600 2 45inL@1400 3 45outL@1700 4 l90R@1600 2 l90L@1400 0
     ");
     let ended = home.run(&["fast-run", "first steps", "--vehicle", "ares", "--explain"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
@@ -98,7 +100,9 @@ fn vehicles_and_routes_are_compared_in_a_table() {
     distance  9.273 m, 56 cells
     speed     mean 2.059 m/s, top 2.500 m/s
     turns     11: 3 l90, 4 45in, 4 45out
-    run       N 16 45inR@1400 0 45outL@1700 4 l90R@1600 22 45inR@1400 1 45outR@1700 20 l90R@1600 0 45inR@1400 4 45outL@1700 2 l90R@1600 2 45inL@1400 0 45outR@1300 0
+    run       N 16 45inR@1400 0 45outL@1700 4 l90R@1600 22 45inR@1400 1 45outR@1700
+              20 l90R@1600 0 45inR@1400 4 45outL@1700 2 l90R@1600 2 45inL@1400 0
+              45outR@1300 0
     ");
 }
 
@@ -130,7 +134,8 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     let ended = home.run(&["fast-run", "mazes/closed.txt", "mazes/cut", "--explain"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-        mazes/closed.txt: expert: goal unreachable: the start at (0, 0) has walls on all sides
+        mazes/closed.txt: expert: goal unreachable: the start at (0, 0) has walls on all
+          sides
 
         mazes/cut/off.txt: expert: goal unreachable: walls enclose every goal cell
         ");

@@ -63,6 +63,29 @@ fn tables_align_wide_and_combining_characters() {
     check_table(&contest, "  ", 2);
 }
 
+/// Without a terminal, lines are as long as on a terminal of 80 columns.
+#[test]
+fn lines_fit_80_columns() {
+    let home = Home::new();
+    let server = home.serve(&["old", "quarter", "--port", "0"]);
+    let solve = ["solve", "fastest-path-search", "--goal", "server", "--connect"];
+    let trial = ["trial", "orchard", "terraces", "harbour", "hedgerow", "--compare"];
+    for arguments in [
+        &["mazes", "list"][..],
+        &["mazes", "show", "closed", "garden"],
+        &["fast-run", "harbour", "--explain"],
+        &["fast-run", "--explain", "--vehicle", "ukmars", "--route", "all"],
+        &trial,
+        &[&solve[..], &[&server.address]].concat(),
+    ] {
+        let ended = home.run(arguments);
+        assert!(ended.stdout.lines().count() > 5, "{ended:?}");
+        for line in ended.stdout.lines() {
+            assert!(columns(line) <= 80, "{arguments:?}: {line}");
+        }
+    }
+}
+
 /// A mouse that fails at once.
 #[cfg(unix)]
 #[test]

@@ -48,7 +48,8 @@ pub struct TextPicture<'a> {
     numbers: Option<&'a dyn Fn(Cell) -> Option<u16>>,
     letters: Option<&'a dyn Fn(Cell) -> Option<char>>,
     mouse: Option<Pose>,
-    compact: bool,
+    /// The width of a cell of a compact picture.
+    compact_width: Option<usize>,
 }
 
 impl Maze {
@@ -77,7 +78,8 @@ impl fmt::Display for Maze {
 impl<'a> TextPicture<'a> {
     const fn new(certain: &'a Walls, possible: &'a Walls, start: Cell, goals: &'a CellSet) -> Self {
         let (numbers, letters, mouse) = (None, None, None);
-        Self { certain, possible, start, goals, numbers, letters, mouse, compact: false }
+        let compact_width = None;
+        Self { certain, possible, start, goals, numbers, letters, mouse, compact_width }
     }
 
     /// Shows the numbers that `numbers` returns, such as distances in steps.
@@ -107,7 +109,20 @@ impl<'a> TextPicture<'a> {
     /// |_^_..._|
     /// ```
     pub const fn compact(mut self) -> Self {
-        self.compact = true;
+        self.compact_width = Some(3);
+        self
+    }
+
+    /// Draws a [`compact`](Self::compact) picture of half the width: cells are one character wide,
+    /// and a letter or mark hides the south wall of its cell.
+    ///
+    /// ```text
+    ///  _ _
+    /// |_ G|
+    /// |^._|
+    /// ```
+    pub const fn narrow(mut self) -> Self {
+        self.compact_width = Some(1);
         self
     }
 
@@ -168,9 +183,9 @@ impl<'a> TextPicture<'a> {
         f.write_char('\n')
     }
 
-    fn write_compact(&self, f: &mut Formatter<'_>) -> Result {
+    fn write_compact(&self, f: &mut Formatter<'_>, width: usize) -> Result {
         for _ in 0..self.size().width() {
-            f.write_str(" ___")?;
+            write!(f, " {:_<width$}", "")?;
         }
         for y in (0..self.size().height()).rev() {
             f.write_char('\n')?;
@@ -181,9 +196,9 @@ impl<'a> TextPicture<'a> {
                 let mut letter = [0; 4];
                 let letter = self.letter(cell).map(|found| &*found.encode_utf8(&mut letter));
                 match (self.wall(cell, Heading::South), letter.unwrap_or_else(|| self.mark(cell))) {
-                    (WallState::Present, mark) => write!(f, "{mark:_^3}{east}")?,
-                    (WallState::Absent, mark) => write!(f, "{mark:^3}{east}")?,
-                    (WallState::Unknown, mark) => write!(f, "{mark:.^3}{east}")?,
+                    (WallState::Present, mark) => write!(f, "{mark:_^width$.width$}{east}")?,
+                    (WallState::Absent, mark) => write!(f, "{mark:^width$.width$}{east}")?,
+                    (WallState::Unknown, mark) => write!(f, "{mark:.^width$.width$}{east}")?,
                 }
             }
         }
@@ -220,8 +235,8 @@ impl<'a> TextPicture<'a> {
 
 impl fmt::Display for TextPicture<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        if self.compact {
-            return self.write_compact(f);
+        if let Some(width) = self.compact_width {
+            return self.write_compact(f, width);
         }
         let width = self.cell_width();
         for y in (0..self.size().height()).rev() {
@@ -340,6 +355,23 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_picture_has_one_character_per_cell() {
+        let maze = maze();
+        let mut map = KnownMaze::unexplored(&maze);
+        map.observe(maze.start(), maze.walls().around(maze.start())).unwrap();
+        insta::assert_snapshot!(maze.picture().narrow(), @"
+         _ _ _
+        |  _  |
+        |S|_ G|
+        ");
+        insta::assert_snapshot!(map.picture().with_mouse(maze.start()).narrow(), @"
+         _ _ _
+        | ....|
+        |^|_.G|
+        ");
+    }
+
+    #[test]
     fn the_mouse_replaces_letters_and_letters_replace_numbers() {
         let maze = maze();
         let letter = |cell: Cell| (cell.y == 0).then_some(['R', 'U', 'X'][usize::from(cell.x)]);
@@ -364,5 +396,6 @@ mod tests {
         let walls = Walls::open(MazeSize::new(1, 1).unwrap());
         let maze = Maze::new(walls, Cell::new(0, 0), CellSet::EMPTY).unwrap();
         assert_eq!(maze.to_string(), "o---o\n|SG |\no---o\n");
+        assert_eq!(maze.picture().narrow().to_string(), " _\n|S|\n");
     }
 }

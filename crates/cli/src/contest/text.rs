@@ -3,7 +3,7 @@
 use mmsim_compare::{Attempt, Contest, ContestEntry, MazeResult, Rules, Standing};
 use mmsim_maze::{Escaped, counted};
 
-use crate::grid::wrapped;
+use crate::grid::stacked;
 use crate::output::list_reasons;
 
 /// Returns the rules, the runs in one maze or the scores in several mazes, and the mice without a
@@ -57,7 +57,7 @@ fn standings_table(contest: &Contest) -> String {
         let scored = format!("{scored}/{}", contest.mazes.len());
         [rank.to_string(), mouse.clone(), format!("{points:.1}"), scored, wins.to_string()]
     };
-    wrapped(&ranked([head].into_iter().chain(contest.standings.iter().map(row)).collect()))
+    stacked(&ranked([head].into_iter().chain(contest.standings.iter().map(row)).collect()))
 }
 
 /// Returns a table with the score of each mouse in each maze.
@@ -69,7 +69,7 @@ fn scores_table(contest: &Contest, mazes: &[MazeResult]) -> String {
             mice().map(|mouse| seconds(maze.entry(mouse).and_then(|entry| entry.attempt.score_s)));
         [maze.maze.name.clone()].into_iter().chain(scores).collect()
     });
-    wrapped(&[head].into_iter().chain(rows).collect::<Vec<_>>())
+    stacked(&[head].into_iter().chain(rows).collect::<Vec<_>>())
 }
 
 /// Lists the most frequent reasons why a mouse made no fast run.
@@ -101,7 +101,7 @@ fn table(result: &MazeResult) -> String {
         ]
     };
     let head = head.map(String::from);
-    wrapped(&ranked([head].into_iter().chain(result.entries.iter().map(row)).collect()))
+    stacked(&ranked([head].into_iter().chain(result.entries.iter().map(row)).collect()))
 }
 
 /// Joins the ranks and the names in the first two columns, which are then left-aligned.

@@ -5,7 +5,7 @@ use mmsim_maze::{Escaped, counted};
 
 use super::driven::{DrivenRun, RouteChoice, RunResult};
 use super::report::SegmentReport;
-use crate::grid::{aligned, left_aligned};
+use crate::grid::{aligned, left_aligned, wrapped};
 
 /// Describes a run: its times, its length, its turns and its text form.
 pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
@@ -23,7 +23,7 @@ pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
         0 => "none".into(),
         count => format!("{count}: {}", kinds.join(", ")),
     };
-    let mut text = format!(
+    let text = format!(
         "{}: fastest run of {}{}\n\
          time      {time:.3} s from rest to rest, {gate_to_gate:.3} s from gate to gate{loss}\n\
          distance  {:.3} m, {cells}\n\
@@ -37,6 +37,7 @@ pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
         mean / 1000.0,
         trajectory.top_speed() / 1000.0,
     );
+    let mut text: String = text.lines().map(|line| wrapped(line, " ", 10) + "\n").collect();
     if with_segments && !trajectory.segments().is_empty() {
         text.push('\n');
         text.push_str(&segments(trajectory.segments()));
@@ -48,7 +49,10 @@ pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
 pub(super) fn describe_all(results: &[RunResult]) -> String {
     let text = |RunResult { maze, vehicle, driven, .. }: &RunResult| match driven {
         Ok(driven) => describe(driven, true),
-        Err(error) => format!("{}: {}: {error}\n", maze.shown_path(), Escaped(vehicle.name())),
+        Err(error) => {
+            let (maze, vehicle) = (maze.shown_path(), Escaped(vehicle.name()));
+            wrapped(&format!("{maze}: {vehicle}: {error}"), " ", 2) + "\n"
+        }
     };
     results.iter().map(text).collect::<Vec<_>>().join("\n")
 }

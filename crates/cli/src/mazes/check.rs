@@ -1,8 +1,7 @@
 //! `mmsim mazes check`: find problems in maze files.
 
 use std::error::Error;
-use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
@@ -40,7 +39,7 @@ pub(super) struct CheckArgs {
         help = format!("{MAZES_HELP}; hidden files, and files that look like no maze, are skipped \
                         in folders")
     )]
-    mazes: Vec<OsString>,
+    mazes: Vec<PathBuf>,
     #[command(flatten)]
     encoding: EncodingArgs,
     /// Contest rules for walls, start and goal [default: classic for square mazes of 5x5 to 16x16
@@ -72,12 +71,12 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
     let mut seen = MazeIndex::default();
     let mut files = Vec::new();
     for maze in &args.mazes {
-        let selection = Selection::encoded(maze, args.encoding.choice());
+        let selection = Selection::encoded(maze.as_os_str(), args.encoding.choice());
         match selection.and_then(|selection| selection.entries()) {
             Ok(entries) => {
                 files.extend(entries.iter().map(|entry| Checked::new(entry, args, &mut seen)));
             }
-            Err(error) => files.push(Checked::unread(Path::new(maze), &error)),
+            Err(error) => files.push(Checked::unread(maze, &error)),
         }
     }
     print_report(args.json, &files, || files.iter().map(Checked::text).collect())?;

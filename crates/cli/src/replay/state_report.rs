@@ -9,7 +9,7 @@ use mmsim_run::{
 use serde::Serialize;
 
 use crate::phase_table;
-use crate::screen::{pictures, wide_or_compact};
+use crate::screen::{fitting, pictures};
 
 /// The report on one state. The field names are JSON keys.
 #[derive(Serialize)]
@@ -60,8 +60,8 @@ impl StateReport {
         let visited = counted(figures.map.visited_cells, "cell");
         let wrong = wrong_walls.filter(|&count| count > 0);
         let wrong = wrong.map(|count| format!(", {} wrong", counted(count, "wall")));
-        let (wrong, picture) =
-            (wrong.unwrap_or_default(), wide_or_compact(pictures(&map, pose, weight)));
+        let (wrong, pictures) = (wrong.unwrap_or_default(), pictures(&map, pose, weight));
+        let picture = fitting(&pictures);
         let runs = figures.trial.as_ref().map_or_else(|| phases_text(&figures), trial_text);
         let text = format!(
             "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} visited{wrong}\n\

@@ -1,6 +1,7 @@
 //! The maze that `mmsim run` serves, and the runs of the mouse there.
 
 use std::error::Error;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -53,7 +54,7 @@ pub(super) fn serve<R: FnMut() -> Result<RunEnd, Box<dyn Error>>>(
     begin: impl FnOnce(Monitor, NamedMaze) -> Result<R, Box<dyn Error>>,
 ) -> Result<i32, Box<dyn Error>> {
     let ServerArgs { retention, viewer, .. } = &args.server;
-    let selection = Selection::read(args.maze.as_deref().unwrap_or_default())?;
+    let selection = Selection::read(args.maze.as_deref().map(Path::as_os_str).unwrap_or_default())?;
     let selected = selection.first()?;
     let config = ViewerConfig::default();
     let config =

@@ -8,7 +8,7 @@ use mmsim_compare::{Means, TrialJob, TrialResult, TrialRow};
 use crate::args::CommandResult;
 use crate::grid::{padded, widest};
 use crate::output::{print, print_pretty_json};
-use crate::screen::wide_or_compact;
+use crate::screen::fitting;
 
 /// How outcomes are printed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,7 +42,8 @@ impl<'a> ResultPrinter<'a> {
             self.lines += &self.table.line(job, outcome);
             if self.form.path && !self.form.json {
                 let (selected, robot) = job;
-                let drawing = wide_or_compact(outcome.drawings());
+                let drawings = outcome.drawings();
+                let drawing = fitting(&drawings);
                 print(&format!("{}, {}\n{drawing}\n", selected.shown_path(), robot.name()))?;
             }
         }

@@ -224,7 +224,7 @@ for line in [
         "refused": 0,
         "mouse": "mouse.py",
         "kind": "mms",
-        "states": 21,
+        "states": 16,
         "ending": "finished",
         "exit_code": 0,
         "fast_run": null,
