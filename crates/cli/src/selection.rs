@@ -33,6 +33,10 @@ pub(crate) const DEFAULT_MAZES: &str = "~/.mmsim if it has mazes, else the bundl
 /// The name of the maze folder in the user's home folder.
 const HOME_FOLDER: &str = ".mmsim";
 
+/// The bundled maze to start with. Its path with the fewest turns is not its shortest path, so mice
+/// have a choice.
+const FIRST_MAZE: &str = "10-two-roads";
+
 /// The first bytes of a recording.
 const RECORDING_START: &[u8] = b"\x89MCAP0\r\n";
 
@@ -222,8 +226,8 @@ impl Selection {
             .then(|| words.join(" "))
     }
 
-    /// Returns the first maze whose path contains all words. Without words, returns the first maze
-    /// with a reachable goal, or the first maze if no goal is reachable. Skips unreadable files and
+    /// Returns the first maze whose path contains all words. Without words, returns `FIRST_MAZE` of the
+    /// bundled mazes, else the first maze with a reachable goal, or the first maze. Skips unreadable files and
     /// prints a warning with the number of skipped files.
     pub(crate) fn first(&self) -> Result<NamedMaze, SelectionError> {
         let entry = self.first_entry()?;
@@ -238,7 +242,12 @@ impl Selection {
             let parsed = entry.parsed();
             parsed.is_ok_and(|parsed| MazeFacts::new(&parsed.maze).shortest_path.is_some())
         };
-        let with_path = if self.has_words() { None } else { entries.iter().position(has_path) };
+        let is_first = |entry: &Entry| self.is_bundled() && entry.name() == FIRST_MAZE;
+        let with_path = if self.has_words() {
+            None
+        } else {
+            entries.iter().position(is_first).or_else(|| entries.iter().position(has_path))
+        };
         let first = with_path.or_else(|| entries.iter().position(is_readable)).unwrap_or(0);
         let mut skipped = entries[..first].iter().filter_map(|entry| entry.parsed().err());
         if let Some(error) = skipped.next() {
@@ -356,6 +365,16 @@ mod tests {
         let error = first("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
         assert!(first("oepn").unwrap_err().to_string().ends_with(" (did you mean open?)"));
+    }
+
+    #[test]
+    fn the_first_bundled_maze_has_two_roads() {
+        let first = |words: &str| {
+            let words = words.into();
+            let selection = Selection { words, ..Selection::bundled() };
+            selection.first().unwrap().name
+        };
+        assert_eq!(["", "harbour"].map(first), [FIRST_MAZE, "01-harbour"]);
     }
 
     #[test]

@@ -17,9 +17,9 @@ fn port(address: &str) -> &str {
 fn serves_a_bundled_maze_by_default() {
     let server = Home::new().serve(&["--port", "0"]);
     assert!(
-        server
-            .messages
-            .starts_with("serving 01-harbour.txt (16x16, goal 52 steps away) at tcp://127.0.0.1:")
+        server.messages.starts_with(
+            "serving 10-two-roads.txt (16x16, goal 44 steps away) at tcp://127.0.0.1:"
+        )
     );
 }
 
@@ -37,7 +37,7 @@ fn falls_back_to_bundled_mazes() {
     home.write(".mmsim/rubbish.txt", "rubbish");
     let server = home.serve(&["-p", "0"]);
     assert!(server.messages.contains(".mmsim; using the bundled mazes"), "{}", server.messages);
-    assert!(server.messages.contains("serving 01-harbour.txt"), "{}", server.messages);
+    assert!(server.messages.contains("serving 10-two-roads.txt"), "{}", server.messages);
 }
 
 #[test]

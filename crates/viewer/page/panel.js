@@ -28,7 +28,7 @@ const LAYERS = ["numbers", "heat", "trail", "texts", "colours", "shortest", "pla
 
 export class Panel {
   /** Shown while the live simulation has no states. */
-  hint = "Press Run or connect your own mouse.";
+  hint = "Press Run, or connect a mouse.";
   element = cloneTemplate("panel");
   /** Called when the panel shows another state, or the same state in another way. */
   onShow = () => {};

@@ -4,6 +4,9 @@
 import * as api from "./api.js";
 import { buttonOf, clearError, confirmAction, query, setAttributes, setText, showError } from "./dom.js";
 
+/** The strategy that is selected at first. It proves the shortest path, and then drives it. */
+const FIRST_STRATEGY = "shortest-path-search";
+
 export class RunForm {
   #form;
   #own;
@@ -40,7 +43,7 @@ export class RunForm {
     this.#buttons.run.classList.toggle("primary", !own);
     panel.classList.toggle("own-mouse", own !== null);
     this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
-    this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name)));
+    this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name, name, false, name === FIRST_STRATEGY)));
     this.#strategy.onchange = () => setText(form, ".about", strategies[this.#strategy.selectedIndex]?.about ?? "");
     this.#strategy.dispatchEvent(new Event("change"));
     form.onsubmit = (event) => {

@@ -210,6 +210,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         wait_for_result(live, "stopped; goal not reached, no states reported");
         assert!(is_shown(browser, live, ".run [name=run]"));
         live.set_pace("no limit");
+        live.choose("[name=strategy]", "flood-fill");
         click(live, "run");
         wait_for_result(live, "goal reached; ");
         assert_eq!(live.text(".run .name"), "flood-fill");
