@@ -1,7 +1,7 @@
 //! The figures of a search.
 
 use mmsim_fastrun::FastRun;
-use mmsim_maze::{Cell, Walls, counted};
+use mmsim_maze::{Cell, CellSet, Walls, counted};
 use serde::Serialize;
 
 use crate::times::SearchTimes;
@@ -96,9 +96,33 @@ impl SearchFigures {
         has_failed.then(|| self.error.clone().unwrap_or_else(limit))
     }
 
+    /// Returns the number of steps before the mouse first reached a goal cell that led into cells in
+    /// which it had been before, so they revealed no new walls.
+    pub fn repeated_steps(&self) -> usize {
+        let steps = self.steps_to_goal.unwrap_or(self.steps_in_all) as usize;
+        let mut visited = CellSet::default();
+        self.path.iter().take(steps + 1).filter(|&&cell| !visited.insert(cell)).count()
+    }
+
     /// Returns the reason why a mouse that has reached the goal did not finish: it did not stop by
     /// itself, or it jumped.
     pub fn unfinished(&self) -> Option<&str> {
         self.error.as_deref().filter(|_| self.goal_reached)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_into_known_cells_count_until_the_goal() {
+        let path: Vec<Cell> = [0, 1, 2, 1, 0, 1, 2, 3, 2].map(|x| Cell::new(x, 0)).to_vec();
+        let repeated = |steps_to_goal| {
+            let path = path.clone();
+            SearchFigures { steps_to_goal, path, steps_in_all: 8, ..Default::default() }
+                .repeated_steps()
+        };
+        assert_eq!([Some(2), Some(7), None].map(repeated), [0, 4, 5]);
     }
 }

@@ -264,13 +264,22 @@ impl Judge {
         crashes: &[usize],
         stops_at_goal: bool,
     ) -> Self {
-        use mmsim_recording::Block;
+        let blocks = 0..history.len().div_ceil(mmsim_recording::Block::STATES);
+        let blocks = blocks.map_while(|block| history.block(block)?.unpack());
+        Self::from_blocks(maze, blocks, crashes, stops_at_goal)
+    }
 
+    /// Judges the blocks of a history in order. See [`from_history`](Self::from_history).
+    pub fn from_blocks(
+        maze: &Maze,
+        blocks: impl IntoIterator<Item = mmsim_recording::States>,
+        crashes: &[usize],
+        stops_at_goal: bool,
+    ) -> Self {
         let (mut judge, unexplored) = (Self::new(maze), KnownMaze::unexplored(maze));
         let mut crashes = crashes.iter().peekable();
         let mut count = 0;
-        let blocks = 0..history.len().div_ceil(Block::STATES);
-        for states in blocks.map_while(|block| history.block(block)?.unpack()) {
+        for states in blocks {
             let Some(mut scan) = states.scan() else { break };
             while let Some(scanned) = scan.advance() {
                 while crashes.next_if(|&&before| before <= count).is_some() {

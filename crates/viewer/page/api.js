@@ -49,6 +49,8 @@ const MAX_KEPT_STATES = 20_000;
  *   error: string | null }} RouteRun
  * @typedef {{ name: string, bytes: number, modified: string, being_written: boolean }} RecordingEntry
  * @typedef {{ mouse: string | null, maze: string | null, result: string }} RecordingSummary
+ * @typedef {{ steps_to_goal: number | null, repeated_steps: number, steps_until_proven: number | null, path_found: number | null,
+ *   shortest_path: number | null }} RunResult
  * @typedef {{ at: number, reached: boolean }} FoundState
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
  */
@@ -188,6 +190,8 @@ export const stateView = (source, at, signal) => get(source, "moment", signal, {
 export const distances = (source, signal) => get(source, "costs", signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
 export const runEvents = (source, signal) => get(source, "events", signal);
+/** Returns null if the true maze is unknown. @param {Source} source @param {AbortSignal} signal @returns {Promise<RunResult | null>} */
+export const result = (source, signal) => get(source, "result", signal);
 /** @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RouteRun[]>} */
 export const fastRuns = (source, vehicle, signal) => get(source, `fast-runs/${encodeURIComponent(vehicle)}`, signal);
 /**

@@ -71,6 +71,21 @@ function showPhases(panel, phases) {
   query(panel, ".phases .best-run").hidden = !isSeveral;
 }
 
+/** Shows what the mouse has achieved until the last state. @param {HTMLElement} panel @param {import("./api.js").RunResult} result @param {StateView} view */
+export function showResult(panel, result, { optimistic_distance: possible }) {
+  const { steps_to_goal: goal, repeated_steps: repeated, steps_until_proven: proven, path_found: found, shortest_path: optimum } = result;
+  const lines = [goal === null ? "Goal not found" : `Goal found after ${pluralize(goal, "step")}`];
+  if (repeated > 0) lines.push(`${pluralize(repeated, "step")} of the search through known cells`);
+  if (proven !== null) lines.push(`Shortest path proven after ${pluralize(proven, "step")}`);
+  else if (possible !== null) lines.push(`Shortest path not proven: unknown walls leave room for a path of ${pluralize(possible, "step")}`);
+  if (found !== null && optimum) {
+    const excess = (100 * (found - optimum)) / optimum;
+    lines.push(`Path found: ${pluralize(found, "step")}, ${excess > 0 ? `${excess.toFixed(1)} % above the optimum of ${optimum}` : "the optimum"}`);
+  }
+  const items = lines.map((textContent) => Object.assign(document.createElement("li"), { textContent }));
+  query(panel, ".outcome ul").replaceChildren(...items);
+}
+
 /** Describes how often the mouse was put back or jumped, and whether it was in this state. @param {StateView} view */
 function describeEvents({ event, goal_reached, error, phases: { restarts, jumps } }) {
   /** @param {number} count */

@@ -6,7 +6,7 @@ import * as api from "./api.js";
 import { cloneTemplate, nextFrame, oneAtATime, query, recall, remember, setAttributes, setText, showError, sleep } from "./dom.js";
 import { drawFactor } from "./events.js";
 import { FastRun } from "./fast_run.js";
-import { announce, showFigures } from "./figures.js";
+import { announce, showFigures, showResult } from "./figures.js";
 import { LogPane } from "./log.js";
 import { MazeMap, describeCell } from "./map.js";
 import { Overview } from "./overview.js";
@@ -20,6 +20,8 @@ const DRAW_INTERVAL = 100;
 const LOAD_PAUSE = 100;
 /** Minimum time between updates of the chart in a single window, in ms. A state is announced once it has been shown for at least this long. */
 const SLOW_INTERVAL = 1000;
+/** The result of a run of up to this many states is shown. */
+const MAX_RESULT_STATES = 20_000;
 /** After the page has loaded a whole run, it waits this many times as long before it loads the run again. */
 const KEEP_PAUSE = 9;
 
@@ -241,6 +243,7 @@ export class Panel {
     }
     this.timeline.show();
     showFigures(this.element, this.source, shown?.view);
+    if (!this.#isAtEnd) query(this.element, ".outcome").hidden = true;
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "" });
     this.#showSlowly();
@@ -297,7 +300,10 @@ export class Panel {
         if (isSettled && this.#announced !== index) announce(this.element, this.shown, this.#overview.marks.describe(index));
         if (isSettled) this.#announced = index;
         this.#settled = index;
-        if (isSettled) void this.#keep();
+        if (isSettled) {
+          void this.#keep();
+          void this.#showResult();
+        }
         // A hidden window receives the next event once it is visible.
         if (!isSettled || (states !== this.timeline.states && !document.hidden)) this.#showSlowly();
       },
@@ -314,6 +320,20 @@ export class Panel {
     if (states && source === this.source) setAttributes(this.element, { "data-kept": states });
     await sleep(KEEP_PAUSE * (performance.now() - started));
   });
+
+  get #isAtEnd() {
+    return this.shown !== null && this.shown.index === this.timeline.states - 1;
+  }
+
+  /** Shows what the mouse has achieved, in the last state. */
+  async #showResult() {
+    const { source, shown } = this;
+    if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES || api.isOffline()) return;
+    const result = await api.result(source, this.#abort.signal).catch(api.showUnlessOver);
+    if (!result || shown !== this.shown) return;
+    showResult(this.element, result, shown.view);
+    query(this.element, ".outcome").hidden = false;
+  }
 
   /** Makes the export links save the shown state, layers and theme. */
   #updateExportLinks() {

@@ -18,10 +18,11 @@ use mmsim_recording::{
     read_log,
 };
 use mmsim_run::{
-    BoundsHistory, EventFinder, MovementRules, Phases, RunEvents, RunIndex, Trail, bounds,
-    trial_status,
+    BoundsHistory, EventFinder, Judge, MovementRules, Phases, RunEvents, RunIndex, SearchFigures,
+    Trail, bounds, trial_status,
 };
 use mmsim_server::{Monitor, MonitorError, Status};
+use serde::Serialize;
 
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 
@@ -42,6 +43,14 @@ const MAX_TRAIL_STATES: usize = 16 * Block::STATES;
 
 /// The run number of the only run in a recording.
 const RECORDED_RUN: u32 = 0;
+
+/// What a mouse has achieved. The field names are JSON keys.
+#[derive(Serialize)]
+pub(crate) struct RunResult {
+    #[serde(flatten)]
+    figures: SearchFigures,
+    repeated_steps: usize,
+}
 
 /// A source of states with a cache of recently read data.
 pub(crate) struct StateSource {
@@ -329,6 +338,20 @@ impl StateSource {
             let block = self.read_block(run, finder.states())?;
             finder.extend(&block).map_err(undecodable)?;
         }
+    }
+
+    /// Returns the result of the search so far, or `None` if the true maze is unknown.
+    pub(crate) fn result(&self, run: u32, cancel: &CancelToken) -> ApiResult<Option<RunResult>> {
+        let (description, states) = (self.describe(run)?, self.states(run)?);
+        let Some(maze) = &description.truth else { return Ok(None) };
+        let mut failure = Ok(());
+        let mut read = |first| {
+            let read = cancel.check().and_then(|()| self.read_block(run, first));
+            read.map_err(|error| failure = Err(error)).ok()
+        };
+        let blocks = (0..states).step_by(Block::STATES).map_while(&mut read);
+        let figures = Judge::from_blocks(maze, blocks, &[], false).figures();
+        failure.map(|()| Some(RunResult { repeated_steps: figures.repeated_steps(), figures }))
     }
 
     /// Returns the index of a run.

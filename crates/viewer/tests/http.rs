@@ -345,6 +345,9 @@ fn recordings_are_summarized_renamed_and_deleted() {
     let folder = tempfile::tempdir().unwrap();
     let watched = WatchedServer::new("127.0.0.1", Some(folder.path()));
     watched.send_states(4);
+    let result = watched.get("/api/sources/live/result?run=1").json();
+    assert_eq!((&result["steps_to_goal"], &result["shortest_path"]), (&Value::Null, &json!(4)));
+    assert_eq!(result["repeated_steps"], 0);
     let listed = || watched.get("/api/recordings").json();
     let name = listed()[0]["name"].as_str().unwrap().to_string();
     let change =

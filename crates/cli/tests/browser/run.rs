@@ -79,3 +79,35 @@ fn each_strategy_runs_and_stops() {
         }
     });
 }
+
+#[test]
+fn the_result_of_a_search_is_shown() {
+    with_page(&["--maze", "two-roads"], |browser, simulator| {
+        let live = Panel::live(browser);
+        live.wait_until_empty();
+        live.set_pace("no limit");
+        let script = "return [...document.querySelectorAll(arguments[0])]
+            .filter((line) => line.checkVisibility()).map((line) => line.textContent)";
+        let lines =
+            || browser.run::<Vec<String>>(script, &[live.part(".outcome:not([hidden]) li").into()]);
+        let has = |expected: &str| lines().iter().any(|line| line.starts_with(expected));
+        let wait = |expected: &str| wait_for(expected, || has(expected).then_some(()));
+        assert_eq!(lines(), [""; 0]);
+        live.choose("[name=strategy]", "flood-fill");
+        live.click(RUN);
+        browser.wait_for_text(&live.part(".run .result"), "goal reached");
+        wait(&format!("Goal found after {} steps", simulator.info().states - 1));
+        wait("Shortest path not proven: unknown walls leave room for a path of ");
+        assert!(has("Path found: "), "{:?}", lines());
+        // Only the last state has a result.
+        live.click("button[name=first]");
+        live.wait_for_state(0);
+        assert_eq!(lines(), [""; 0]);
+
+        live.choose("[name=strategy]", "shortest-path-search");
+        live.click(RUN);
+        wait("Shortest path proven after ");
+        wait("Path found: 44 steps, the optimum");
+        assert!(has("Goal found after "), "{:?}", lines());
+    });
+}

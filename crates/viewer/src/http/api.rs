@@ -87,6 +87,7 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/sources/{id}/moment", get(state_view)),
         ("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(StateSource::bounds))),
         ("/api/sources/{id}/events", get(|run: RequestedRun| run.read(StateSource::events))),
+        ("/api/sources/{id}/result", get(|run: RequestedRun| run.read(StateSource::result))),
         ("/api/sources/{id}/log", get(search::log_lines)),
         ("/api/sources/{id}/find", get(search::find_state)),
         ("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs)),
