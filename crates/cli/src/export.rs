@@ -116,7 +116,10 @@ pub(crate) fn run(args: &ExportArgs) -> CommandResult {
     let source = join(&args.source);
     let file = Path::new(&source);
     let is_named_recording = extension(file) == "mcap" && file.exists();
-    if !is_named_recording && !is_recording(file) {
+    // The file that is written decides what a pipe contains.
+    let is_pipe = file.exists() && !file.is_file() && !file.is_dir();
+    let is_piped_recording = is_pipe && !matches!(args.output, ExportFile::Picture(_));
+    if !is_named_recording && !is_piped_recording && !is_recording(file) {
         export_maze(args, &source)?;
         return Ok(true);
     }

@@ -185,7 +185,11 @@ impl Selection {
     pub(crate) fn matching(&self) -> Result<Vec<Entry>, SelectionError> {
         let (location, count) = (self.location(), self.catalogue.entries().len());
         info!("{count} files in {location}");
-        let find = |catalogue: &Catalogue| catalogue.matching(&self.words).cloned().collect();
+        // Punctuation alone would match nearly every path.
+        let is_word = !self.has_words() || self.words.contains(char::is_alphanumeric);
+        let find = |catalogue: &Catalogue| {
+            catalogue.matching(&self.words).filter(|_| is_word).cloned().collect()
+        };
         let mut found: Vec<Entry> = find(&self.catalogue);
         if found.is_empty() && self.is_default {
             found = find(&Catalogue::bundled());
@@ -277,8 +281,12 @@ fn is_path(text: &str) -> bool {
     is_known || text.contains(is_separator) || text.starts_with('~') || [".", ".."].contains(&text)
 }
 
-/// Returns true if a file begins like a recording.
+/// Returns true if a file begins like a recording. Reads nothing from a pipe, whose bytes can be read only
+/// once.
 pub(crate) fn is_recording(file: &Path) -> bool {
+    if !file.is_file() {
+        return false;
+    }
     let mut start = [0; RECORDING_START.len()];
     let read = File::open(file).and_then(|mut file| file.read_exact(&mut start));
     read.is_ok() && start == RECORDING_START
@@ -365,6 +373,8 @@ mod tests {
         let error = first("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
         assert!(first("oepn").unwrap_err().to_string().ends_with(" (did you mean open?)"));
+        let error = first(" - ").unwrap_err().to_string();
+        assert!(error.starts_with(r#"no maze matches " - ""#), "{error}");
     }
 
     #[test]

@@ -175,6 +175,9 @@ fn files_in_a_folder_that_are_no_mazes_are_no_fault() {
         let ended = home.run(&[command, &["mazes"][..]].concat());
         assert_eq!(ended.code, Some(1), "{command:?}: {ended:?}");
     }
+    // Both names contain the word.
+    let ended = home.run(&["mazes", "check", "mazes/ ma"]);
+    assert!(ended.code == Some(1) && ended.stdout.contains("damaged.txt"), "{ended:?}");
     home.write("others/README", "no mazes");
     assert_eq!(home.run(&["mazes", "check", "others"]).code, Some(1));
 }

@@ -26,6 +26,8 @@ use crate::read::{Choice, ReadError, read_content};
 #[derive(Clone, Debug, Default)]
 pub struct Catalogue {
     entries: Vec<Entry>,
+    /// The folder of the entries, which is not part of what [`matching`](Self::matching) searches.
+    folder: PathBuf,
 }
 
 /// An entry of a [`Catalogue`].
@@ -49,7 +51,8 @@ impl Catalogue {
     /// Creates a collection from the names and contents of built-in mazes.
     pub fn from_texts(texts: &[(&str, &str)]) -> Self {
         let contents = texts.iter().map(|(name, text)| (name.into(), Ok(text.as_bytes().to_vec())));
-        Self { entries: read_together(contents, Choice::default()) }
+        let entries = read_together(contents, Choice::default());
+        Self { entries, folder: PathBuf::new() }
     }
 
     /// Creates a collection from the files of a folder or an archive and their contents, sorted by
@@ -62,7 +65,7 @@ impl Catalogue {
         let mut entries = read_together(contents, choice);
         entries.retain(|entry| !entry.is_other());
         entries.sort_by(|one, other| one.path.cmp(&other.path));
-        Self { entries }
+        Self { entries, folder: PathBuf::new() }
     }
 
     /// Creates a collection from the file `path` or, if `path` is a folder, from all mazes in it and
@@ -84,10 +87,12 @@ impl Catalogue {
         let error = |source| ReadError::io(path, source);
         let read = |path: PathBuf| (path.clone(), read_content(&path));
         if !fs::metadata(path).map_err(error)?.is_dir() {
-            return Ok(Self { entries: read_together([read(path.into())].into_iter(), choice) });
+            let entries = read_together([read(path.into())].into_iter(), choice);
+            return Ok(Self { entries, folder: path.parent().unwrap_or(path).into() });
         }
         fs::read_dir(path).map_err(error)?;
-        Ok(Self::from_contents(list_folder(path).into_iter().map(read), choice))
+        let contents = list_folder(path).into_iter().map(read);
+        Ok(Self { folder: path.into(), ..Self::from_contents(contents, choice) })
     }
 
     /// Returns all entries, including unreadable ones.
@@ -95,12 +100,13 @@ impl Catalogue {
         &self.entries
     }
 
-    /// Returns the entries whose path contains every word of `words`. The words are separated by
-    /// blanks, and case is ignored.
+    /// Returns the entries whose path, from the folder of the collection on, contains every word of
+    /// `words`. The words are separated by blanks, and case is ignored.
     pub fn matching(&self, words: &str) -> impl Iterator<Item = &Entry> {
         let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
         self.entries.iter().filter(move |entry| {
-            let path = entry.path.to_string_lossy().to_lowercase();
+            let path = entry.path.strip_prefix(&self.folder).unwrap_or(&entry.path);
+            let path = path.to_string_lossy().to_lowercase();
             words.iter().all(|word| path.contains(word.as_str()))
         })
     }
@@ -232,7 +238,10 @@ mod tests {
         assert_eq!(names(catalogue.entries()), ["b", "broken", "a"]);
         assert_eq!(names(catalogue.matching("WINDING DEEP")), ["a"]);
         assert_eq!(names(catalogue.matching("a.maze")), ["a"]);
-        assert_eq!(names(catalogue.matching("no such maze")), [""; 0]);
+        let own_name = folder.path().file_name().unwrap().to_string_lossy();
+        for words in ["no such maze", &own_name] {
+            assert_eq!(names(catalogue.matching(words)), [""; 0], "{words}");
+        }
         let readable = catalogue.entries().iter().map(|entry| entry.maze().is_ok());
         assert!(readable.eq([true, false, true]));
     }

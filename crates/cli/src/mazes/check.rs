@@ -72,7 +72,7 @@ pub(super) fn run(args: &CheckArgs) -> CommandResult {
     let mut files = Vec::new();
     for maze in &args.mazes {
         let selection = Selection::encoded(maze.as_os_str(), args.encoding.choice());
-        match selection.and_then(|selection| selection.entries()) {
+        match selection.and_then(|selection| selection.matching()) {
             Ok(entries) => {
                 files.extend(entries.iter().map(|entry| Checked::new(entry, args, &mut seen)));
             }
