@@ -60,7 +60,8 @@ fn documents_and_clients_list_all_commands_and_colours_of_mms() {
         assert!(row.contains(&format!("`{statistic}`")), "{statistic}");
     }
     let letters = String::from_iter(MMS_COLOURS.map(|(letter, _)| letter));
-    for name in ["README.md", "docs/mms.md", "examples/python/mmsim.py", "examples/c/mmsim.h"] {
+    for name in ["docs/clients.md", "docs/mms.md", "examples/python/mmsim.py", "examples/c/mmsim.h"]
+    {
         assert!(read(name).contains(&letters), "{name}");
     }
 }

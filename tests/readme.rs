@@ -8,23 +8,23 @@ fn read(name: &str) -> String {
 }
 
 #[test]
-fn the_client_in_the_readme_is_the_python_example() {
+fn the_client_in_the_documentation_is_the_python_example() {
     let block = format!("```python\n{}```\n", read("examples/python/minimal.py"));
-    assert!(read("README.md").contains(&block));
+    assert!(read("docs/clients.md").contains(&block));
 }
 
 #[test]
-fn the_strategy_in_the_readme_is_the_rust_example() {
+fn the_strategy_in_the_documentation_is_the_rust_example() {
     let example = read("examples/rust/own-strategy.rs");
     let strategy = &example[example.find("/// Goes to").unwrap()..example.find("fn main").unwrap()];
-    assert!(read("README.md").contains(strategy.trim()));
+    assert!(read("docs/clients.md").contains(strategy.trim()));
 }
 
 #[test]
-fn the_map_in_the_readme_is_the_output_of_the_demo() {
+fn the_map_in_the_documentation_is_the_output_of_the_demo() {
     let snapshot = read("crates/cli/tests/snapshots/solve__demo.snap");
     let (_, map) = snapshot.split_once("ended.stdout\n---\n").unwrap();
-    assert!(read("README.md").contains(map));
+    assert!(read("docs/viewer.md").contains(map));
 }
 
 /// Returns the folders of all crates. Their READMEs are also shown outside the repository, where
@@ -61,24 +61,12 @@ fn the_short_client_has_40_lines_and_uses_only_published_libraries() {
 fn links_are_valid() {
     let crates = crates();
     let readmes = crates.iter().map(|folder| format!("{folder}/README.md"));
-    let pages = [
-        "README.md",
-        "ARCHITECTURE.md",
-        "CONTRIBUTING.md",
-        "docs/compare.md",
-        "docs/fast-run.md",
-        "docs/contest.md",
-        "docs/formats.md",
-        "docs/mms.md",
-        "docs/protocol.md",
-        "docs/recordings.md",
-        "docs/run.md",
-        "docs/strategies.md",
-        "docs/trial.md",
-        "examples/README.md",
-    ];
-    for page in pages.map(String::from).into_iter().chain(readmes) {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let docs = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let docs = docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
+    let docs = docs.map(|path| format!("docs/{}", path.file_name().unwrap().to_str().unwrap()));
+    let pages = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "examples/README.md"];
+    for page in pages.map(String::from).into_iter().chain(docs).chain(readmes) {
         let folder = root.join(&page).parent().unwrap().to_path_buf();
         for link in read(&page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));

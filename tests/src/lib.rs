@@ -117,7 +117,7 @@ pub fn ask(socket: &zmq::Socket, request: &[u8]) -> Vec<u8> {
     })
 }
 
-/// A documentation test that compiles the code in the project's README.
+/// A documentation test that compiles the strategy in the documentation.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-pub struct Readme;
+#[doc = include_str!("../../docs/clients.md")]
+pub struct Clients;

@@ -1,6 +1,6 @@
 """Trains a small agent to search unknown mazes, and compares it with flood fill.
 
-    pip install "micromouse-sim[gymnasium]"
+    pip install "crates/python[gymnasium]"
     python train_agent.py
 
 The agent is a table: for each of the four directions it sees whether there is a wall, how often it has

@@ -384,11 +384,11 @@ fn the_python_class_sends_annotations_only_to_mmsim() {
 #[test]
 fn clients_and_docs_list_the_letters_of_all_colours() {
     for path in [
-        "README.md",
         "crates/mms/src/command.rs",
         "crates/protocol/src/annotations.rs",
         "crates/python/python/micromouse_sim/_native.pyi",
         "crates/python/src/connection.rs",
+        "docs/clients.md",
         "docs/mms.md",
         "examples/c/mmsim.h",
         "examples/python/mmsim.py",
