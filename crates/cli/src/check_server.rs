@@ -1,17 +1,14 @@
 //! `mmsim check-server`: check that a server follows the protocol.
 
-use std::env;
 use std::time::Duration;
 
 use clap::Args;
 use mmsim_client::{ServerCheck, check_server};
 use mmsim_maze::{Escaped, MazeSize, counted};
-use mmsim_mouse::ENDPOINT_VARIABLE;
-use mmsim_protocol::DEFAULT_PORT;
 use serde::Serialize;
 
 use crate::args::{CommandResult, parse_seconds, parse_size};
-use crate::connection::{ENDPOINT_FORM, connect, endpoint};
+use crate::connection::{connect, endpoint, endpoint_help};
 use crate::output::{own_command, print, print_json, warn};
 
 const AFTER_HELP: &str = "\
@@ -34,10 +31,7 @@ The exit code is 0 if all replies are right, and 1 otherwise.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct CheckServerArgs {
-    #[arg(help = format!(
-        "Address of the server as {ENDPOINT_FORM} [default: the environment variable {ENDPOINT_VARIABLE}, \
-        or else tcp://127.0.0.1:{DEFAULT_PORT}]"
-    ))]
+    #[arg(help = endpoint_help("Address of the server"))]
     endpoint: Option<String>,
     /// Width and height of the server's maze in cells
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "16x16")]
@@ -53,17 +47,8 @@ pub(crate) struct CheckServerArgs {
     json: bool,
 }
 
-impl CheckServerArgs {
-    /// Returns the `ZeroMQ` address of the server.
-    fn endpoint(&self) -> String {
-        let variable = || env::var(ENDPOINT_VARIABLE).ok().filter(|address| !address.is_empty());
-        let default = || format!("127.0.0.1:{DEFAULT_PORT}");
-        endpoint(&self.endpoint.clone().or_else(variable).unwrap_or_else(default))
-    }
-}
-
 pub(crate) fn run(args: &CheckServerArgs) -> CommandResult {
-    let endpoint = args.endpoint();
+    let endpoint = endpoint(args.endpoint.as_deref());
     let mut transport = connect(&endpoint, Some(args.timeout), false)?;
     let (mut checks, mut printed) = (Vec::new(), Ok(()));
     let exchange = |frames: &[&[u8]], reply: &mut _| transport.exchange_frames(frames, reply);

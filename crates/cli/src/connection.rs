@@ -6,6 +6,7 @@ use std::time::Duration;
 use mmsim_client::{Exchange, RunError, Timeout, TransportError, Waiting, Zmq};
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose};
 use mmsim_mouse::ENDPOINT_VARIABLE;
+use mmsim_protocol::DEFAULT_PORT;
 
 use crate::args::{KnownMazeArgs, UsageError};
 use crate::output::{own_command, warn};
@@ -26,9 +27,21 @@ pub(crate) struct KnownSimulator {
     pub(crate) has_annotations: bool,
 }
 
-/// Returns `connect` as a ZeroMQ address. The default transport is `tcp://`.
-pub(crate) fn endpoint(connect: &str) -> String {
-    if connect.contains("://") { connect.into() } else { format!("tcp://{connect}") }
+/// Returns the help of an argument for the address of a simulator, which is called `what`.
+pub(crate) fn endpoint_help(what: &str) -> String {
+    format!(
+        "{what} as {ENDPOINT_FORM}\n[default: the environment variable {ENDPOINT_VARIABLE}, or else \
+        tcp://127.0.0.1:{DEFAULT_PORT}]"
+    )
+}
+
+/// Returns the `ZeroMQ` address of a simulator: the given one or, by default, that of the `mmsim run`
+/// that has started this process, or else the default port. The default transport is `tcp://`.
+pub(crate) fn endpoint(given: Option<&str>) -> String {
+    let variable = || env::var(ENDPOINT_VARIABLE).ok().filter(|address| !address.is_empty());
+    let default = || format!("127.0.0.1:{DEFAULT_PORT}");
+    let address = given.map(String::from).or_else(variable).unwrap_or_else(default);
+    if address.contains("://") { address } else { format!("tcp://{address}") }
 }
 
 /// Connects a mouse to a simulator. By default, replies have no time limit if the simulator is the

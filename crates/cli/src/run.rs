@@ -206,7 +206,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<i32, Box<dyn Error>> {
     check(args, kind, &program)?;
     match (kind, &args.remote.connect) {
         (Some(Kind::Robot), _) => run_robot(args, &program),
-        (_, Some(address)) => run_remotely(&endpoint(address), args, &program),
+        (_, Some(address)) => run_remotely(&endpoint(Some(address)), args, &program),
         (_, None) => run_locally(args, &program),
     }
 }

@@ -11,7 +11,7 @@ use mmsim_client::{BrokenRun, Named, SearchRun, Transport, search_run_with};
 use mmsim_compare::Exploration;
 use mmsim_fastrun::Vehicle;
 use mmsim_maze::Pose;
-use mmsim_protocol::{DEFAULT_PORT, Info};
+use mmsim_protocol::Info;
 use mmsim_recording::Clock;
 use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
 use mmsim_solvers::{
@@ -23,7 +23,7 @@ use crate::args::{
     CommandResult, KnownMazeArgs, RECORDING, RecordingArgs, UsageError, one_of, parse_seconds,
 };
 use crate::connection::{
-    ENDPOINT_FORM, KnownSimulator, ask_maze, connect, endpoint, explain, maze_from_args,
+    KnownSimulator, ask_maze, connect, endpoint, endpoint_help, explain, maze_from_args,
 };
 use crate::grid::wrapped;
 use crate::output::{print, print_json, warn};
@@ -41,10 +41,9 @@ pub(crate) struct SolveArgs {
     #[arg(
         long,
         value_name = "ENDPOINT",
-        default_value_t = format!("tcp://127.0.0.1:{DEFAULT_PORT}"),
-        help = format!("Address of the simulator as {ENDPOINT_FORM}; the simulator may start later")
+        help = endpoint_help("Address of the simulator, which may start later,")
     )]
-    connect: String,
+    connect: Option<String>,
     #[command(flatten)]
     known: KnownMazeArgs,
     /// Give up after sending N states: one for the start and one for each step [default: 10000 for
@@ -111,7 +110,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let strategy = args.strategy;
     let exploration = args.exploration()?;
     let known = maze_from_args("solve", &args.known)?;
-    let endpoint = endpoint(&args.connect);
+    let endpoint = endpoint(args.connect.as_deref());
     let mut transport = connect(&endpoint, args.timeout, known.is_none())?;
     let known = known.map_or_else(|| ask_maze(&mut transport, args.known.size), Ok);
     let prepared = known.and_then(|KnownSimulator { name, map, start, has_annotations }| {

@@ -50,8 +50,7 @@ fn the_mouse_is_given_the_address_as_an_argument() {
 #[test]
 fn the_mouse_is_given_the_address_in_the_environment() {
     let home = home();
-    let script = format!("exec {}", search("$MMSIM_ENDPOINT").join(" "));
-    let ended = run(&home, &[], &["sh", "-c", &script]);
+    let ended = run(&home, &[], &[MMSIM, "solve", "flood-fill", "--goal", "server"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     assert!(ended.stderr.ends_with("goal reached, 5 states\n"), "{ended:?}");
     let shown = run(&home, &[], &["sh", "-c", "echo $MMSIM_ENDPOINT = {endpoint}"]);
