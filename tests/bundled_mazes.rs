@@ -49,3 +49,13 @@ fn the_readme_lists_size_goal_and_shortest_path_of_each_maze() {
     assert!(classic >= 10 && half_size >= 1 && not_square >= 1 && unreachable >= 1);
     assert_eq!(trial, 4);
 }
+
+/// The folder also contains code, licences and a description, in which a few cells could be read.
+#[test]
+fn the_folder_contains_the_bundled_mazes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mazes");
+    let found = Catalogue::from_path(&folder).unwrap();
+    let names = found.entries().iter().map(|entry| entry.path().file_name().unwrap());
+    let names: Vec<_> = names.map(|name| name.to_string_lossy().to_string()).collect();
+    assert!(names.iter().eq(mmsim_mazes::FILES.iter().map(|(name, _)| name)), "{names:?}");
+}

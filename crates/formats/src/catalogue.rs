@@ -10,7 +10,7 @@ use mmsim_maze::Maze;
 use walkdir::{DirEntry, WalkDir};
 
 use crate::encoding::Encoding;
-use crate::error::ParseErrorKind;
+use crate::error::{Note, NoteKind, ParseErrorKind};
 use crate::parsed_maze::ParsedMaze;
 use crate::read::{Choice, ReadError, read_content};
 
@@ -144,7 +144,12 @@ impl Entry {
         match &self.parsed {
             Err(ReadError::Parse { errors, .. }) => errors[0].kind == ParseErrorKind::NotAMaze,
             Err(ReadError::Io { source, .. }) => source.kind() == ErrorKind::FileTooLarge,
-            Ok(_) => false,
+            // A few cells that were found in prose or code.
+            Ok(parsed) => {
+                let is_ignored = |note: &&Note| note.kind == NoteKind::Ignored;
+                let ignored = parsed.notes.iter().filter(is_ignored).count();
+                ignored > 2 * parsed.maze.size().area() + 8
+            }
         }
     }
 
