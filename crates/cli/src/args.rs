@@ -90,7 +90,7 @@ pub(crate) struct RetentionArgs {
 }
 
 /// Options of commands that read recordings.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct ReadingArgs {
     /// Limit the memory for open recordings to MIB mebibytes; larger recordings are refused. One
     /// mebibyte holds about 100,000 states [default: half of the free memory]

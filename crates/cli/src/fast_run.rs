@@ -35,6 +35,7 @@ Examples:
   mmsim fast-run mazes/                           time the fastest run through each maze of a folder
   mmsim fast-run harbour --csv run.csv            write the pose and the motion every 1 ms
   mmsim fast-run harbour --c-array final.h        write straights and turns for firmware
+  mmsim fast-run search.mcap                      use the walls that a recorded mouse knows
   mmsim fast-run --vehicle expert --print-vehicle > my-mouse.toml
 
 The time from rest to rest includes the start and the stop. The time from gate to gate, which
@@ -45,7 +46,10 @@ The exit code is 0 if all mazes could be read and have a run.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct FastRunArgs {
-    #[arg(value_name = "MAZE", help = format!("{MAZES_HELP} [default: all in {DEFAULT_MAZES}]"))]
+    #[arg(
+        value_name = "MAZE",
+        help = format!("{MAZES_HELP}, or recordings [default: all in {DEFAULT_MAZES}]")
+    )]
     mazes: Vec<PathBuf>,
     #[arg(
         long,
@@ -139,7 +143,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         return Ok(true);
     }
     let prints_export = args.exports_to_stdout()?;
-    let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.mazes);
+    let Inputs { mazes, all_readable } = Inputs::read_with_recordings(&args.mazes);
     if mazes.is_empty() && (args.export().is_some() || args.picture.output.is_some()) {
         return Ok(false);
     }

@@ -5,7 +5,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-use mmsim_maze::counted;
+use mmsim_compare::NamedMaze;
+use mmsim_maze::{Maze, Unknown, counted};
+use mmsim_protocol::State;
 use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, ReadError, Recording};
 use mmsim_run::messages;
 use mmsim_server::Simulation;
@@ -66,6 +68,25 @@ pub(crate) fn open(file: &Path, budget: &Arc<MemoryBudget>) -> Result<Recording,
         }
         _ => error.into(),
     })
+}
+
+/// Returns the walls that the mouse of a recording knows in its last state, as a maze in which each
+/// unknown wall is present.
+pub(crate) fn known_walls(
+    file: &Path,
+    budget: &Arc<MemoryBudget>,
+) -> Result<NamedMaze, Box<dyn Error>> {
+    let recording = open(file, budget)?;
+    is_undamaged(file, &recording);
+    let no_states = || format!("{}: the recording has no states", file.display());
+    let last = recording.history().len().checked_sub(1).ok_or_else(no_states)?;
+    let state = recording.history().get(last).ok_or_else(no_states)?;
+    let state = State::decode(&state, recording.size())?;
+    let unexplored = recording.info().known_maze().ok_or_else(no_states)?;
+    let known = recording.last_context().known_maze(&state, &unexplored, recording.maze());
+    let walls = known.walls(Unknown::Closed).clone();
+    let maze = Maze::new(walls, known.start().cell, *known.goals())?;
+    Ok(NamedMaze { path: file.into(), name: recording.info().name.clone(), maze })
 }
 
 fn is_maze(file: &Path) -> bool {

@@ -14,8 +14,9 @@ use mmsim_maze::{Maze, counted};
 use mmsim_solvers::MazeFacts;
 use tracing::info;
 
-use crate::args::extension;
+use crate::args::{ReadingArgs, extension};
 use crate::output::{own_command, warn, warn_error};
+use crate::recordings::{known_walls, recording_budget};
 
 /// The help for the MAZE of a command that takes one maze.
 pub(crate) const MAZE_HELP: &str = "\
@@ -314,6 +315,30 @@ impl Inputs {
         }
         for name in names {
             inputs.read_one(name.as_os_str());
+        }
+        inputs
+    }
+
+    /// Reads the named mazes like [`read_distinct_or_default`](Self::read_distinct_or_default). A
+    /// recording stands for the walls that its mouse knows in the last state.
+    pub(crate) fn read_with_recordings(names: &[PathBuf]) -> Self {
+        if !names.iter().any(|name| is_recording(name)) {
+            return Self::read_distinct_or_default(names);
+        }
+        let budget = recording_budget(&ReadingArgs::default());
+        let mut inputs = Self { mazes: Vec::new(), all_readable: true };
+        for name in names {
+            if !is_recording(name) {
+                inputs.read_one(name.as_os_str());
+                continue;
+            }
+            match known_walls(name, &budget) {
+                Ok(maze) => inputs.mazes.push(maze),
+                Err(error) => {
+                    inputs.all_readable = false;
+                    warn_error(&*error);
+                }
+            }
         }
         inputs
     }

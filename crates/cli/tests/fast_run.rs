@@ -4,7 +4,7 @@ mod harness;
 
 use std::fs;
 
-use harness::Home;
+use harness::{Home, recorded};
 use serde_json::{Value, json};
 
 const MAZE: &str = "\
@@ -189,6 +189,34 @@ fn json_contains_every_figure() {
     assert!((number(&run["length_mm"]) - length).abs() < 1e-6);
     let turns = segments.iter().filter(|segment| segment["steps"].is_null()).count();
     assert_eq!((&json!(turns), 2 * turns + 1), (&run["turns"], segments.len()));
+}
+
+/// The walls of a recorded search, with all unknown walls closed, can only lengthen the run.
+#[test]
+fn a_recording_stands_for_the_walls_that_its_mouse_knows() {
+    let home = Home::new();
+    let demo = ["demo", "harbour", "--once", "--port", "0", "--record", "runs"];
+    assert_eq!(home.run(&demo).code, Some(0));
+    let file = recorded(&home.path().join("runs"));
+    let file = file.to_str().unwrap();
+    let ended = home.run(&["fast-run", file, "harbour", "--json"]);
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let (known, all) = (&ended.json()[0], &ended.json()[1]);
+    assert_eq!(known["maze"], file);
+    assert!(known["time_s"].as_f64() > all["time_s"].as_f64(), "{known}");
+    let state = home.run(&["replay", file, "--json"]).json()["state"].clone();
+    let visited = |cell: &Value| {
+        let [x, y] = [0, 1].map(|at| usize::try_from(cell[at].as_u64().unwrap()).unwrap());
+        state["walls"][x][y].as_u64().unwrap() & 1 == 1
+    };
+    assert!(known["cells"].as_array().unwrap().iter().all(visited), "{known}");
+    let csv = home.run(&["fast-run", file, "--csv", "-", "--interval", "1000"]);
+    assert!(csv.code == Some(0) && csv.stdout.starts_with("time_s,"), "{csv:?}");
+
+    home.write("cut.mcap", &fs::read(file).unwrap()[..200]);
+    let ended = home.run(&["fast-run", "cut.mcap", "harbour", "--json"]);
+    assert!(ended.code == Some(1) && ended.stderr.starts_with("mmsim: cut.mcap: "), "{ended:?}");
+    assert_eq!(ended.json().as_array().unwrap().len(), 1, "the other maze is read");
 }
 
 #[test]
