@@ -16,6 +16,7 @@ use serde::Serialize;
 use serde_json::Serializer;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
+use crate::grid::wrapped;
 use crate::stderr::Stderr;
 
 /// Prints data.
@@ -227,14 +228,16 @@ pub(crate) fn list_reasons<'a>(
     let reasons = group_by_reason(all);
     let count = |mazes: usize| counted(mazes, "maze");
     let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
-    let mut lines = vec![format!("{} in {}:\n", Escaped(title), count(total))];
+    let title = format!("{} in {}:", Escaped(title), count(total));
+    let mut lines = vec![wrapped(&title, " ", 2) + "\n"];
     lines.extend(reasons.iter().take(MAX_REASONS).map(|(reason, mazes)| {
         let such_as = match mazes.len() {
             0 | 1 => String::new(),
             many => format!("{}, such as ", count(many)),
         };
         let example = mazes.first().map_or("", |maze| maze);
-        format!("  {such_as}{}: {}\n", Escaped(example), Escaped(reason))
+        let line = format!("  {such_as}{}: {}", Escaped(example), Escaped(reason));
+        wrapped(&line, " ", 4) + "\n"
     }));
     if reasons.len() > MAX_REASONS {
         let others = (reasons.len() - MAX_REASONS) as u64;

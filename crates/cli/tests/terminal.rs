@@ -75,6 +75,7 @@ fn lines_fit_80_columns() {
         &["mazes", "show", "closed", "garden"],
         &["fast-run", "harbour", "--explain"],
         &["fast-run", "--explain", "--vehicle", "ukmars", "--route", "all"],
+        &["contest", "--strategies", "swing,flood-fill,left-wall"],
         &trial,
         &[&solve[..], &[&server.address]].concat(),
     ] {

@@ -4,7 +4,7 @@ mod attempt;
 mod rules;
 
 use mmsim_fastrun::{Planner, Vehicle, VehicleParameters};
-use mmsim_run::SearchFigures;
+use mmsim_run::{SearchFigures, tenth_of_ms};
 use serde::Serialize;
 
 pub use self::attempt::{Attempt, ContestRun, RunKind};
@@ -71,6 +71,8 @@ pub struct Standing {
     pub scored: usize,
     /// The number of mazes in which no mouse has a better score.
     pub wins: usize,
+    /// The mean score in s over the mazes in which each mouse has a score. `None` if there are none.
+    pub mean_score_s: Option<f64>,
 }
 
 impl Contest {
@@ -115,6 +117,11 @@ impl Contest {
 }
 
 impl MazeResult {
+    /// Returns true if each mouse has a score.
+    pub fn is_scored_by_all(&self) -> bool {
+        self.entries.iter().all(|entry| entry.rank.is_some())
+    }
+
     /// Ranks the attempts of all mice in a maze.
     fn new(maze: &NamedMaze, name: &str, attempts: Vec<(String, Attempt)>) -> Self {
         let scores: Vec<Option<f64>> =
@@ -147,6 +154,10 @@ impl Standing {
     fn all<'m>(mice: impl Iterator<Item = &'m str>, results: &[MazeResult]) -> Vec<Self> {
         let standing = |mouse: &str| {
             let entries = || results.iter().filter_map(|result| result.entry(mouse));
+            let common = results.iter().filter(|result| result.is_scored_by_all());
+            let common = common.filter_map(|result| result.entry(mouse)?.attempt.score_s);
+            let (sum, mazes) =
+                common.fold((0.0, 0), |(sum, mazes), score| (sum + score, mazes + 1));
             Self {
                 rank: 0,
                 mouse: mouse.into(),
@@ -154,6 +165,7 @@ impl Standing {
                 points: entries().map(|entry| entry.points).sum::<f64>() + 0.0,
                 scored: entries().filter(|entry| entry.rank.is_some()).count(),
                 wins: entries().filter(|entry| entry.rank == Some(1)).count(),
+                mean_score_s: (mazes > 0).then(|| tenth_of_ms(sum / count(mazes))),
             }
         };
         let mut standings: Vec<Self> = mice.map(standing).collect();
@@ -171,7 +183,7 @@ impl Standing {
     }
 }
 
-/// Returns a number of mice as a number of points.
+/// Returns a number of mice or mazes as a floating-point number.
 fn count(mice: usize) -> f64 {
     f64::from(u32::try_from(mice).unwrap_or(u32::MAX))
 }
@@ -247,6 +259,14 @@ mod tests {
         assert_eq!(ranks(&standings), [(1, "ada", 4.0), (2, "bo", 3.5), (3, "cy", 0.5)]);
         let counts: Vec<_> = standings.iter().map(|one| (one.scored, one.wins)).collect();
         assert_eq!(counts, [(2, 2), (3, 1), (1, 0)]);
+        // Only the first maze has a score of each mouse.
+        let means: Vec<_> = standings.iter().map(|one| one.mean_score_s).collect();
+        assert_eq!(means, [Some(5.0), Some(6.0), Some(6.0)]);
+        let alone = Standing::all(
+            ["ada"].into_iter(),
+            &[result(&[("ada", Some(5.0))]), result(&[("ada", None)])],
+        );
+        assert_eq!((alone[0].points, alone[0].mean_score_s), (0.0, Some(5.0)));
     }
 
     #[test]

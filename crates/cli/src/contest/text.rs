@@ -3,7 +3,7 @@
 use mmsim_compare::{Attempt, Contest, ContestEntry, MazeResult, Rules, Standing};
 use mmsim_maze::{Escaped, counted};
 
-use crate::grid::stacked;
+use crate::grid::{stacked, wrapped};
 use crate::output::list_reasons;
 
 /// Returns the rules, the runs in one maze or the scores in several mazes, and the mice without a
@@ -20,7 +20,8 @@ pub(super) fn text(contest: &Contest) -> String {
     if !contest.skipped.is_empty() {
         let count = counted(contest.skipped.len(), "maze");
         let names = Escaped(contest.skipped.join(", "));
-        sections.push(format!("Skipped {count} with an unreachable goal: {names}\n"));
+        let skipped = format!("Skipped {count} with an unreachable goal: {names}");
+        sections.push(wrapped(&skipped, " ", 2) + "\n");
     }
     sections.join("\n")
 }
@@ -42,22 +43,30 @@ fn head(contest: &Contest) -> String {
         _ => String::new(),
     };
     let vehicle = Escaped(&contest.vehicle);
-    format!(
+    let text = format!(
         "Rules {name}: {runs} within {time_limit} s. Times in seconds.\n\
          Score: time of the run{share}{penalty}.\n\
          Vehicle {vehicle}; searches at {search_speed_mm_s} mm/s and {search_turn_time_s} s per \
-         quarter turn.\n"
-    )
+         quarter turn."
+    );
+    text.lines().map(|line| wrapped(line, " ", 2) + "\n").collect()
 }
 
+/// Returns the ranking. A mouse without rivals gets no points.
 fn standings_table(contest: &Contest) -> String {
-    let head = ["", "mouse", "points", "mazes scored", "mazes won"].map(String::from);
+    let has_rivals = contest.standings.len() > 1;
+    let common = contest.mazes.iter().filter(|maze| maze.is_scored_by_all()).count();
+    let head = ["", "mouse", "points", "mazes scored", "mazes won", "mean score"];
     let row = |standing: &Standing| {
-        let Standing { rank, mouse, points, scored, wins } = standing;
+        let Standing { rank, mouse, points, scored, wins, mean_score_s } = standing;
         let scored = format!("{scored}/{}", contest.mazes.len());
-        [rank.to_string(), mouse.clone(), format!("{points:.1}"), scored, wins.to_string()]
+        let points = if has_rivals { format!("{points:.1}") } else { "-".into() };
+        [rank.to_string(), mouse.clone(), points, scored, wins.to_string(), seconds(*mean_score_s)]
     };
-    stacked(&ranked([head].into_iter().chain(contest.standings.iter().map(row)).collect()))
+    let rows = [head.map(String::from)].into_iter().chain(contest.standings.iter().map(row));
+    let table = stacked(&ranked(rows.collect()));
+    let mazes = counted(common, "maze");
+    format!("{table}Mean score: over {mazes} in which each mouse has a score.\n")
 }
 
 /// Returns a table with the score of each mouse in each maze.
