@@ -328,7 +328,7 @@ export class Panel {
   /** Shows what the mouse has achieved, in the last state. */
   async #showResult() {
     const { source, shown } = this;
-    if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES || api.isOffline()) return;
+    if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES) return;
     const result = await api.result(source, this.#abort.signal).catch(api.showUnlessOver);
     if (!result || shown !== this.shown) return;
     showResult(this.element, result, shown.view);

@@ -183,6 +183,7 @@ fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) ->
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
         (path("/costs"), json(&source.bounds(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
+        (path("/result"), json(&source.result(run, cancel)?)?.to_string()),
     ];
     let description = source.describe(run)?;
     for vehicle in &vehicles.all {

@@ -70,7 +70,9 @@ fn content(panel: Panel<'_>, at: usize) -> String {
         const lines = panel.querySelectorAll('.log li').length;
         const announced = text('.announcement');
         const isComplete = announced.startsWith(text('.position')) && announced.includes(' visited');
-        if (!isComplete || lines !== arguments[1]) return null;
+        const [, state, states] = text('.position').match(/State (\\S+) of (\\S+)/);
+        const hasResult = !panel.querySelector('.outcome').hidden;
+        if (!isComplete || lines !== arguments[1] || hasResult !== (state === states)) return null;
         const copy = panel.cloneNode(true);
         for (const part of copy.querySelectorAll('.export, .run, [name=close]')) part.remove();
         delete copy.dataset.kept;

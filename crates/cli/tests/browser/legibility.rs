@@ -67,7 +67,7 @@ fn long_numbers_are_shown_whole() {
 
 #[test]
 fn weights_are_hidden_in_cells_that_are_too_small() {
-    with_page(&["--maze", "old-quarter"], |browser, simulator| {
+    with_page(&["old-quarter"], |browser, simulator| {
         let live = Panel::live(browser);
         let states =
             simulator.search(&bundled("half-size-old-quarter.txt"), BundledStrategy::FloodFill);

@@ -207,7 +207,7 @@ fn bundled_strategies_are_offered_between_runs_of_the_mouse() {
         assert!(!is_shown(browser, live, ".run [name=run]"));
         assert_eq!(act(&simulator.page, run), 409);
         click(live, "stop");
-        wait_for_result(live, "stopped; goal not reached, no states reported");
+        wait_for_result(live, "stopped; goal not reached, no command of mms and no request");
         assert!(is_shown(browser, live, ".run [name=run]"));
         live.set_pace("no limit");
         live.choose("[name=strategy]", "flood-fill");
@@ -260,7 +260,10 @@ fn a_mouse_that_fails_is_reported() {
     let mouse = [MMSIM, "solve", "no-such-strategy"];
     with_mouse(&["--maze", "steps", "--stay"], &mouse, |browser, simulator| {
         let live = Panel::live(browser);
-        wait_for_result(live, "exited with code 2; goal not reached, no states reported");
+        wait_for_result(
+            live,
+            "exited with code 2; goal not reached, no command of mms and no request",
+        );
         assert_eq!(live.attribute(".run", "data-ending"), "failed");
         assert_eq!(simulator.info().states, 0);
     });

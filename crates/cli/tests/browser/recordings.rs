@@ -150,7 +150,7 @@ fn recordings_are_listed_and_open() {
 
 #[test]
 fn recordings_are_told_apart_renamed_and_deleted() {
-    with_page(&["--maze", "hedgerow", "--record", "kept"], |browser, simulator| {
+    with_page(&["hedgerow", "--record", "kept"], |browser, simulator| {
         let live = Panel::live(browser);
         let strategies = ["flood-fill", "shortest-path-search"];
         for strategy in strategies {
@@ -202,7 +202,7 @@ fn recordings_are_told_apart_renamed_and_deleted() {
 
 #[test]
 fn recorded_states_are_replaced_without_a_question() {
-    with_page(&["--maze", "meadow", "--record", "kept"], |browser, simulator| {
+    with_page(&["meadow", "--record", "kept"], |browser, simulator| {
         let (_, messages) = history(&bundled("oblong-long-meadow.txt"), 3);
         simulator.send_all(&messages);
         let live = Panel::live(browser);

@@ -82,7 +82,7 @@ fn each_strategy_runs_and_stops() {
 
 #[test]
 fn the_result_of_a_search_is_shown() {
-    with_page(&["--maze", "two-roads"], |browser, simulator| {
+    with_page(&["two-roads"], |browser, simulator| {
         let live = Panel::live(browser);
         live.wait_until_empty();
         live.set_pace("no limit");

@@ -127,7 +127,7 @@ fn two_panels_are_side_by_side_and_aligned() {
 /// Only one of the mice writes texts, so only one of the panels has their layer.
 #[test]
 fn square_maps_fill_two_panels_with_equal_toolbars() {
-    with_page(&["--maze", "harbour", "--record", "kept"], |browser, simulator| {
+    with_page(&["harbour", "--record", "kept"], |browser, simulator| {
         let size = bundled("01-harbour.txt").size();
         let state = TestState::new(0, size).message('C', 'C');
         simulator.send(&state);
