@@ -410,7 +410,7 @@ def test_hostile_arguments_raise_exceptions_only(serve: Serve, tmp_path: Path) -
     script = [sys.executable, __file__, str(tmp_path)]
     (tmp_path / "mazes").mkdir()
     small().save(tmp_path / "mazes" / "small.txt")
-    with serve("small", str(tmp_path / "mazes")) as server, pipes(tmp_path):
+    with serve(str(tmp_path / "mazes"), "small") as server, pipes(tmp_path):
         process = subprocess.Popen(
             [*script, server["address"]], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             cwd=tmp_path, text=True, errors="replace",
