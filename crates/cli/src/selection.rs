@@ -398,8 +398,8 @@ mod tests {
         let error = first("no such").unwrap_err().to_string();
         assert!(error.starts_with(r#"no maze matches "no such" in "#), "{error}");
         assert!(first("oepn").unwrap_err().to_string().ends_with(" (did you mean open?)"));
-        let error = first(" - ").unwrap_err().to_string();
-        assert!(error.starts_with(r#"no maze matches " - ""#), "{error}");
+        let error = first("-").unwrap_err().to_string();
+        assert!(error.starts_with(r#"no maze matches "-""#), "{error}");
     }
 
     #[test]
