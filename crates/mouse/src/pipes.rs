@@ -16,7 +16,8 @@ use crate::commands::Line;
 use crate::control::MouseControl;
 use crate::kind::{LineTracker, MouseKind, Output, distribute};
 use crate::log::MouseLog;
-use crate::process::{CHECK_INTERVAL, ExitCause, MouseProcess, Program, spawn};
+use crate::process::{CHECK_INTERVAL, ExitCause, MouseProcess, spawn};
+use crate::program::Program;
 
 /// The maximum number of lines that are queued for execution.
 const MAX_LINES_AHEAD: usize = 256;

@@ -8,7 +8,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use crate::process::{Program, output};
+use crate::process::output;
+use crate::program::Program;
 
 /// The time after which an interpreter that does not answer is taken as missing.
 const PYTHON_TIMEOUT: Duration = Duration::from_secs(10);

@@ -13,8 +13,9 @@ use mmsim_trial::{Action, Robot};
 
 use crate::commands::{InvalidLine, Line, read_lines};
 use crate::process::{
-    CHECK_INTERVAL, LastLine, MouseProcess, Program, Shortage, StartError, exit_text, spawn,
+    CHECK_INTERVAL, LastLine, MouseProcess, Shortage, StartError, exit_text, spawn,
 };
+use crate::program::Program;
 
 /// The maximum time between the end of a robot's output and its exit.
 const EXIT_TIMEOUT: Duration = Duration::from_millis(500);

@@ -18,7 +18,8 @@ use self::messages::{Requests, SearchProgress, SharedProgress};
 use crate::endpoint::Endpoint;
 use crate::kind::MouseKind;
 use crate::lock;
-use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, Program, StartError, spawn};
+use crate::process::{CHECK_INTERVAL, LastLine, MouseProcess, StartError, spawn};
+use crate::program::Program;
 
 /// A mouse that has reached the goal and has not moved for this time has finished. Many mice for mms
 /// never exit.
