@@ -113,8 +113,8 @@ fn run(line: &str, home: &Home) {
         fs::remove_file(&opened).unwrap();
     }
     let verdict = match line {
+        _ if line.contains("--as robot") => "mouse score",
         _ if line.contains("mmsim run ") || line.contains("mmsim demo ") => "goal reached",
-        _ if line.contains("mmsim trial ") => "mouse score",
         _ => "",
     };
     (stderr, _) = read_on(stderr, verdict);
