@@ -71,22 +71,26 @@ pub(crate) fn open(file: &Path, budget: &Arc<MemoryBudget>) -> Result<Recording,
 }
 
 /// Returns the walls that the mouse of a recording knows in its last state, as a maze in which each
-/// unknown wall is present.
+/// unknown wall is present, and whether the recording is undamaged.
 pub(crate) fn known_walls(
     file: &Path,
     budget: &Arc<MemoryBudget>,
-) -> Result<NamedMaze, Box<dyn Error>> {
+) -> Result<(NamedMaze, bool), Box<dyn Error>> {
     let recording = open(file, budget)?;
-    is_undamaged(file, &recording);
-    let no_states = || format!("{}: the recording has no states", file.display());
-    let last = recording.history().len().checked_sub(1).ok_or_else(no_states)?;
-    let state = recording.history().get(last).ok_or_else(no_states)?;
-    let state = State::decode(&state, recording.size())?;
-    let unexplored = recording.info().known_maze().ok_or_else(no_states)?;
-    let known = recording.last_context().known_maze(&state, &unexplored, recording.maze());
+    let is_undamaged = is_undamaged(file, &recording);
+    let known = || {
+        let last = recording.history().len().checked_sub(1)?;
+        let state = recording.history().get(last)?;
+        let state = State::decode(&state, recording.size()).ok()?;
+        let unexplored = recording.info().known_maze()?;
+        Some(recording.last_context().known_maze(&state, &unexplored, recording.maze()))
+    };
+    let no_state = || format!("{}: the recording has no state with known walls", file.display());
+    let known = known().ok_or_else(no_state)?;
     let walls = known.walls(Unknown::Closed).clone();
     let maze = Maze::new(walls, known.start().cell, *known.goals())?;
-    Ok(NamedMaze { path: file.into(), name: recording.info().name.clone(), maze })
+    let name = recording.info().name.clone();
+    Ok((NamedMaze { path: file.into(), name, maze }, is_undamaged))
 }
 
 fn is_maze(file: &Path) -> bool {

@@ -320,7 +320,8 @@ impl Inputs {
     }
 
     /// Reads the named mazes like [`read_distinct_or_default`](Self::read_distinct_or_default). A
-    /// recording stands for the walls that its mouse knows in the last state.
+    /// recording stands for the walls that its mouse knows in the last state. A damaged one is read as
+    /// far as it is intact.
     pub(crate) fn read_with_recordings(names: &[PathBuf]) -> Self {
         if !names.iter().any(|name| is_recording(name)) {
             return Self::read_distinct_or_default(names);
@@ -333,7 +334,10 @@ impl Inputs {
                 continue;
             }
             match known_walls(name, &budget) {
-                Ok(maze) => inputs.mazes.push(maze),
+                Ok((maze, is_undamaged)) => {
+                    inputs.mazes.push(maze);
+                    inputs.all_readable &= is_undamaged;
+                }
                 Err(error) => {
                     inputs.all_readable = false;
                     warn_error(&*error);

@@ -213,7 +213,11 @@ fn a_recording_stands_for_the_walls_that_its_mouse_knows() {
     let csv = home.run(&["fast-run", file, "--csv", "-", "--interval", "1000"]);
     assert!(csv.code == Some(0) && csv.stdout.starts_with("time_s,"), "{csv:?}");
 
-    home.write("cut.mcap", &fs::read(file).unwrap()[..200]);
+    let whole = fs::read(file).unwrap();
+    home.write("cut.mcap", &whole[..whole.len() / 2]);
+    let ended = home.run(&["fast-run", "cut.mcap"]);
+    assert!(ended.code == Some(1) && ended.stderr.contains("cut.mcap"), "damaged: {ended:?}");
+    home.write("cut.mcap", &whole[..200]);
     let ended = home.run(&["fast-run", "cut.mcap", "harbour", "--json"]);
     assert!(ended.code == Some(1) && ended.stderr.starts_with("mmsim: cut.mcap: "), "{ended:?}");
     assert_eq!(ended.json().as_array().unwrap().len(), 1, "the other maze is read");
