@@ -18,8 +18,8 @@ use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
 use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{
-    ClientExit, ExitCause, Gateway, MouseControl, MouseKind, MouseProcess, PipedMouse, Program,
-    RunEnd, Runs, Session, StartError,
+    ClientExit, ExitCause, Gateway, GatewayRun, MouseControl, MouseKind, MouseProcess, PipedMouse,
+    Program, RunEnd, Runs, Session, StartError,
 };
 use mmsim_server::{Monitor, Served, listen};
 use mmsim_trial::Settings;
@@ -318,53 +318,57 @@ fn run_once(
     let misreadings = args.server.misread.misreadings();
     monitor.misread(misreadings)?;
     let run = gateway.begin_run()?;
-    let (name, maze_name, endpoint) = (&*program.name, Some(&*info.name), Some(run.address()));
-    let cause = if args.kind == Some(Kind::Mouse(MouseKind::Client)) {
+    let name = &*program.name;
+    if args.kind == Some(Kind::Mouse(MouseKind::Client)) {
         let started = MouseProcess::start(program, run.address());
         let not_started = |error: StartError| ExitCause::NotStarted(error.into());
-        started.map_or_else(not_started, |mut mouse| mouse.wait(control))
-    } else {
-        let copy: Box<dyn Write + Send> = if args.json || args.mms.score {
-            Box::new(io::stderr())
-        } else {
-            Box::new(io::stdout())
-        };
-        let mut mouse = PipedMouse::start(program, endpoint, maze.size(), true, control, copy);
-        let kind = match &mut mouse {
-            _ if args.kind.is_some() => Ok(control.kind()),
-            Ok(mouse) => mouse.recognize(control, |text| warn(format_args!("{text}"))),
-            Err(_) => Ok(None),
-        };
-        if let Ok(Some(MouseKind::Mms)) = kind {
-            note_kind(args, program, "a mouse for mms", "client");
-            listen();
-            // The mouse misreads walls, but this process, its client, must not.
-            monitor.misread(Misreadings::default())?;
-            let known = KnownSimulator {
-                name: Some(info.name.clone()),
-                map: KnownMaze::unexplored(&maze),
-                start: maze.start(),
-                has_annotations: true,
-            };
-            let sensor = WallSensor::new(misreadings, &maze);
-            let mouse = (mouse, Some(&sensor));
-            return drive(args, name, in_process(monitor), &known, mouse, control);
-        }
-        match mouse {
-            Ok(mouse) => {
-                if let Ok(Some(_)) = kind {
-                    note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
-                }
-                mouse.wait(control)
-            }
-            Err(error) => ExitCause::NotStarted(error),
-        }
+        let cause = started.map_or_else(not_started, |mut mouse| mouse.wait(control));
+        return end_client(args, name, &info.name, cause, run, control);
+    }
+    let prints_result = args.json || args.mms.score;
+    let copy: Box<dyn Write + Send> =
+        if prints_result { Box::new(io::stderr()) } else { Box::new(io::stdout()) };
+    let mut mouse =
+        PipedMouse::start(program, Some(run.address()), maze.size(), true, control, copy);
+    let kind = match &mut mouse {
+        _ if args.kind.is_some() => Ok(control.kind()),
+        Ok(mouse) => mouse.recognize(control, |text| warn(format_args!("{text}"))),
+        Err(_) => Ok(None),
     };
+    if let Ok(Some(MouseKind::Mms)) = kind {
+        note_kind(args, program, "a mouse for mms", "client");
+        listen();
+        // The mouse misreads walls, but this process, its client, must not.
+        monitor.misread(Misreadings::default())?;
+        let known = KnownSimulator {
+            name: Some(info.name),
+            map: KnownMaze::unexplored(&maze),
+            start: maze.start(),
+            has_annotations: true,
+        };
+        let sensor = WallSensor::new(misreadings, &maze);
+        return drive(args, name, in_process(monitor), &known, (mouse, Some(&sensor)), control);
+    }
+    if let Ok(Some(_)) = kind {
+        note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
+    }
+    let cause = mouse.map_or_else(ExitCause::NotStarted, |mouse| mouse.wait(control));
+    end_client(args, name, &info.name, cause, run, control)
+}
+
+/// Ends the run of a mouse that is a client, or that was not recognized, and reports the outcome.
+fn end_client(
+    args: &RunArgs,
+    name: &str,
+    maze: &str,
+    cause: ExitCause,
+    run: GatewayRun<'_>,
+    control: &MouseControl,
+) -> Result<RunEnd, Box<dyn Error>> {
     let progress = run.finish();
     // The last request may have been answered after the mouse exited.
     let kind = control.kind();
     let exit = ClientExit { cause, kind, progress };
-    let end = exit.end();
     report_cause(&exit.cause);
     if kind == Some(MouseKind::Client)
         && let Some(option) = args.mms.first_set()
@@ -372,9 +376,9 @@ fn run_once(
         warn(format_args!("{option} has no effect: {name} is not a mouse for mms"));
     }
     if args.json {
-        print_json(&exit.report(maze_name, name))?;
+        print_json(&exit.report(Some(maze), name))?;
     }
-    Ok(end)
+    Ok(exit.end())
 }
 
 fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32, Box<dyn Error>> {

@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use mmsim_run::{Phases, Verdict};
+use mmsim_run::{Ending, Phases, Verdict};
 use mmsim_zmtp::Waker;
 use serde::Serialize;
 
@@ -49,6 +49,15 @@ impl StopReason {
             Self::TimeLimit(limit) => format!("stopped after {} s", limit.as_secs_f64()),
             Self::Goal => "stopped at the goal".into(),
             Self::Exit => "stopped by Ctrl-C".into(),
+        }
+    }
+
+    /// Returns how the run has ended.
+    pub const fn ending(self) -> Ending {
+        match self {
+            Self::TimeLimit(_) => Ending::TimeLimit,
+            Self::Goal => Ending::Finished,
+            _ => Ending::Stopped,
         }
     }
 

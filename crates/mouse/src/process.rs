@@ -230,13 +230,7 @@ impl ExitCause {
             Self::Limit(limit) => {
                 (format!("stopped: exceeded --limit {limit}"), Ending::StepLimit, 1)
             }
-            Self::Stopped(reason @ StopReason::TimeLimit(_)) => {
-                (reason.text(), Ending::TimeLimit, reason.exit_code())
-            }
-            Self::Stopped(reason @ StopReason::Goal) => {
-                (reason.text(), Ending::Finished, reason.exit_code())
-            }
-            Self::Stopped(reason) => (reason.text(), Ending::Stopped, reason.exit_code()),
+            Self::Stopped(reason) => (reason.text(), reason.ending(), reason.exit_code()),
             Self::LostSimulator(error) => (format!("stopped: {error}"), Ending::Failed, 1),
             Self::NotStarted(error) => (error.clone(), Ending::Failed, 1),
             Self::Failed(error) => (format!("stopped: {error}"), Ending::Failed, 1),

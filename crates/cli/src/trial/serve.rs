@@ -51,6 +51,7 @@ pub(crate) fn run(args: &TrialArgs, mazes: Vec<NamedMaze>) -> CommandResult {
     };
     let code = runs.run(|| run_watched(&monitor, robot, &selected, &control, args.form()))?;
     server.stop()?;
+    // Ctrl-C is no failure of the robot.
     Ok([0, StopReason::Exit.exit_code()].contains(&code) || !watch.once)
 }
 
@@ -66,11 +67,8 @@ pub(crate) fn run_watched(
     let Some(result) = run_trial(monitor, robot, selected, control)? else {
         let reason = control.wait_for_stop(Duration::ZERO).unwrap_or(StopReason::Stop);
         let (text, code) = (reason.text(), reason.exit_code());
-        let ending = match reason {
-            StopReason::TimeLimit(_) => Ending::TimeLimit,
-            _ => Ending::Stopped,
-        };
-        let verdict = Verdict { goal_reached: false, ending, error: Some(text.clone()) };
+        let error = Some(text.clone());
+        let verdict = Verdict { goal_reached: false, ending: reason.ending(), error };
         return Ok(RunEnd { outcome: Outcome { verdict, text }, code, was_started: true });
     };
     let outcome = end(&result);
