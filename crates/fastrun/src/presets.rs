@@ -110,7 +110,8 @@ impl Vehicle {
     /// Returns a half-size mouse: the parameters of kerikun11's
     /// [micromouse maze library](https://github.com/kerikun11/micromouse-maze-library) and the
     /// reference speeds of his slalom shapes. The lengths follow from the tangents of these shapes.
-    /// The search is that of his mouse [KERISE](https://github.com/kerikun11/micromouse-kerise-v4).
+    /// The values of the search are assumptions near those of his mouse
+    /// [KERISE](https://github.com/kerikun11/micromouse-kerise-v4).
     pub fn kerise() -> Self {
         let turns = [
             (TurnKind::S90, 72.7, 266.0),
