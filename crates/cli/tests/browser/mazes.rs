@@ -245,6 +245,7 @@ fn a_dropped_maze_is_loaded() {
         // Loading deletes states only after confirmation.
         let size = LONG.parse::<Maze>().unwrap().size();
         simulator.send(&TestState::new(0, size).message('F', 'F'));
+        live.wait_for_run_state(simulator.run_number(), 0);
         let file = simulator.home.write("closed.txt", CLOSED);
         browser.type_into("#recordings [name=file]", file.to_str().unwrap());
         wait_for("the dialog", || is_asking().then_some(()));
