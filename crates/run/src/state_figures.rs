@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::movement::Transition;
 use crate::paths::bounds;
 use crate::phase_report::{PhaseReport, RunReport};
-use crate::phases::Phases;
+use crate::phases::{Phases, RunPhase};
 use crate::run_index::RunIndex;
 use crate::verdict::Goal;
 
@@ -21,6 +21,9 @@ use crate::verdict::Goal;
 pub struct StateFigures {
     /// The steps, turns and times of the phases up to the state.
     pub phases: PhaseReport,
+    /// The phase in which the mouse is.
+    #[serde(skip)]
+    pub phase: RunPhase,
     /// True if the mouse has reached the goal. See [`Phases`].
     pub goal_reached: bool,
     /// The first jump, in words, or `None` if the mouse has not jumped.
@@ -70,6 +73,7 @@ impl StateFigures {
     ) -> Self {
         Self {
             phases: PhaseReport::new(phases, |first, last| times.milliseconds(first, last)),
+            phase: phases.phase,
             goal_reached: phases.is_goal_reached(),
             error: phases.jump_error(),
             event: match phases.transition {
@@ -85,6 +89,43 @@ impl StateFigures {
     /// Returns the goal in words. See [`Goal`].
     pub fn goal(&self) -> Goal<'_> {
         Goal { is_reached: self.goal_reached, error: self.error.as_deref() }
+    }
+
+    /// Returns what the mouse is doing and what its map proves, in words, such as `Goal found after 98
+    /// steps. Unknown walls may hide a path of 31 instead of 50 steps.`
+    pub fn sentence(&self) -> String {
+        if let Some(trial) = &self.trial {
+            return format!("Two-run trial: {}.", trial.status);
+        }
+        let PhaseReport { search_run, fast_run, .. } = &self.phases;
+        let MapFigures { optimistic_distance, pessimistic_distance, proven, .. } = self.map;
+        let doing = match (self.phase, fast_run) {
+            (RunPhase::Search, _) => "Searching for the goal.".into(),
+            (RunPhase::AtGoal, None) => {
+                format!("Goal found after {}.", counted(search_run.steps, "step"))
+            }
+            (RunPhase::AtGoal, Some(run)) => {
+                format!("Fast run completed in {}.", counted(run.steps, "step"))
+            }
+            (RunPhase::Return, _) if proven => "Returning to the start.".into(),
+            (RunPhase::Return, _) => "Exploring on the return run.".into(),
+            (RunPhase::AtStart, _) => "At the start, ready for a fast run.".into(),
+            (RunPhase::Fast, _) => "On the fast run.".into(),
+        };
+        let map = match (optimistic_distance, pessimistic_distance) {
+            (None, _) => "The known walls leave no path to the goal.".into(),
+            (Some(path), Some(_)) if proven => {
+                format!("The path of {} is proven to be shortest.", counted(path, "step"))
+            }
+            (Some(path), Some(known)) => {
+                let known = counted(known, "step");
+                format!("Unknown walls may hide a path of {path} instead of {known}.")
+            }
+            (Some(path), None) => {
+                format!("The shortest path has at least {}.", counted(path, "step"))
+            }
+        };
+        format!("{doing} {map}")
     }
 
     /// Returns what the mouse has achieved up to the state, in words, such as `goal after 60 steps, path

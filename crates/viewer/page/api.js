@@ -26,7 +26,7 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: string | null }} TrialReport
  * @typedef {{ at: number, states: number, annotations: number | null, state: number[], phases: PhaseReport, leg: [number, number],
- *   trial: TrialReport | null,
+ *   trial: TrialReport | null, sentence: string,
  *   goal_reached: boolean, error: string | null, event: "restart" | "jump" | null, visited_cells: number,
  *   optimistic_distance: number | null, pessimistic_distance: number | null, proven: boolean,
  *   unknown_walls: [number, number][], trail: number[], plan: number[],

@@ -37,6 +37,7 @@ export function showFigures(panel, source, view) {
   show("pessimistic", view?.pessimistic_distance, none);
   show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", proof(view));
+  setText(panel, ".sentence", view?.sentence ?? "");
   setAttributes(panel, { "data-event": view?.event ?? "", "data-proven": view?.proven ?? false });
 }
 

@@ -43,7 +43,7 @@ fn a_view_contains_the_figures_of_a_state() {
         json!({"at": 6, "states": 700, "annotations": 0, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
-            "leg": [0, 5],
+            "leg": [0, 5], "sentence": "Searching for the goal. The shortest path has at least 4 steps.",
             "goal_reached": false, "error": null, "trial": null, "event": null, "visited_cells": 1, "unknown_walls": [],
             "optimistic_distance": 4, "pessimistic_distance": null, "proven": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put

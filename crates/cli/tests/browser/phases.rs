@@ -51,6 +51,23 @@ fn each_phase_has_its_steps_and_turns_at_every_state() {
         let is_start = |state: &TestState| state.cell == Cell::new(0, 0);
         let start = states[goal..].iter().position(is_start).unwrap() + goal;
         assert!(is_goal(&states[last]) && goal > 60 && start > goal + 40 && last == start + 59);
+        let sentences = [
+            (goal - 1, "Searching for the goal. "),
+            (goal, &format!("Goal found after {goal} steps. Unknown walls may hide a path of ")),
+            (goal + 1, "Exploring on the return run. "),
+            (start - 1, "Returning to the start. The path of 59 steps is proven to be shortest."),
+            (start, "At the start, ready for a fast run. The path of 59 steps is proven "),
+            (start + 1, "On the fast run. The path of 59 steps is proven to be shortest."),
+            (
+                last,
+                "Fast run completed in 59 steps. The path of 59 steps is proven to be shortest.",
+            ),
+        ];
+        for (at, sentence) in sentences {
+            go_to(browser, live, at);
+            let shown = live.text(".sentence");
+            assert!(shown.starts_with(sentence), "{shown}");
+        }
         for at in [last, goal - 1, goal, goal + 1, start, start + 1, last] {
             go_to(browser, live, at);
             assert_run(browser, live, "search-run", &states[..=at.min(goal)]);

@@ -104,6 +104,8 @@ pub(crate) struct StateView {
     state: Vec<u8>,
     #[serde(flatten)]
     figures: StateFigures,
+    /// What the mouse is doing, in a sentence.
+    sentence: String,
     /// The number of the current leg, and the steps since it began. See [`LegProgress`].
     leg: (u32, u32),
     /// The visited cells whose walls the client does not all know, as y × width + x, each with the
@@ -147,12 +149,15 @@ impl StateView {
         let weight = |cell| decoded.state.weights().at(cell);
         let plan = planned_path(&decoded.map, decoded.state.pose(), weight);
         let truth = description.truth.as_ref();
+        let maps = [&decoded.map, &decoded.known];
+        let figures = StateFigures::new(&phases, &times, maps, trial);
         Ok(Self {
             at: index,
             states: source.states(run)?,
             annotations,
             state: decoded.message.to_vec(),
-            figures: StateFigures::new(&phases, &times, [&decoded.map, &decoded.known], trial),
+            sentence: figures.sentence(),
+            figures,
             leg: (leg, steps),
             unknown_walls: unknown_walls(&decoded.known),
             trail: trail.passages().into_iter().filter_map(passage).collect(),
