@@ -17,9 +17,32 @@ pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     format_rows(rows, 1)
 }
 
-/// Like [`aligned`], but with all columns left-aligned.
-pub(crate) fn left_aligned(rows: &[Vec<String>]) -> String {
-    format_rows(rows, usize::MAX)
+/// Formats rows as a table of left-aligned columns. If it does not fit the terminal, each text in the
+/// first column has a line of its own, above its rows.
+pub(crate) fn titled(rows: &[Vec<String>]) -> String {
+    titled_within(rows, columns())
+}
+
+fn titled_within(rows: &[Vec<String>], columns: usize) -> String {
+    let table = format_rows(rows, usize::MAX);
+    if widest(table.lines()) <= columns {
+        return table;
+    }
+    let untitled = |row: &Vec<String>| {
+        let rest = row.iter().skip(1).cloned();
+        [String::new()].into_iter().chain(rest).collect()
+    };
+    let table = format_rows(&rows.iter().map(untitled).collect::<Vec<_>>(), usize::MAX);
+    let (mut text, mut last) = (String::new(), None);
+    for (row, line) in rows.iter().zip(table.lines()) {
+        if let Some(title) = row.first().filter(|&title| Some(title) != last) {
+            text.extend([Escaped(title).to_string(), "\n".into()]);
+        }
+        last = row.first();
+        text += line;
+        text.push('\n');
+    }
+    text
 }
 
 /// Like [`aligned`]. Columns that do not fit the terminal follow in further tables, each of which
@@ -122,7 +145,7 @@ mod tests {
         let rows = [vec!["ä", "1", ""], vec!["bcd", "22", "x"], vec!["e"]];
         let rows = rows.map(|row| row.into_iter().map(String::from).collect());
         assert_eq!(aligned(&rows), "ä     1\nbcd  22  x\ne\n");
-        assert_eq!(left_aligned(&rows), "ä    1\nbcd  22  x\ne\n");
+        assert_eq!(titled_within(&rows, 10), "ä    1\nbcd  22  x\ne\n");
         assert_eq!(aligned(&[]), "");
         assert_eq!(aligned(&[vec!["a\nb".into(), "1".into()]]), "a\\nb  1\n");
     }
@@ -141,6 +164,14 @@ mod tests {
             "name  1234\nb        1\n\nname  56\nb      2\n\nname  7\nb     3\n"
         );
         assert_eq!(stacked_within(&[], 80), "");
+    }
+
+    #[test]
+    fn titles_of_wide_tables_have_their_own_lines() {
+        let rows = [&["maze", "mouse", "s"][..], &["a b", "x", "1"], &["a b", "y", "2"], &[]];
+        let rows = rows.map(|row| row.iter().copied().map(String::from).collect());
+        assert_eq!(titled_within(&rows, 14), "maze  mouse  s\na b   x      1\na b   y      2\n\n");
+        assert_eq!(titled_within(&rows, 13), "maze\n  mouse  s\na b\n  x      1\n  y      2\n\n");
     }
 
     #[test]

@@ -18,8 +18,8 @@ use mmsim_solvers::Distances;
 use serde::Serialize;
 
 use crate::args::CommandResult;
-use crate::grid::wrapped;
 use crate::output::{print, print_json, print_report};
+use crate::screen::fitting;
 use crate::selection::{DEFAULT_MAZES, MAZE_HELP, Selection, join};
 use check::CheckArgs;
 use convert::ConvertArgs;
@@ -119,9 +119,7 @@ pub(crate) fn run(args: &MazesArgs) -> CommandResult {
 fn list(maze: &OsStr, json: bool) -> CommandResult {
     let entries = Selection::read(maze)?.matching()?;
     let rows: Vec<MazeRow> = entries.iter().map(MazeRow::from_entry).collect();
-    print_report(json, &rows, || {
-        rows.iter().map(|row| wrapped(&row.line(), ", ", 2) + "\n").collect()
-    })?;
+    print_report(json, &rows, || rows.iter().map(|row| row.line() + "\n").collect())?;
     Ok(true)
 }
 
@@ -140,11 +138,10 @@ fn show(maze: &OsStr, encoding: &EncodingArgs, json: bool) -> CommandResult {
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());
         let distance = |cell| distances.at(cell);
-        print(&format!(
-            "{}\n{}",
-            wrapped(&row.line(), ", ", 2),
-            maze.picture().with_numbers(&distance)
-        ))?;
+        let numbers = maze.picture().with_numbers(&distance).to_string();
+        let [compact, narrow] = [maze.picture().compact(), maze.picture().narrow()];
+        let pictures = [numbers, compact.to_string(), narrow.to_string()];
+        print(&format!("{}\n{}", row.line(), fitting(&pictures)))?;
     }
     Ok(true)
 }

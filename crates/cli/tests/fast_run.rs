@@ -68,9 +68,9 @@ fn vehicles_and_routes_are_compared_in_a_table() {
     let ended = home.run(&[&["fast-run", "harbour"], &vehicles[..]].concat());
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-    maze            vehicle       time  gate to gate   distance  slalom turns
-    01-harbour.txt  ukmars    13.056 s      12.437 s    8.791 m            27
-    01-harbour.txt  expert     4.200 s       3.925 s    7.956 m            15
+    maze            vehicle      time  gate to gate  distance  slalom turns
+    01-harbour.txt  ukmars   13.056 s      12.437 s   8.791 m            27
+    01-harbour.txt  expert    4.200 s       3.925 s   7.956 m            15
     ");
     let ended = home.run(&[
         "fast-run",
@@ -81,17 +81,21 @@ fn vehicles_and_routes_are_compared_in_a_table() {
     ]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     insta::assert_snapshot!(ended.stdout, @r"
-    maze              vehicle  route              time  gate to gate   distance  slalom turns      loss
-    10-two-roads.txt  expert   fastest         3.642 s       3.361 s    6.608 m            13    0.00 %
-    10-two-roads.txt  expert   fewest-cells    3.642 s       3.361 s    6.608 m            13    0.00 %
-    10-two-roads.txt  expert   fewest-turns    4.503 s       4.233 s    9.273 m            11   23.64 %
-    09-left-bank.txt  expert   fastest         4.286 s       4.013 s    8.218 m            12    0.00 %
-    09-left-bank.txt  expert   fewest-cells    4.472 s       4.198 s    8.316 m            14    4.33 %
-    09-left-bank.txt  expert   fewest-turns    4.472 s       4.198 s    8.316 m            14    4.33 %
+    maze
+      vehicle  route             time  gate to gate  distance  slalom turns     loss
+    10-two-roads.txt
+      expert   fastest        3.642 s       3.361 s   6.608 m            13   0.00 %
+      expert   fewest-cells   3.642 s       3.361 s   6.608 m            13   0.00 %
+      expert   fewest-turns   4.503 s       4.233 s   9.273 m            11  23.64 %
+    09-left-bank.txt
+      expert   fastest        4.286 s       4.013 s   8.218 m            12   0.00 %
+      expert   fewest-cells   4.472 s       4.198 s   8.316 m            14   4.33 %
+      expert   fewest-turns   4.472 s       4.198 s   8.316 m            14   4.33 %
 
-    mean of 2 mazes   expert   fastest         3.964 s       3.687 s    7.413 m          12.5    0.00 %
-    mean of 2 mazes   expert   fewest-cells    4.057 s       3.780 s    7.462 m          13.5    2.17 %
-    mean of 2 mazes   expert   fewest-turns    4.487 s       4.216 s    8.795 m          12.5   13.98 %
+    mean of 2 mazes
+      expert   fastest        3.964 s       3.687 s   7.413 m          12.5   0.00 %
+      expert   fewest-cells   4.057 s       3.780 s   7.462 m          13.5   2.17 %
+      expert   fewest-turns   4.487 s       4.216 s   8.795 m          12.5  13.98 %
     ");
     let ended = home.run(&["fast-run", "two roads", "--route", "fewest-turns"]);
     insta::assert_snapshot!(ended.stdout, @r"
@@ -117,13 +121,19 @@ fn mazes_without_a_run_are_listed_and_unreadable_ones_are_skipped() {
     let ended = home.run(&["fast-run", "mazes", "mazes/a.txt"]);
     assert_eq!(ended.code, Some(1));
     insta::assert_snapshot!(ended.stdout, @r"
-    maze               vehicle       time  gate to gate   distance  slalom turns
-    mazes/a.txt        expert     0.461 s       0.197 s    0.574 m             1
-    mazes/closed.txt   expert   goal unreachable: the start at (0, 0) has walls on all sides
-    mazes/cut/off.txt  expert   goal unreachable: walls enclose every goal cell
-    mazes/z.txt        expert     0.471 s       0.219 s    0.810 m             0
+    maze
+      vehicle      time  gate to gate  distance  slalom turns
+    mazes/a.txt
+      expert    0.461 s       0.197 s   0.574 m             1
+    mazes/closed.txt
+      expert   goal unreachable: the start at (0, 0) has walls on all sides
+    mazes/cut/off.txt
+      expert   goal unreachable: walls enclose every goal cell
+    mazes/z.txt
+      expert    0.471 s       0.219 s   0.810 m             0
 
-    mean of 2 mazes    expert     0.466 s       0.208 s    0.692 m           0.5
+    mean of 2 mazes
+      expert    0.466 s       0.208 s   0.692 m           0.5
     2 mazes without a run
     ");
     let stderr = ended.stderr;

@@ -55,20 +55,12 @@ fn for_each_command(home: &Home, maze: &[&str], check: impl Fn(&[&str], &Output,
 #[test]
 fn every_command_with_a_maze_is_tested() {
     let home = Home::new();
-    let mut found = Vec::new();
-    for parent in [&[][..], &["mazes"]] {
-        let help = home.run(&[&["help"], parent].concat()).stdout;
-        let (_, listed) = help.split_once("Commands:\n").unwrap();
-        let listed = listed.lines().take_while(|line| !line.is_empty());
-        let names = listed.filter(|line| !line.starts_with("   "));
-        for name in names.filter_map(|line| line.split_whitespace().next()) {
-            let words = [parent, &[name]].concat();
-            let help = home.run(&[&["help"], &words[..]].concat()).stdout;
-            if help.lines().any(|line| line.contains("MAZE") || line.contains("words from")) {
-                found.push(words.join(" "));
-            }
-        }
-    }
+    let mut found = home.commands();
+    found.retain(|command| {
+        let help =
+            home.run(&[&["help"][..], &command.split(' ').collect::<Vec<_>>()].concat()).stdout;
+        help.lines().any(|line| line.contains("MAZE") || line.contains("words from"))
+    });
     for command in &found {
         let words: Vec<&str> = command.split(' ').collect();
         assert!(COMMANDS.iter().any(|(before, _)| before.starts_with(&words)), "{command}");

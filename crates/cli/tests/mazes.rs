@@ -232,9 +232,11 @@ fn rotated_and_mirrored_mazes_are_duplicates() {
     insta::assert_snapshot!(checked.stdout.replace('\\', "/"), @"
     ./1.txt: 2x2, 1 goal cell, goal 3 steps away
     ./2-mirrored.txt: 2x2, 1 goal cell, goal 3 steps away
-      warning: mirrored, east and west swapped, the maze has the same walls, start and goal as ./1.txt
+      warning: mirrored, east and west swapped, the maze has the same walls, start
+        and goal as ./1.txt
     ./3-turned.txt: 2x2, 1 goal cell, goal 3 steps away
-      warning: rotated by 90° anticlockwise, the maze has the same walls, start and goal as ./1.txt
+      warning: rotated by 90° anticlockwise, the maze has the same walls, start and
+        goal as ./1.txt
     ./4-other-goal.txt: 2x2, 1 goal cell, goal 1 step away
     ");
 }

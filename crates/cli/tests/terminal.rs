@@ -2,7 +2,7 @@
 
 mod harness;
 
-use harness::Home;
+use harness::{Home, recorded};
 
 const MAZE: &str = "o---o---o---o\n| S       G |\no   o---o   o\n|           |\no---o---o---o\n";
 
@@ -46,13 +46,10 @@ fn tables_align_wide_and_combining_characters() {
         ended.stdout
     };
     let runs = stdout(&["fast-run", "mazes", "--vehicle", "wide.toml", "--vehicle", "ukmars"]);
-    assert!(runs.contains("快速"), "{runs}");
-    check_table(&runs, "maze ", 2 * NAMES.len());
-    check_table(&runs, "mean of 4 mazes ", 1);
-    let runs = stdout(&["fast-run", "mazes", "--route", "all"]);
-    check_table(&runs, "maze ", 3 * NAMES.len());
-    let trials = stdout(&["trial", "mazes", "--robot", "random"]);
-    check_table(&trials, "maze ", NAMES.len());
+    let rows: Vec<&str> = runs.lines().filter(|line| line.starts_with("  ")).collect();
+    assert!(runs.contains("\nmazes/全日本2017決勝.txt\n  快速   "), "{runs}");
+    let widths: Vec<usize> = rows.iter().map(|row| columns(row)).collect();
+    assert_eq!(widths, vec![widths[0]; 1 + 2 * NAMES.len() + 2], "{runs}");
     let trials = stdout(&["trial", "mazes", "--compare"]);
     check_table(&trials, "Benchmarks ", 7);
     let strategies = ["--strategies", "flood-fill,swing"];
@@ -63,27 +60,69 @@ fn tables_align_wide_and_combining_characters() {
     check_table(&contest, "  ", 2);
 }
 
+/// Commands that write data or files, or need the internet.
+const WITHOUT_TEXT: [&str; 8] = [
+    "compare",
+    "completions",
+    "man",
+    "help",
+    "export",
+    "mazes convert",
+    "mazes fetch",
+    "mazes generate",
+];
+
 /// Without a terminal, lines are as long as on a terminal of 80 columns.
 #[test]
-fn lines_fit_80_columns() {
+fn lines_of_all_commands_fit_80_columns() {
     let home = Home::new();
+    let long = "a maze with a rather long name that says where";
+    home.write(&format!("mazes/{long}.txt"), MAZE);
+    home.write(&format!("mazes/{long} without a way.txt"), MAZE.replace("S  ", "S |"));
+    let strategies = ["--strategies", "swing,flood-fill,left-wall"];
+    let demo = ["demo", "old quarter", "--once", "--port", "0", "--no-viewer", "--record", "."];
+    let demo = [&demo[..], &["--pace", "0"]].concat();
+    assert_eq!(home.run(&demo[..8]).code, Some(0));
+    std::fs::rename(recorded(home.path()), home.path().join("search.mcap")).unwrap();
     let server = home.serve(&["old", "quarter", "--port", "0"]);
-    let solve = ["solve", "fastest-path-search", "--goal", "server", "--connect"];
-    let trial = ["trial", "orchard", "terraces", "harbour", "hedgerow", "--compare"];
-    for arguments in [
-        &["mazes", "list"][..],
-        &["mazes", "show", "closed", "garden"],
-        &["fast-run", "harbour", "--explain"],
-        &["fast-run", "--explain", "--vehicle", "ukmars", "--route", "all"],
-        &["contest", "--strategies", "swing,flood-fill,left-wall"],
-        &trial,
-        &[&solve[..], &[&server.address]].concat(),
-    ] {
+    let classic = home.serve(&["harbour", "--port", "0"]);
+    let connect = ["--connect", &server.address];
+    let solve = ["solve", "fastest-path-search", "--goal", "server"];
+    let long = format!("mazes/{long}.txt");
+    let run = ["run", "--port", "0", "--no-viewer", "--maze", &long, env!("CARGO_BIN_EXE_mmsim")];
+    let cases = [
+        demo.clone(),
+        [&solve[..], &connect].concat(),
+        [&run[..], &["solve", "shortest-path-search", "--goal", "server"]].concat(),
+        vec!["check-server", &classic.address],
+        vec!["replay", "search.mcap"],
+        vec!["mazes", "list"],
+        vec!["mazes", "list", "mazes"],
+        vec!["mazes", "show", "closed", "garden"],
+        vec!["mazes", "show", "old", "quarter"],
+        vec!["mazes", "check", "mazes"],
+        vec!["mazes", "diff", "harbour", "hedgerow"],
+        vec!["fast-run", "mazes"],
+        vec!["fast-run", "harbour", "old quarter", "--route", "all"],
+        vec!["fast-run", "harbour", "--explain"],
+        vec!["fast-run", "--explain", "--vehicle", "ukmars", "--route", "all"],
+        [&["contest"][..], &strategies].concat(),
+        [&["contest", "mazes"][..], &strategies].concat(),
+        vec!["trial", "orchard", "terraces", "harbour", "hedgerow", "--compare"],
+        vec!["trial", "orchard", "mazes", "--robot", "champion", "--robot", "random"],
+        vec!["trial", "orchard", "--path"],
+    ];
+    for arguments in &cases {
         let ended = home.run(arguments);
-        assert!(ended.stdout.lines().count() > 5, "{ended:?}");
+        assert!(ended.stdout.lines().count() > 1, "{arguments:?}: {ended:?}");
         for line in ended.stdout.lines() {
             assert!(columns(line) <= 80, "{arguments:?}: {line}");
         }
+    }
+    let words: Vec<String> = cases.iter().map(|words| words.join(" ") + " ").collect();
+    for command in home.commands() {
+        let is_tested = words.iter().any(|words| words.starts_with(&format!("{command} ")));
+        assert!(is_tested != WITHOUT_TEXT.contains(&&*command), "{command}");
     }
 }
 

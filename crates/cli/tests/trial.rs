@@ -32,11 +32,16 @@ fn prints_a_line_per_trial_and_a_summary_per_robot() {
     let ended = random(&home, &["mazes"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""), "too long in the closed one");
     insta::assert_snapshot!(ended.stdout.replace('\\', "/"), @"
-    maze                robot   explore  race    score  optimum  race excess  score excess
-    mazes/a.txt         random        4     3    3.133        2            1         1.033
-    mazes/b/closed.txt  random     1000     0  out of time, goal unreachable
-    mazes/c.txt         random        4     3    3.133        2            1         1.033
-    random: 2 of 3 trials scored; means: 4.0 explore steps, 3.0 race steps, score 3.133, score excess 1.033
+    maze
+      robot   explore  race    score  optimum  race excess  score excess
+    mazes/a.txt
+      random        4     3    3.133        2            1         1.033
+    mazes/b/closed.txt
+      random     1000     0  out of time, goal unreachable
+    mazes/c.txt
+      random        4     3    3.133        2            1         1.033
+    random: 2 of 3 trials scored; means: 4.0 explore steps, 3.0 race steps, score
+      3.133, score excess 1.033
     ");
     let ended = random(&home, &["mazes/a.txt"]);
     assert_eq!((ended.code, ended.stdout.lines().count()), (Some(0), 2), "{ended:?}");
@@ -106,8 +111,11 @@ fn swing_as_published_may_crash() {
     let ended = home.run(&trial);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(1), ""));
     insta::assert_snapshot!(ended.stdout, @"
-    maze        robot               explore  race    score  optimum  race excess  score excess
-    closed.txt  swing-as-published        1     0  step 1: no path to (0, 0), so the published robot crashes
+    maze
+      robot               explore  race    score  optimum  race excess  score excess
+    closed.txt
+      swing-as-published        1     0  step 1: no path to (0, 0), so the published
+        robot crashes
     ");
 }
 

@@ -5,7 +5,7 @@ use mmsim_maze::{Escaped, counted};
 
 use super::driven::{DrivenRun, RouteChoice, RunResult};
 use super::report::SegmentReport;
-use crate::grid::{aligned, left_aligned, wrapped};
+use crate::grid::{aligned, titled, wrapped};
 
 /// Describes a run: its times, its length, its turns and its text form.
 pub(super) fn describe(driven: &DrivenRun, with_segments: bool) -> String {
@@ -83,8 +83,8 @@ fn segments(segments: &[Segment]) -> String {
 pub(super) fn table(results: &[RunResult]) -> String {
     let has_routes = results.iter().any(|result| result.route != RouteChoice::Fastest);
     let [time, gate, distance, turns] = ["time", "gate to gate", "distance", "slalom turns"];
-    let loss = if has_routes { "      loss" } else { "" };
-    let head = format!("{time:>9}  {gate:>12}  {distance:>9}  {turns:>12}{loss}");
+    let loss = if has_routes { "     loss" } else { "" };
+    let head = format!("{time:>8}  {gate:>12}  {distance:>8}  {turns:>12}{loss}");
     let mut rows = vec![row("maze".into(), "vehicle", has_routes.then_some("route"), head)];
     rows.extend(results.iter().map(|result| {
         let figures = match &result.driven {
@@ -99,7 +99,7 @@ pub(super) fn table(results: &[RunResult]) -> String {
         rows.push(Vec::new());
         rows.extend(means);
     }
-    left_aligned(&rows) + &failures(results)
+    titled(&rows) + &failures(results)
 }
 
 fn row(maze: String, vehicle: &str, route: Option<&str>, figures: String) -> Vec<String> {
@@ -153,6 +153,6 @@ fn figures(DrivenRun { trajectory, gate_to_gate, run, loss, .. }: &DrivenRun) ->
 fn text(figures: [f64; 5], decimals: usize, has_routes: bool) -> String {
     let [time, gate_to_gate, length, turns, loss] = figures;
     let metres = length / 1000.0;
-    let loss = if has_routes { format!("  {loss:>6.2} %") } else { String::new() };
-    format!("{time:>7.3} s  {gate_to_gate:>10.3} s  {metres:>7.3} m  {turns:>12.decimals$}{loss}")
+    let loss = if has_routes { format!("  {loss:>5.2} %") } else { String::new() };
+    format!("{time:>6.3} s  {gate_to_gate:>10.3} s  {metres:>6.3} m  {turns:>12.decimals$}{loss}")
 }

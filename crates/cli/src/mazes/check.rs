@@ -16,6 +16,7 @@ use super::EncodingArgs;
 use super::index::{MazeIndex, real_path};
 use super::row::MazeRow;
 use crate::args::{CommandResult, one_of};
+use crate::grid::wrapped;
 use crate::output::{drawn_readings, print_report};
 use crate::selection::{MAZES_HELP, Selection};
 
@@ -290,10 +291,10 @@ fn finding_lines(findings: &[Finding]) -> String {
     let same_kind = |a: &Finding, b: &Finding| a.kind == b.kind;
     let line = |group: &[Finding]| match group {
         [] => String::new(),
-        [one] => format!("  {}: {}\n", one.severity, Escaped(&one.message)),
-        [first, ..] => format!("  {}: {}\n", first.severity, summary(group, first.kind)),
+        [one] => format!("  {}: {}", one.severity, Escaped(&one.message)),
+        [first, ..] => format!("  {}: {}", first.severity, summary(group, first.kind)),
     };
-    findings.chunk_by(same_kind).map(line).collect()
+    findings.chunk_by(same_kind).map(|group| wrapped(&line(group), " ", 4) + "\n").collect()
 }
 
 /// Formats the number of findings of one kind, and the positions of the first three.

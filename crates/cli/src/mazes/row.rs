@@ -8,6 +8,7 @@ use mmsim_maze::{Escaped, Maze, counted};
 use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
+use crate::grid::wrapped;
 use crate::output::goal_away;
 
 /// The properties of the maze in a file, or the error if the file cannot be read. The field names
@@ -48,8 +49,8 @@ impl MazeRow {
         Self { path: path.display().to_string(), error: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Formats the path and the properties of the maze as escaped text. If the file cannot be read,
-    /// formats only the error, which already contains the path.
+    /// Formats the path and the properties of the maze as escaped text that fits the terminal. If the
+    /// file cannot be read, formats only the error, which already contains the path, as one line.
     pub(super) fn line(&self) -> String {
         let Self { path, width: Some(width), height: Some(height), goals: Some(goals), .. } = self
         else {
@@ -63,6 +64,7 @@ impl MazeRow {
             unreachable => format!(", {} unreachable", counted(unreachable, "cell")),
         };
         let goals = counted(goals.len(), "goal cell");
-        format!("{}: {size}, {goals}, {goal}{unreachable}", Escaped(path))
+        let line = format!("{}: {size}, {goals}, {goal}{unreachable}", Escaped(path));
+        wrapped(&line, ", ", 2)
     }
 }

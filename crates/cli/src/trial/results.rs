@@ -1,14 +1,15 @@
 //! Prints the outcomes of trials as tables or JSON.
 
 use std::fmt::Write as _;
-use std::{io, mem};
+use std::{io, mem, ptr};
 
 use mmsim_compare::{Means, TrialJob, TrialResult, TrialRow};
 
 use crate::args::CommandResult;
-use crate::grid::{padded, widest};
+use crate::grid::{padded, widest, wrapped};
 use crate::output::{print, print_pretty_json};
 use crate::screen::fitting;
+use crate::terminal::columns;
 
 /// How outcomes are printed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,8 +39,10 @@ impl<'a> ResultPrinter<'a> {
 
     /// Adds the outcomes of the next trials.
     pub(crate) fn add(&mut self, outcomes: Vec<TrialResult>) -> io::Result<()> {
-        for (job, outcome) in self.jobs[self.outcomes.len()..].iter().zip(&outcomes) {
-            self.lines += &self.table.line(job, outcome);
+        let jobs = self.jobs.iter().enumerate().skip(self.outcomes.len());
+        for ((index, job), outcome) in jobs.zip(&outcomes) {
+            let is_first = index == 0 || !ptr::eq(self.jobs[index - 1].0, job.0);
+            self.lines += &self.table.line(job, outcome, is_first);
             if self.form.path && !self.form.json {
                 let (selected, robot) = job;
                 let drawings = outcome.drawings();
@@ -73,9 +76,14 @@ impl<'a> ResultPrinter<'a> {
     }
 }
 
+/// The heads of the columns after those of the maze and the robot.
+const HEADS: &str = "explore  race    score  optimum  race excess  score excess";
+
 /// A table with fixed column widths. Each line can be printed before the next line is known.
 struct ResultTable {
-    maze_width: usize,
+    /// The width of the column of mazes, or `None` if the table is too wide for the terminal. Each maze
+    /// then has its own line.
+    maze_width: Option<usize>,
     robot_width: usize,
 }
 
@@ -85,17 +93,18 @@ impl ResultTable {
             jobs.iter().map(|(selected, _)| selected.shown_path()),
             jobs.iter().map(|(_, robot)| robot.name().to_string()),
         );
-        Self {
-            maze_width: widest(mazes.chain(["maze".into()])),
-            robot_width: widest(robots.chain(["robot".into()])),
-        }
+        let maze_width = widest(mazes.chain(["maze".into()]));
+        let robot_width = widest(robots.chain(["robot".into()]));
+        let width = maze_width + 2 + robot_width + 2 + HEADS.len();
+        Self { maze_width: Some(maze_width).filter(|_| width <= columns()), robot_width }
     }
 
     fn head(&self) -> String {
-        self.row("maze", "robot", "explore  race    score  optimum  race excess  score excess")
+        self.row("maze", true, "robot", HEADS)
     }
 
-    fn line(&self, (selected, robot): &TrialJob<'_>, outcome: &TrialResult) -> String {
+    /// Formats the outcome of a trial, which may be the first in its maze.
+    fn line(&self, (maze, robot): &TrialJob<'_>, outcome: &TrialResult, is_first: bool) -> String {
         let TrialResult { explore_steps, race_steps, .. } = outcome;
         let steps = format!("{explore_steps:>7}  {race_steps:>4}");
         let rest = match (outcome.score(), outcome.race_optimum, outcome.excess()) {
@@ -104,20 +113,24 @@ impl ResultTable {
             }
             _ => outcome.reason().to_string(),
         };
-        self.row(&selected.shown_path(), robot.name(), &format!("{steps}  {rest}"))
+        self.row(&maze.shown_path(), is_first, robot.name(), &format!("{steps}  {rest}"))
     }
 
-    fn row(&self, maze: &str, robot: &str, results: &str) -> String {
-        let Self { maze_width, robot_width } = self;
-        let (maze, robot) = (padded(maze, *maze_width), padded(robot, *robot_width));
-        format!("{maze}  {robot}  {results}\n")
+    fn row(&self, maze: &str, is_first: bool, robot: &str, results: &str) -> String {
+        let maze = match self.maze_width {
+            Some(width) => padded(maze, width),
+            None if is_first => format!("{maze}\n"),
+            None => String::new(),
+        };
+        let results = format!("  {}  {results}", padded(robot, self.robot_width));
+        maze + &if self.maze_width.is_some() { results } else { wrapped(&results, " ", 4) } + "\n"
     }
 }
 
 /// Returns a summary line for each robot that ran in several mazes.
 fn summary(jobs: &[TrialJob<'_>], outcomes: &[TrialResult]) -> String {
     // Each maze has the same robots.
-    let is_first = |(maze, _): &&TrialJob<'_>| std::ptr::eq(*maze, jobs[0].0);
+    let is_first = |(maze, _): &&TrialJob<'_>| ptr::eq(*maze, jobs[0].0);
     let robots = jobs.iter().take_while(is_first).count();
     let summaries = jobs.iter().take(robots).enumerate().map(|(index, (_, robot))| {
         sum_up(robot.name(), outcomes.iter().skip(index).step_by(robots))
@@ -140,5 +153,5 @@ fn sum_up<'a>(robot: &str, outcomes: impl Iterator<Item = &'a TrialResult> + Clo
              score {score:.3}, score excess {excess:.3}"
         );
     }
-    text + "\n"
+    wrapped(&text, " ", 2) + "\n"
 }

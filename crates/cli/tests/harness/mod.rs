@@ -59,6 +59,27 @@ impl Home {
         Output::new(&mut self.command(arguments))
     }
 
+    /// Returns the words of each command that the help lists, such as `mazes list`, without commands that
+    /// only have further commands.
+    pub fn commands(&self) -> Vec<String> {
+        let (mut found, mut parents) = (Vec::new(), vec![String::new()]);
+        while let Some(parent) = parents.pop() {
+            let help = self
+                .run(&["help"].into_iter().chain(parent.split_whitespace()).collect::<Vec<_>>());
+            let Some((_, listed)) = help.stdout.split_once("Commands:\n") else {
+                found.push(parent);
+                continue;
+            };
+            let listed = listed.lines().take_while(|line| !line.is_empty());
+            let names = listed.filter(|line| !line.starts_with("   "));
+            let names = names.filter_map(|line| line.split_whitespace().next());
+            // `help` lists the same commands again.
+            let names = names.filter(|&name| parent.is_empty() || name != "help");
+            parents.extend(names.map(|name| format!("{parent} {name}").trim().to_string()));
+        }
+        found
+    }
+
     /// Returns the command that starts a server. Disables the viewer page unless an argument
     /// contains `viewer`.
     pub fn server(&self, arguments: &[&str]) -> Command {
