@@ -123,8 +123,8 @@ fn each_state_has_a_message_with_the_figures_of_the_mouse() {
             mouse.iter().map(|(_, _, it)| it["phase"].as_str().unwrap()).collect();
         phases.dedup();
         let expected: &[_] = match strategy {
-            BundledStrategy::FloodFill => &["search run", "at goal"],
-            _ => &["search run", "at goal", "return run", "at start", "fast run", "at goal"],
+            BundledStrategy::FloodFill => &["search_run", "at_goal"],
+            _ => &["search_run", "at_goal", "return_run", "at_start", "fast_run", "at_goal"],
         };
         assert_eq!(phases, expected);
     }
@@ -145,7 +145,7 @@ fn an_unreachable_goal_has_no_distance() {
     writer.close().unwrap();
     let (_, _, message) = &read(&path)["/mouse"][9];
     let expected = json!({
-        "x": 0, "y": 0, "heading": "N", "heading_degrees": 0, "phase": "search run",
+        "x": 0, "y": 0, "heading": "N", "heading_degrees": 0, "phase": "search_run",
         "phase_number": 0, "steps": 0, "turns": 0, "visited_cells": 1,
     });
     assert_eq!(*message, expected);

@@ -73,7 +73,7 @@ fn check(result: &Result<Recording, ReadError>, length: usize) {
     };
     let (size, states) = (recording.size(), recording.history().len());
     assert_eq!(recording.info().states, states);
-    assert!(!recording.info().name.contains(char::is_control), "the name is not a single line");
+    assert!(!recording.info().maze.contains(char::is_control), "the name is not a single line");
     assert_eq!(recording.info().size(), Some(size));
     assert_eq!(recording.times().len(), states);
     assert!(recording.maze().is_none_or(|maze| maze.size() == size));

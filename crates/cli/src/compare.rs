@@ -111,17 +111,17 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
 /// yet. Escapes control characters, so that each search stays on one line.
 fn write_csv(mouse: &MouseSummary, csv: &mut csv::Writer<impl Write>) -> csv::Result<()> {
     #[derive(Serialize)]
-    struct StrategyColumn<'a> {
-        strategy: &'a str,
+    struct MouseColumn<'a> {
+        mouse: &'a str,
     }
-    let strategy = StrategyColumn { strategy: &mouse.strategy };
+    let name = MouseColumn { mouse: &mouse.mouse };
     let escaped = |text: &String| Escaped(text).to_string();
     mouse.mazes.iter().cloned().try_for_each(|SearchRow { mut maze, mut figures, times }| {
-        (maze.path, maze.name) = (escaped(&maze.path), escaped(&maze.name));
+        (maze.path, maze.maze) = (escaped(&maze.path), escaped(&maze.maze));
         figures.error = figures.error.as_ref().map(escaped);
         match times {
-            Some(times) => csv.serialize((&strategy, maze, figures, times)),
-            None => csv.serialize((&strategy, maze, figures)),
+            Some(times) => csv.serialize((&name, maze, figures, times)),
+            None => csv.serialize((&name, maze, figures)),
         }
     })
 }
@@ -168,8 +168,8 @@ fn text(report: &SearchComparison) -> String {
 
 /// Lists the most frequent reasons why a mouse failed.
 fn failures(report: &SearchComparison, mouse: usize) -> Option<String> {
-    let MouseSummary { strategy, mazes, .. } = &report.mice[mouse];
+    let MouseSummary { mouse: name, mazes, .. } = &report.mice[mouse];
     let failures = report.comparison.failures().iter().filter(|one| one.candidate == mouse);
     let reasons = failures.map(|one| (&*one.reason, &*mazes[one.maze].maze.path));
-    list_reasons(&format!("{strategy} failed"), reasons)
+    list_reasons(&format!("{name} failed"), reasons)
 }

@@ -103,7 +103,7 @@ pub(crate) fn ask_maze(
         return Err(format!("--size is {size}, but the server's maze is {served}"));
     }
     let has_annotations = info.has_annotations();
-    Ok(KnownSimulator { name: Some(info.name), map, start, has_annotations })
+    Ok(KnownSimulator { name: Some(info.maze), map, start, has_annotations })
 }
 
 /// Warns that a reply is late. The transport calls this every second while it waits; for each

@@ -125,9 +125,9 @@ struct EntryColumns<'a> {
 /// nothing has been written yet. Escapes control characters, so that each attempt stays on one line.
 fn write_csv(result: &MazeResult, csv: &mut csv::Writer<impl Write>) -> csv::Result<()> {
     let escaped = |text: &str| Escaped(text).to_string();
-    let MazeColumns { path, name, width, height } = &result.maze;
-    let (path, name) = (escaped(path), escaped(name));
-    let maze = MazeColumns { path, name, width: *width, height: *height };
+    let MazeColumns { path, maze, width, height } = &result.maze;
+    let (path, maze) = (escaped(path), escaped(maze));
+    let maze = MazeColumns { path, maze, width: *width, height: *height };
     result.entries.iter().try_for_each(|ContestEntry { rank, mouse, points, attempt }| {
         let best = attempt.best_run();
         let columns = EntryColumns {

@@ -131,9 +131,9 @@ fn show(maze: &OsStr, encoding: &EncodingArgs, json: bool) -> CommandResult {
         struct Shown {
             #[serde(flatten)]
             row: MazeRow,
-            maze: String,
+            drawing: String,
         }
-        let shown = Shown { row, maze: maze.to_string() };
+        let shown = Shown { row, drawing: maze.to_string() };
         print_json(&shown)?;
     } else {
         let distances = Distances::flood(maze.walls(), maze.goals());

@@ -8,10 +8,10 @@ use crate::grid::aligned;
 
 /// Formats runs with their names as a table with one line for each run.
 pub(crate) fn table(rows: impl IntoIterator<Item = (String, RunReport)>) -> String {
-    let row = |(name, RunReport { steps, turns, ms }): (String, RunReport)| {
+    let row = |(name, RunReport { steps, turns, wall_time_s }): (String, RunReport)| {
         let [steps, turns] =
             [counted(steps, "step"), counted(turns, "turn")].map(|count| count.to_string());
-        vec![name, steps, turns, format!("{:.3} s", ms / 1e3)]
+        vec![name, steps, turns, format!("{wall_time_s:.3} s")]
     };
     aligned(&rows.into_iter().map(row).collect::<Vec<_>>())
 }
@@ -38,8 +38,8 @@ impl PhaseTimes {
 
     /// Returns the figures of the phases, or `None` before the first state.
     pub(crate) fn report(&self) -> Option<PhaseReport> {
-        let ms = |first, last| self.times.milliseconds(first, last);
-        (self.phases.states > 0).then(|| PhaseReport::new(&self.phases, ms))
+        let seconds = |first, last| self.times.seconds(first, last);
+        (self.phases.states > 0).then(|| PhaseReport::new(&self.phases, seconds))
     }
 }
 

@@ -89,7 +89,7 @@ pub(crate) fn known_walls(
     let known = known().ok_or_else(no_state)?;
     let walls = known.walls(Unknown::Closed).clone();
     let maze = Maze::new(walls, known.start().cell, *known.goals())?;
-    let name = recording.info().name.clone();
+    let name = recording.info().maze.clone();
     Ok((NamedMaze { path: file.into(), name, maze }, is_undamaged))
 }
 

@@ -108,7 +108,7 @@ fn text(args: &ReplayArgs, recording: &Recording, shown: Option<&StateReport>) -
     let names = names.text().map(|names| format!("{names}\n")).unwrap_or_default();
     let (maze, state) = (maze.unwrap_or_default(), shown.map_or("", |shown| &shown.text));
     let (file, summary) = (Escaped(args.file.display()), summary(recording));
-    format!("{file}: {}, {size}{goal}\n{summary}\n{names}{maze}{state}", info.name)
+    format!("{file}: {}, {size}{goal}\n{summary}\n{names}{maze}{state}", info.maze)
 }
 
 /// The names that the client has sent, or `None` if it has not sent them. The field names are JSON
@@ -144,8 +144,8 @@ fn summary(recording: &Recording) -> String {
     let times = recording.times();
     let time = began(recording).map(|began| {
         let local = began.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S");
-        let ms = times.milliseconds(0, times.len().saturating_sub(1));
-        format!(" in {:.3} s, from {local}", ms / 1e3)
+        let seconds = times.seconds(0, times.len().saturating_sub(1));
+        format!(" in {seconds:.3} s, from {local}")
     });
     let ending = match recording.integrity() {
         Integrity::Closed => "closed properly".into(),
@@ -176,7 +176,7 @@ struct ReplayReport<'a> {
     /// The length of the intact part in bytes, or `None` if the file was closed properly.
     whole_bytes: Option<u64>,
     ignored: IgnoredRecords,
-    maze: Option<String>,
+    drawing: Option<String>,
     /// The pose in each state, or `None` if `--at` is set.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses<'a>>,
@@ -216,7 +216,7 @@ impl<'a> ReplayReport<'a> {
             integrity,
             whole_bytes,
             ignored: recording.ignored(),
-            maze: recording.maze().map(ToString::to_string),
+            drawing: recording.maze().map(ToString::to_string),
             poses: args.at.is_none().then_some(Poses(recording)),
             log: args.at.is_none().then(|| recording.log()),
             state,

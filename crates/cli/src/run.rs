@@ -323,7 +323,7 @@ fn run_once(
         let started = MouseProcess::start(program, run.address());
         let not_started = |error: StartError| ExitCause::NotStarted(error.into());
         let cause = started.map_or_else(not_started, |mut mouse| mouse.wait(control));
-        return end_client(args, name, &info.name, cause, run, control);
+        return end_client(args, name, &info.maze, cause, run, control);
     }
     let prints_result = args.json || args.mms.score;
     let copy: Box<dyn Write + Send> =
@@ -341,7 +341,7 @@ fn run_once(
         // The mouse misreads walls, but this process, its client, must not.
         monitor.misread(Misreadings::default())?;
         let known = KnownSimulator {
-            name: Some(info.name),
+            name: Some(info.maze),
             map: KnownMaze::unexplored(&maze),
             start: maze.start(),
             has_annotations: true,
@@ -353,7 +353,7 @@ fn run_once(
         note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
     }
     let cause = mouse.map_or_else(ExitCause::NotStarted, |mouse| mouse.wait(control));
-    end_client(args, name, &info.name, cause, run, control)
+    end_client(args, name, &info.maze, cause, run, control)
 }
 
 /// Ends the run of a mouse that is a client, or that was not recognized, and reports the outcome.

@@ -43,7 +43,7 @@ pub(crate) fn run(args: &ServeArgs, commands: &Command) -> CommandResult {
         note(format_args!("for real contest mazes, run {fetch}"));
     }
     if args.json {
-        let report = ServerReport { address: server.address(), page, maze: simulation.info() };
+        let report = ServerReport { address: server.address(), page, info: simulation.info() };
         print_json(&report)?;
     }
     let stop = server.stop_handle();
@@ -58,7 +58,7 @@ struct ServerReport<'a> {
     address: &'a str,
     /// The URL of the viewer page.
     page: Option<String>,
-    maze: Info,
+    info: Info,
 }
 
 /// Returns another error if the words may be meant as a command, a usage error if one is similar.

@@ -134,7 +134,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         Ok(prepared) => prepared,
         Err(error) if args.json => {
             let report = SolveReport {
-                strategy: strategy.name(),
+                mouse: strategy.name(),
                 ending: Ending::Failed,
                 error: Some(error),
                 ..SolveReport::default()
@@ -208,7 +208,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
 /// The JSON report of a search. The optional fields are null if no search took place.
 #[derive(Default, Serialize)]
 struct SolveReport<'a> {
-    strategy: &'a str,
+    mouse: &'a str,
     goal_reached: bool,
     ending: Ending,
     /// The steps of all phases.
@@ -235,7 +235,7 @@ struct SolveReport<'a> {
 #[derive(Serialize)]
 struct TimeBoundsReport {
     vehicle: String,
-    fast_run_s: Option<f64>,
+    fast_run_time_s: Option<f64>,
     fast_run_lower_bound_s: Option<f64>,
 }
 
@@ -243,7 +243,7 @@ impl TimeBoundsReport {
     fn new(exploration: &Exploration, bounds: TimeBounds) -> Self {
         Self {
             vehicle: exploration.vehicle_name().into(),
-            fast_run_s: bounds.pessimistic,
+            fast_run_time_s: bounds.pessimistic,
             fast_run_lower_bound_s: bounds.optimistic,
         }
     }
@@ -260,7 +260,7 @@ impl<'a> SolveReport<'a> {
         let Pose { cell, heading } = mouse.pose();
         let size = mouse.map().size();
         Self {
-            strategy,
+            mouse: strategy,
             goal_reached: verdict.goal_reached,
             ending: verdict.ending,
             steps: run.stats.steps(),

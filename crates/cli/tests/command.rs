@@ -167,7 +167,7 @@ fn json_reports_the_address() {
     let place: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(place["address"], server.address);
     assert_eq!(place["page"], json!(null));
-    assert_eq!(place["maze"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
+    assert_eq!(place["info"]["goals"], json!([[7, 7], [8, 7], [7, 8], [8, 8]]));
 }
 
 #[test]

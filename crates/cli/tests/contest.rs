@@ -135,7 +135,7 @@ fn csv_has_a_line_for_each_mouse_in_each_maze() {
         for key in ["time_s", "rest_to_rest_s", "start_s"] {
             assert_eq!(row[key], best[key].to_string(), "{key}");
         }
-        assert_eq!((&*row["name"], &*row["error"]), ("a", ""));
+        assert_eq!((&*row["maze"], &*row["error"]), ("a", ""));
         assert_eq!(row["runs"], runs.len().to_string());
         assert_eq!(row["search_run_s"], runs[0]["time_s"].to_string());
     }

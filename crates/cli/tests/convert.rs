@@ -143,14 +143,15 @@ fn every_reading_of_an_ambiguous_file_can_be_written() {
     let readings = finding["readings"].as_array().unwrap();
     assert_eq!(readings.len(), 3);
     for reading in readings {
-        let [bits, rows, maze] = ["bits", "rows", "maze"].map(|key| reading[key].as_str().unwrap());
+        let [bits, rows, maze] =
+            ["bits", "rows", "drawing"].map(|key| reading[key].as_str().unwrap());
         let options = ["--bits", bits, "--rows", rows];
         let written = home.run(&[&["mazes", "convert", "rows.txt", "-"][..], &options].concat());
         assert_eq!((written.code, &written.stdout[..]), (Some(0), maze));
         assert!(refused[0].contains(&format!("\n{}\n{maze}", options.join(" "))), "{refused:?}");
         for words in [&["rows.txt"][..], &[".", "rows"]] {
             let show = [&["mazes", "show", "--json"], words, &options].concat();
-            assert_eq!(home.run(&show).json()["maze"], maze);
+            assert_eq!(home.run(&show).json()["drawing"], maze);
         }
         let checked = home.run(&[&["mazes", "check", "rows.txt"][..], &options].concat());
         assert_eq!(checked.code, Some(0));

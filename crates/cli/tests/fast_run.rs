@@ -170,12 +170,12 @@ fn json_contains_every_figure() {
     let keys = |value: &Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
     assert_eq!(json.as_array().unwrap().len(), 6);
     assert_eq!((&json[0]["route"], &json[2]["route"]), (&json!("fastest"), &json!("fewest-turns")));
-    assert_eq!(json[0]["run"], "N 0 l90R@1400 2");
+    assert_eq!(json[0]["moves"], "N 0 l90R@1400 2");
     assert_eq!(json[0]["cells"], json!([[0, 0], [0, 1], [1, 1], [2, 1]]));
-    assert_eq!(json[0]["turns_by_kind"], json!({ "l90": 1 }));
+    assert_eq!(json[0]["slalom_turns_by_kind"], json!({ "l90": 1 }));
     assert_eq!((&json[0]["error"], &json[0]["loss_percent"]), (&Value::Null, &json!(0.0)));
     assert_eq!(json[3]["error"], "goal unreachable: the start at (0, 0) has walls on all sides");
-    assert_eq!(keys(&json[3]), ["error", "maze", "route", "vehicle"]);
+    assert_eq!(keys(&json[3]), ["error", "maze", "path", "route", "vehicle"]);
     assert_eq!(json[0].get("segments"), None);
 
     let run = home.run(&["fast-run", "winding river", "--json", "--explain"]).json()[0].clone();
@@ -192,13 +192,13 @@ fn json_contains_every_figure() {
         assert!(number(&segment["top_speed_mm_s"]) >= speed - 1e-6);
         time += number(&segment["duration_s"]);
         length += number(&segment["length_mm"]);
-        assert!((number(&segment["time_s"]) - time).abs() < 1e-9);
+        assert!((number(&segment["end_s"]) - time).abs() < 1e-9);
     }
     assert!(speed.abs() < 1e-6, "the run ends at rest");
     assert!((number(&run["time_s"]) - time).abs() < 1e-9);
     assert!((number(&run["length_mm"]) - length).abs() < 1e-6);
     let turns = segments.iter().filter(|segment| segment["steps"].is_null()).count();
-    assert_eq!((&json!(turns), 2 * turns + 1), (&run["turns"], segments.len()));
+    assert_eq!((&json!(turns), 2 * turns + 1), (&run["slalom_turns"], segments.len()));
 }
 
 /// The walls of a recorded search, with all unknown walls closed, can only lengthen the run.
@@ -212,7 +212,7 @@ fn a_recording_stands_for_the_walls_that_its_mouse_knows() {
     let ended = home.run(&["fast-run", file, "harbour", "--json"]);
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let (known, all) = (&ended.json()[0], &ended.json()[1]);
-    assert_eq!(known["maze"], file);
+    assert_eq!(known["path"], file);
     assert!(known["time_s"].as_f64() > all["time_s"].as_f64(), "{known}");
     let state = home.run(&["replay", file, "--json"]).json()["state"].clone();
     let visited = |cell: &Value| {

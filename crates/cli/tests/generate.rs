@@ -134,11 +134,11 @@ fn json_has_an_object_for_each_maze() {
     let mazes = json.as_array().unwrap();
     assert_eq!(mazes.len(), 20);
     let first = &mazes[0];
-    assert_eq!(first["maze"], home.run(&generate).stdout);
+    assert_eq!(first["drawing"], home.run(&generate).stdout);
     assert_eq!((&first["seed"], &first["style"]), (&7.into(), &"perfect".into()));
     assert_eq!((&first["width"], &first["height"]), (&3.into(), &2.into()));
     assert_eq!(first["goals"], serde_json::json!([[1, 0], [1, 1]]));
-    let different: HashSet<_> = mazes.iter().map(|maze| maze["maze"].to_string()).collect();
+    let different: HashSet<_> = mazes.iter().map(|maze| maze["drawing"].to_string()).collect();
     assert_eq!(different.len(), 3, "every maze of this size: {different:?}");
     assert!(mazes.iter().all(|maze| maze["shortest_path"].as_u64() >= Some(2)), "{json}");
 }

@@ -28,7 +28,7 @@ fn a_maze_is_shown_with_its_distances() {
     let by_path = home.run(&["mazes", "show", "mazes/small.txt"]);
     assert_eq!(by_words.stdout.replace('\\', "/"), by_path.stdout);
     let shown = home.run(&["mazes", "show", "mazes/small.txt", "--json"]).json();
-    assert_eq!(shown["maze"], SMALL);
+    assert_eq!(shown["drawing"], SMALL);
     assert_eq!(home.run(&["mazes", "show", "no such"]).code, Some(1));
 }
 

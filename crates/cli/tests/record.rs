@@ -187,7 +187,7 @@ fn each_search_is_a_recording_that_can_be_replayed() {
     assert_eq!((&json["poses"], &json["state"]["cell"]), (&().into(), &[0, 0].into()));
     assert_eq!(json["state"]["walls"][0][0].as_u64().unwrap() & 1, 1, "visited");
     let json = replay(&own, &["--json"]).json();
-    assert_eq!((&json["maze"], &json["state"]["wrong_walls"]), (&().into(), &().into()));
+    assert_eq!((&json["drawing"], &json["state"]["wrong_walls"]), (&().into(), &().into()));
 
     let ended = replay(first, &["--at", "192"]);
     assert_eq!(ended.code, Some(1));

@@ -63,11 +63,11 @@ fn the_figures_match_the_collection() {
     for report in reports.iter().flat_map(|reports| reports.as_array().unwrap()) {
         let mean = |key: &str| format!("{:.1}", report[key].as_f64().unwrap());
         let row = [
-            report["strategy"].as_str().unwrap().into(),
+            report["mouse"].as_str().unwrap().into(),
             format!("{}/{}", report["goal_reached"], report["reachable"]),
             mean("steps_to_goal"),
             report["proven"].to_string(),
-            mean("steps_in_all"),
+            mean("search_steps"),
             mean("path_found"),
             mean("shortest_path"),
             report["shortest_path_found"].to_string(),
@@ -104,7 +104,7 @@ fn the_misread_tables_match_the_collection() {
         });
         for (before, after) in before.as_array().unwrap().iter().zip(after.as_array().unwrap()) {
             let columns = [before, after].map(misread_columns).join(" | ");
-            let name = before["strategy"].as_str().unwrap();
+            let name = before["mouse"].as_str().unwrap();
             let row = format!("| {name}, {percent} % | {columns} |\n");
             assert!(table.contains(&row), "docs/strategies.md lacks {row}");
         }
@@ -116,10 +116,10 @@ fn misread_columns(report: &Value) -> String {
     let searches = report["mazes"].as_array().unwrap().iter();
     let searches = || searches.clone().filter(|search| !search["shortest_path"].is_null());
     let has_fast_run =
-        report["strategy"].as_str().is_some_and(|name| name == "swing" || name.ends_with("search"));
+        report["mouse"].as_str().is_some_and(|name| name == "swing" || name.ends_with("search"));
     let runs = || searches().filter(|search| !search["fast_run_steps"].is_null());
     let reached = || searches().filter(|search| search["goal_reached"] == true);
-    let steps = |search: &Value| search["steps_in_all"].as_f64().unwrap();
+    let steps = |search: &Value| search["search_steps"].as_f64().unwrap();
     let steps: Vec<f64> =
         if has_fast_run { runs().map(steps).collect() } else { reached().map(steps).collect() };
     let mean = steps.iter().sum::<f64>() / f64::from(u32::try_from(steps.len()).unwrap());
@@ -150,7 +150,7 @@ fn the_times_match_the_collection() {
         let figures = |key: &str| -> Vec<f64> {
             solved.clone().map(|search| search[key].as_f64().unwrap()).collect()
         };
-        let (steps, losses) = (figures("steps_in_all"), figures("fast_run_loss_percent"));
+        let (steps, losses) = (figures("search_steps"), figures("fast_run_loss_percent"));
         let count = f64::from(u32::try_from(losses.len()).unwrap());
         let mean = |figures: &[f64]| figures.iter().sum::<f64>() / count;
         let name = if tolerance == "0%" {

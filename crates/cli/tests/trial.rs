@@ -64,7 +64,7 @@ fn json_has_an_object_for_each_trial() {
     assert_eq!(
         report[0],
         json!({
-            "maze": "closed.txt", "robot": "random", "ending": "out_of_time", "score": null,
+            "path": "closed.txt", "maze": "closed", "mouse": "random", "ending": "out_of_time", "score": null,
             "explore_steps": 1000, "race_steps": 0, "race_optimum": null, "seed": 3, "noise": 0.0,
         })
     );
@@ -74,7 +74,7 @@ fn json_has_an_object_for_each_trial() {
     assert_eq!((&report[1]["race_optimum"], &report[1]["ending"]), (&json!(2), &json!("scored")));
     assert_eq!(report.as_array().unwrap().len(), 2);
     let path = random(&home, &["a.txt", "--json", "--path"]).json();
-    assert!(path[0]["path"].as_str().unwrap().starts_with("o---o"), "{path}");
+    assert!(path[0]["drawing"].as_str().unwrap().starts_with("o---o"), "{path}");
     // Without trials, the output is still an array.
     let ended = random(&home, &["no such", "--json"]);
     assert_eq!((ended.code, ended.json()), (Some(1), json!([])));
@@ -103,7 +103,7 @@ fn swing_as_published_may_crash() {
     let trial = ["trial", "wrong turn", "--robot", "swing", "--as-published", "--json"];
     let report = home.run(&trial).json();
     assert_eq!(
-        (&report[0]["robot"], &report[0]["score"]),
+        (&report[0]["mouse"], &report[0]["score"]),
         (&json!("swing-as-published"), &json!(28.6))
     );
     home.write("closed.txt", CLOSED);
@@ -179,7 +179,7 @@ fn words_select_a_maze() {
     let home = Home::new();
     let maze = |arguments: &[&str]| {
         let report: Value = random(&home, &[&["--json"], arguments].concat()).json();
-        report[0]["maze"].as_str().unwrap_or_default().to_string()
+        report[0]["path"].as_str().unwrap_or_default().to_string()
     };
     assert_eq!(maze(&["first steps"]), "training-first-steps.txt");
     home.write(".mmsim/own-steps.txt", MAZE);
@@ -249,7 +249,7 @@ fn a_comparison_prints_tables_and_json_and_draws_charts() {
         (&rows[0]["table"], &rows[0]["row"]),
         (&json!("benchmarks"), &json!("random, seed 0"))
     );
-    assert_eq!(rows[1]["maze"].as_str().map(|maze| maze.ends_with("b &c.txt")), Some(true));
+    assert_eq!(rows[1]["path"].as_str().map(|maze| maze.ends_with("b &c.txt")), Some(true));
     // A robot without a score is a result, not a failure.
     home.write("closed.txt", CLOSED);
     let ended = home.run(&["trial", "closed.txt", "--compare"]);
@@ -324,19 +324,19 @@ fn a_trial_is_sent_as_states() {
     );
     // The recording contains the figures of the trial.
     let (trial, optimum) = (&last["state"]["trial"], &report["race_optimum"]);
-    assert_eq!((&trial["robot"], &trial["status"]), (&json!("random"), &json!("scored")));
+    assert_eq!((&trial["mouse"], &trial["status"]), (&json!("random"), &json!("scored")));
     assert_eq!(trial["run_1"]["steps"], report["explore_steps"]);
     assert_eq!(trial["run_2"]["steps"], report["race_steps"]);
-    assert_eq!(trial["score"], format!("{:.3}", report["score"].as_f64().unwrap()));
+    assert_eq!(trial["score"], report["score"]);
     assert!(last["state"]["optimistic_distance"].as_u64() <= optimum.as_u64());
     let text = home.run(&["replay", &file]).stdout;
     assert!(text.contains("\ntwo-run trial of random: scored, score "), "{text}");
     let explore = report["explore_steps"].as_u64().unwrap();
     let reset = &state(&["--at", &explore.to_string()])["state"];
-    assert_eq!((&reset["trial"]["status"], &reset["cell"]), (&json!("run 2"), &json!([0, 0])));
+    assert_eq!((&reset["trial"]["status"], &reset["cell"]), (&json!("run_2"), &json!([0, 0])));
     assert_eq!(reset["trial"]["run_2"]["steps"], 0);
     let before = &state(&["--at", &(explore - 1).to_string()])["state"]["trial"];
-    assert_eq!((&before["status"], &before["run_2"]), (&json!("run 1"), &Value::Null));
+    assert_eq!((&before["status"], &before["run_2"]), (&json!("run_1"), &Value::Null));
     assert_eq!(before["run_1"]["steps"], explore - 1);
     // Other tools read the same figures.
     let messages = harness::mouse_messages(Path::new(&file));
@@ -371,7 +371,7 @@ fn a_trial_is_served_until_interrupted() {
     assert!(server.messages.contains("watch at http://127.0.0.1:"), "{}", server.messages);
     let reply = ask(&connect_to(&server.address, zmq::REQ), b"info");
     let info: Value = serde_json::from_slice(&reply).unwrap();
-    assert_eq!((&info["name"], &info["states"]), (&json!("a"), &json!(8)));
+    assert_eq!((&info["maze"], &info["states"]), (&json!("a"), &json!(8)));
     #[cfg(unix)]
     {
         server.signal("INT");

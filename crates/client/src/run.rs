@@ -373,6 +373,6 @@ o---o---o---o
         let mut simulation = Simulation::new("small", MAZE.parse().unwrap());
         let transport = InMemory::new(|request, reply| simulation.handle(request, reply));
         let info = Exchange::new(transport).info().unwrap();
-        assert_eq!((info.name.as_str(), info.width, info.height), ("small", 3, 3));
+        assert_eq!((info.maze.as_str(), info.width, info.height), ("small", 3, 3));
     }
 }

@@ -33,7 +33,7 @@ pub struct MazeColumns {
     /// The path of the file, or an empty string.
     pub path: String,
     /// The name.
-    pub name: String,
+    pub maze: String,
     /// The width in cells.
     pub width: u8,
     /// The height in cells.
@@ -44,7 +44,7 @@ impl MazeColumns {
     /// Creates the columns of a maze that is called `name` here.
     pub(crate) fn new(maze: &NamedMaze, name: &str) -> Self {
         let (path, size) = (maze.path.display().to_string(), maze.maze.size());
-        Self { path, name: name.into(), width: size.width(), height: size.height() }
+        Self { path, maze: name.into(), width: size.width(), height: size.height() }
     }
 }
 
@@ -71,14 +71,14 @@ pub struct SearchComparison {
 #[derive(Debug, Serialize)]
 pub struct MouseSummary {
     /// The name of the mouse.
-    pub strategy: String,
+    pub mouse: String,
     /// The command of a mouse of the user.
     command: Option<String>,
     /// The number of mazes with a reachable goal.
     reachable: usize,
     goal_reached: usize,
     /// The number of mazes in which the mouse correctly reported that the goal is unreachable.
-    rightly_given_up: usize,
+    gave_up_rightly: usize,
     /// The number of all other mazes.
     failed: usize,
     /// The number of mazes in which the goal was reached and the shortest path was proven.
@@ -184,11 +184,11 @@ impl MouseSummary {
         let mean = |statistics: &Statistics| Some(statistics.distribution.as_ref()?.mean);
         let ending = |ending| (ending, searches().filter(|search| search.ending == ending).count());
         Self {
-            strategy: mouse.name().into(),
+            mouse: mouse.name().into(),
             command: mouse.command().map(String::from),
             reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
             goal_reached: reached().count(),
-            rightly_given_up: searches().filter(|search| search.is_rightly_given_up).count(),
+            gave_up_rightly: searches().filter(|search| search.is_rightly_given_up).count(),
             failed: searches().filter(|search| search.failure().is_some()).count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
@@ -211,7 +211,7 @@ impl MouseSummary {
             .filter_map(|search| Some((&search.maze.path, search.figures.unfinished()?)));
         let unfinished: Vec<_> = unfinished.collect();
         let (maze, reason) = unfinished.first()?;
-        let (name, count) = (Escaped(&self.strategy), counted(unfinished.len() as u64, "maze"));
+        let (name, count) = (Escaped(&self.mouse), counted(unfinished.len() as u64, "maze"));
         let [maze, reason] = [*maze, *reason].map(Escaped);
         Some(format!(
             "{name} reached the goal but did not finish in {count}, such as {maze}: {reason}."
@@ -231,11 +231,12 @@ impl MouseSummary {
     }
 
     fn row(&self, misreads: bool) -> Vec<String> {
-        let Self { reachable, goal_reached, rightly_given_up, .. } = self;
-        let (mazes, time) = (self.mazes.len(), self.means.get("time_us").copied().flatten());
-        let mut row = vec![self.strategy.clone(), mazes.to_string()];
+        let Self { reachable, goal_reached, gave_up_rightly, .. } = self;
+        let (mazes, time) =
+            (self.mazes.len(), self.means.get("processor_time_us").copied().flatten());
+        let mut row = vec![self.mouse.clone(), mazes.to_string()];
         row.push(format!("{goal_reached}/{reachable}"));
-        row.push(format!("{rightly_given_up}/{}", mazes - reachable));
+        row.push(format!("{gave_up_rightly}/{}", mazes - reachable));
         let counts = [self.failed, self.shortest_path_found, self.proven];
         row.extend(counts.into_iter().chain(self.fastest_run_found).map(|count| count.to_string()));
         if misreads {

@@ -34,10 +34,12 @@ const fn hidden([key, name, unit, verb]: [&'static str; 4], value: Value) -> Sea
 
 pub(crate) const MEASURES: [SearchMeasure; 7] = [
     shown("steps_to_goal", "steps to the goal", "steps", |it| it.steps_to_goal.map(f64::from)),
-    shown("steps_in_all", "steps in all", "steps", |it| {
-        it.is_complete.then(|| it.steps_in_all.into())
+    shown("search_steps", "steps in all", "steps", |it| {
+        it.is_complete.then(|| it.search_steps.into())
     }),
-    shown("turns", "quarter turns in all", "turns", |it| it.is_complete.then(|| it.turns.into())),
+    shown("search_turns", "quarter turns in all", "turns", |it| {
+        it.is_complete.then(|| it.search_turns.into())
+    }),
     shown("path_found", "length of the path found", "steps", |it| {
         it.path_found.filter(|_| it.is_complete).map(f64::from)
     }),
@@ -49,7 +51,9 @@ pub(crate) const MEASURES: [SearchMeasure; 7] = [
         ["fast_run_steps", "steps in the best fast run", "steps", "completed a fast run in"],
         |it| it.fast_run_steps.map(f64::from),
     ),
-    hidden(["time_us", "processor time", "µs", "had a time in"], |it| it.time_us),
+    hidden(["processor_time_us", "processor time", "µs", "had a time in"], |it| {
+        it.processor_time_us
+    }),
 ];
 
 /// The measures of a vehicle, which come before [`MEASURES`].

@@ -86,7 +86,7 @@ pub struct Outcome {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MouseStatus {
     /// The name of the mouse.
-    pub name: String,
+    pub mouse: String,
     /// True if this is the user's own mouse, false if it is a bundled one.
     #[serde(rename = "own")]
     pub is_own: bool,
@@ -328,7 +328,7 @@ impl MouseControl {
             StartReason::First | StartReason::RunAgain => String::new(),
         };
         let (kind, outcome) = (self.kind, None);
-        let status = MouseStatus { name, is_own: true, kind, reason: text, outcome };
+        let status = MouseStatus { mouse: name, is_own: true, kind, reason: text, outcome };
         state.begin(status, self.time_limit);
         if let Some(steps) = state.requested_steps.take() {
             state.throttle.pause(steps);
@@ -345,13 +345,13 @@ impl MouseControl {
     pub fn begin_bundled(&self, name: &str) -> Result<(), String> {
         let mut state = lock(&self.state);
         if let Some(status) = state.status.as_ref().filter(|status| status.is_running()) {
-            return Err(format!("{} is still running (stop it first)", status.name));
+            return Err(format!("{} is still running (stop it first)", status.mouse));
         }
         if !state.may_start() || state.requested.is_some() {
             return Err("another mouse is starting or another maze is loading (try again)".into());
         }
         let (name, kind, reason, outcome) = (name.into(), None, String::new(), None);
-        state.begin(MouseStatus { name, is_own: false, kind, reason, outcome }, None);
+        state.begin(MouseStatus { mouse: name, is_own: false, kind, reason, outcome }, None);
         drop(state);
         self.notify();
         Ok(())
@@ -491,7 +491,7 @@ impl MouseControl {
             state.holds -= 1;
             self.changed.notify_all();
             state.stop = state.stop.map(|_| StopReason::Stop);
-            let name = state.status.as_ref().map_or("the mouse", |status| &status.name);
+            let name = state.status.as_ref().map_or("the mouse", |status| &status.mouse);
             return Err(format!("{name} did not stop within {} s", timeout.as_secs()));
         }
         if !was_running {

@@ -25,7 +25,7 @@ pub struct MouseReport<'m> {
     states: u32,
     crashes: u64,
     /// The number of invalid lines or refused requests.
-    refused: u64,
+    refused_requests: u64,
     exit_code: Option<i32>,
     signal: Option<i32>,
     /// The report on a mouse for mms.
@@ -42,7 +42,7 @@ struct MmsReport {
     chosen: ScoreReport,
     scores_by: BTreeMap<&'static str, ScoreReport>,
     visited_cells: usize,
-    fast_run: Option<String>,
+    moves: Option<String>,
     fast_run_time_s: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ impl<'m> MouseReport<'m> {
         kind: Option<MouseKind>,
         end: &RunEnd,
         cause: &ExitCause,
-        (states, crashes, refused): (u32, u64, u64),
+        (states, crashes, refused_requests): (u32, u64, u64),
     ) -> Self {
         let (exit_code, signal) = match cause {
             ExitCause::Exited(exit) => (exit.code(), signal(*exit)),
@@ -75,7 +75,18 @@ impl<'m> MouseReport<'m> {
         };
         let verdict = end.outcome.verdict.clone();
         let mms = None;
-        Self { maze, mouse, kind, verdict, states, crashes, refused, exit_code, signal, mms }
+        Self {
+            maze,
+            mouse,
+            kind,
+            verdict,
+            states,
+            crashes,
+            refused_requests,
+            exit_code,
+            signal,
+            mms,
+        }
     }
 
     /// Adds the scores of a mouse for mms, and the fast run that took the least time in s.
@@ -86,7 +97,7 @@ impl<'m> MouseReport<'m> {
             chosen: ScoreReport::new(mouse.scores()),
             scores_by: ScoreRules::ALL.map(by).into(),
             visited_cells: mouse.map().visited().len(),
-            fast_run: run.map(|(run, _)| run.to_string()),
+            moves: run.map(|(run, _)| run.to_string()),
             fast_run_time_s: run.map(|&(_, time)| tenth_of_ms(time)),
         };
         Self { mms: Some(mms), ..self }

@@ -10,7 +10,7 @@ use crate::request::PROTOCOL_VERSION;
 /// A description of the maze that a simulator serves, without its walls.
 ///
 /// ```
-/// let json = r#"{"name":"small","width":2,"height":1,"start":[0,0],"heading":"N",
+/// let json = r#"{"maze":"small","width":2,"height":1,"start":[0,0],"heading":"N",
 ///                "goals":[[1,0]],"states":7,"protocol":1}"#;
 /// let info: mmsim_protocol::Info = serde_json::from_str(json)?;
 /// assert_eq!(info.goal_cells().len(), 1);
@@ -20,7 +20,7 @@ use crate::request::PROTOCOL_VERSION;
 #[non_exhaustive]
 pub struct Info {
     /// The name of the maze.
-    pub name: String,
+    pub maze: String,
     /// The number of cells from west to east.
     pub width: u8,
     /// The number of cells from south to north.
@@ -47,7 +47,7 @@ impl Info {
     /// Creates the description of a maze.
     pub fn new(name: &str, size: MazeSize, start: Pose, goals: &CellSet, states: usize) -> Self {
         Self {
-            name: name.into(),
+            maze: name.into(),
             width: size.width(),
             height: size.height(),
             start: [start.cell.x, start.cell.y],
@@ -100,7 +100,7 @@ mod tests {
         let json = serde_json::to_string(&info).unwrap();
         assert_eq!(
             json,
-            r#"{"name":"a \"maze\"","width":16,"height":16,"start":[0,0],"heading":"N","#
+            r#"{"maze":"a \"maze\"","width":16,"height":16,"start":[0,0],"heading":"N","#
                 .to_owned()
                 + r#""goals":[[7,7],[8,7],[7,8],[8,8]],"states":123,"protocol":1,"#
                 + r#""extensions":["annotations"]}"#

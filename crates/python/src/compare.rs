@@ -71,7 +71,7 @@ pub(crate) struct Competition<'py> {
 /// The row of a search.
 #[derive(Serialize)]
 struct MouseSearchRow<'a> {
-    strategy: &'a str,
+    mouse: &'a str,
     #[serde(flatten)]
     search: SearchRow,
 }
@@ -101,7 +101,7 @@ pub(crate) fn compare<'py>(
     }
     let row = |(maze, mouse): (usize, usize)| {
         let search = SearchRow::new(&mazes[maze], figures[mouse][maze].clone());
-        MouseSearchRow { strategy: names[mouse], search }
+        MouseSearchRow { mouse: names[mouse], search }
     };
     let indices =
         (0..mazes.len()).flat_map(|maze| (0..names.len()).map(move |mouse| (maze, mouse)));

@@ -49,31 +49,31 @@ impl PyFastRun {
 impl PyFastRun {
     /// The time in seconds.
     #[getter]
-    fn time(&self) -> f64 {
+    fn time_s(&self) -> f64 {
         self.trajectory.duration()
     }
 
     /// The time in seconds from leaving the start cell to entering the goal.
     #[getter]
-    fn gate_to_gate(&self) -> f64 {
+    fn gate_to_gate_s(&self) -> f64 {
         self.trajectory.gate_to_gate(self.maze.goals())
     }
 
     /// The length in millimetres.
     #[getter]
-    fn length(&self) -> f64 {
+    fn length_mm(&self) -> f64 {
         self.trajectory.length()
     }
 
     /// The top speed in millimetres per second.
     #[getter]
-    fn top_speed(&self) -> f64 {
+    fn top_speed_mm_s(&self) -> f64 {
         self.trajectory.top_speed()
     }
 
-    /// The number of turns.
+    /// The number of slalom turns.
     #[getter]
-    fn turns(&self) -> usize {
+    fn slalom_turns(&self) -> usize {
         self.run.turns().len()
     }
 
@@ -85,12 +85,17 @@ impl PyFastRun {
 
     /// The straights and turns, as `mmsim fast-run --json` prints them.
     #[getter]
-    fn run(&self) -> String {
+    fn moves(&self) -> String {
         self.run.to_string()
     }
 
     fn __repr__(&self) -> String {
-        format!("<FastRun of {:?}, {:.3} s, {} turns>", self.vehicle, self.time(), self.turns())
+        format!(
+            "<FastRun of {:?}, {:.3} s, {} turns>",
+            self.vehicle,
+            self.time_s(),
+            self.slalom_turns()
+        )
     }
 
     fn _repr_svg_(&self) -> String {

@@ -280,7 +280,7 @@ impl PyRecording {
     #[getter]
     fn maze(&self) -> Option<PyMaze> {
         let maze = self.searched.truth.clone()?;
-        Some(PyMaze { path: PathBuf::new(), name: self.recording.info().name.clone(), maze })
+        Some(PyMaze { path: PathBuf::new(), name: self.recording.info().maze.clone(), maze })
     }
 
     /// The states.
@@ -305,7 +305,7 @@ impl PyRecording {
     fn __repr__(&self) -> String {
         format!(
             "<Recording of {:?}, {} states>",
-            self.recording.info().name,
+            self.recording.info().maze,
             self.recording.history().len()
         )
     }

@@ -218,7 +218,7 @@ impl PyKnownMaze {
 
     /// True if a path is known, and no unknown wall can hide a shorter one.
     #[getter]
-    fn is_proven(&self, py: Python<'_>) -> PyResult<bool> {
+    fn proven(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.bounds(py)?.is_proven())
     }
 

@@ -33,7 +33,7 @@ pub(crate) struct PySearch {
     maze: Py<PyMaze>,
     /// The name of the strategy.
     #[pyo3(get)]
-    strategy: &'static str,
+    mouse: &'static str,
     run: SearchRun,
     known: KnownMaze,
     /// The reason why the strategy could not continue.
@@ -114,7 +114,7 @@ fn simulate(
         Ok((run, error, mouse.map().clone(), Arc::new(history)))
     })?;
     let (maze, searched) = (maze.clone_ref(py), Arc::clone(searched));
-    Ok(PySearch { maze, strategy: strategy.name(), run, known, error, history, searched })
+    Ok(PySearch { maze, mouse: strategy.name(), run, known, error, history, searched })
 }
 
 impl PySearch {
@@ -157,7 +157,7 @@ impl PySearch {
 
     /// The number of visited cells.
     #[getter]
-    fn visited(&self) -> usize {
+    fn visited_cells(&self) -> usize {
         self.known.visited().len()
     }
 
@@ -198,7 +198,7 @@ impl PySearch {
     }
 
     fn __repr__(&self) -> String {
-        let (name, strategy) = (&self.maze.get().name, self.strategy);
+        let (name, strategy) = (&self.maze.get().name, self.mouse);
         let goal = || Goal { is_reached: self.goal_reached(), error: None }.to_string();
         let ending = self.error.clone().unwrap_or_else(goal);
         format!("<Search of {name:?} with {strategy}: {}, {ending}>", self.run.stats)

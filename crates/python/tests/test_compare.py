@@ -38,12 +38,12 @@ def test_the_figures_are_those_of_the_command(
     reports = output(mmsim, "compare", "--strategies", "all", folder, *options)
     rows = mm.compare(folder, mm.STRATEGIES, vehicle=vehicle)
     expected = [
-        {"strategy": report["strategy"], **report["mazes"][maze]}
+        {"mouse": report["mouse"], **report["mazes"][maze]}
         for maze in range(4)
         for report in reports
     ]
     for row in rows + expected:
-        assert row.pop("time_us") is None or row["goal_reached"] in (True, False)
+        assert row.pop("processor_time_us") is None or row["goal_reached"] in (True, False)
         assert ("total_time_s" in row) == (vehicle is not None)
     assert rows == expected
 
@@ -62,12 +62,12 @@ def test_wrong_readings_are_those_of_the_command(
     )
     for maze in range(4):
         for report, row in zip(reports, rows[3 * maze:]):
-            assert {**report["mazes"][maze], "time_us": row["time_us"]}.items() <= row.items()
+            assert {**report["mazes"][maze], "processor_time_us": row["processor_time_us"]}.items() <= row.items()
         # A function misreads the same walls, but does not recover.
         if not recover:
             assert all(
                 rows[3 * maze + 2][key] == rows[3 * maze][key]
-                for key in ("goal_reached", "steps_in_all", "turns", "crashes", "states")
+                for key in ("goal_reached", "search_steps", "search_turns", "crashes", "states")
             )
     contest = ["contest", folder, "--strategies=flood-fill,swing", *options]
     assert output(mmsim, *contest) == mm.contest(
@@ -110,7 +110,7 @@ def test_a_trial_is_that_of_the_command(mmsim: str, folder: Path) -> None:
     robots = mm.trial(folder, mm.ROBOTS, noise=0.01, seed=3)
     assert robots == [row for row in rows if row["table"] == "robots"]
     [row] = mm.trial(mm.Maze.generate(1), {"mine": "proven"})
-    assert (row["row"], row["robot"], row["ending"]) == ("mine", "proven", "scored")
+    assert (row["row"], row["mouse"], row["ending"]) == ("mine", "proven", "scored")
     assert row["maze"] == "contest-16x16-1"
     with pytest.raises(ValueError, match="expected one of random"):
         mm.trial("01-harbour", "luck")
@@ -140,9 +140,9 @@ class Robot:
     words = {"a": "['maze.txt']", "b": "['maze.txt', '90']"}
     assert len(rows) == 8 and all(row["error"].endswith(words[row["row"]]) for row in rows)
     [row] = mm.trial("01-harbour", published=robot)
-    assert row["robot"] == "my robot.py" and row["error"].endswith("16 ['maze.txt']")
+    assert row["mouse"] == "my robot.py" and row["error"].endswith("16 ['maze.txt']")
     rows = mm.trial("01-harbour", published=[robot, robot])
-    assert [row["robot"] for row in rows] == ["my robot.py", "my robot.py (2)"]
+    assert [row["mouse"] for row in rows] == ["my robot.py", "my robot.py (2)"]
     assert mm.trial("01-harbour", published=[]) == []
     with pytest.raises(ValueError, match="expected files in published"):
         mm.trial("01-harbour", python=sys.executable)
@@ -157,10 +157,10 @@ def test_a_program_is_a_mouse_or_a_robot(tmp_path: Path) -> None:
     program.write_text("raise SystemExit('no idea')")
     command = f"'{sys.executable}' '{program}'"
     [row] = mm.compare("01-harbour", {"mine": command})
-    assert (row["strategy"], row["ending"], row["states"]) == ("mine", "failed", 0)
+    assert (row["mouse"], row["ending"], row["states"]) == ("mine", "failed", 0)
     assert row["error"].endswith("no idea")
     [row] = mm.trial("01-harbour", {"mine": command})
-    assert (row["robot"], row["ending"]) == ("mine", "failed") and "no idea" in row["error"]
+    assert (row["mouse"], row["ending"]) == ("mine", "failed") and "no idea" in row["error"]
     with pytest.raises(FileNotFoundError, match="missing does not exist"):
         mm.compare("01-harbour", {"mine": str(tmp_path / "missing")})
 
@@ -184,10 +184,10 @@ def test_a_function_has_the_figures_of_the_states_it_reports() -> None:
     mice = {"mine": flood_fill.search, "bundled": "flood-fill"}
     mazes: list[mm.Maze | str] = ["01-harbour", mm.Maze.generate(1), mm.Maze.generate(2, (9, 7))]
     rows = mm.compare(mazes, mice, vehicle="expert")
-    assert [row["strategy"] for row in rows] == ["mine", "bundled"] * 3
+    assert [row["mouse"] for row in rows] == ["mine", "bundled"] * 3
     for mine, bundled in zip(rows[::2], rows[1::2]):
-        assert bundled["time_us"] > 0
-        own = {"strategy": "mine", "time_us": None, "crashes": None}
+        assert bundled["processor_time_us"] > 0
+        own = {"mouse": "mine", "processor_time_us": None, "crashes": None}
         assert mine == {**bundled, **own}
     pandas = pytest.importorskip("pandas")
     assert len(pandas.DataFrame(rows)) == 6
@@ -207,7 +207,7 @@ def test_returns_and_fast_runs_of_a_function_count_apart() -> None:
         mm.compare(["01-harbour", "05-hedgerow"], {"mine": mouse}),
         mm.compare(["01-harbour", "05-hedgerow"], "shortest-path-search"),
     ):
-        for key in ("steps_to_goal", "steps_in_all", "turns", "path_found", "fast_run_steps",
+        for key in ("steps_to_goal", "search_steps", "search_turns", "path_found", "fast_run_steps",
                     "steps_until_proven", "visited_cells", "states", "ending"):
             assert row[key] == expected[key], key
 
@@ -236,7 +236,7 @@ def test_unreadable_files_are_reported(tmp_path: Path) -> None:
     mm.Maze.generate(1).save(tmp_path / "good.txt")
     (tmp_path / "bad.txt").write_text("o---o\n| S \no---o\n")
     with pytest.warns(UserWarning, match="skipped .*bad.txt: line 2") as warned:
-        assert [row["name"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
+        assert [row["maze"] for row in mm.compare(tmp_path, "left-wall")] == ["good"]
         mm.trial(tmp_path, "swing")
     assert [warning.filename for warning in warned] == [__file__] * 2
     with pytest.raises(mm.MazeError, match="bad.txt"):

@@ -40,9 +40,9 @@ def test_unknown_walls_count_as_open_or_closed() -> None:
     assert known.distances().tolist() == [[1], [0]] == known.distances("open").tolist()
     assert known.distances("closed").tolist() == [[65535], [0]]
     assert mm.flood(known, [(0, 0)], "closed").tolist() == [[0], [65535]]
-    assert not known.is_proven
+    assert not known.proven
     known.observe(0, 0, "E", (True, False, True))
-    assert known.is_proven and known.pessimistic_distance == 1
+    assert known.proven and known.pessimistic_distance == 1
 
 
 def test_copies_are_independent() -> None:

@@ -79,12 +79,14 @@ def test_the_fastest_run_has_the_figures_of_the_command(mmsim: str, tmp_path: Pa
     command = [mmsim, "fast-run", str(tmp_path / "maze.txt"), "--json"]
     [expected] = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
     run = maze.fastest_run()
-    assert (run.vehicle, run.time, run.turns) == (expected["vehicle"], expected["time_s"], expected["turns"])
-    assert [list(cell) for cell in run.cells] == expected["cells"] and run.run == expected["run"]
-    assert run.gate_to_gate == expected["gate_to_gate_s"] and run.length == expected["length_mm"]
-    assert run.top_speed == expected["top_speed_mm_s"] and "<svg" in run._repr_svg_()
+    assert (run.vehicle, run.time_s, run.slalom_turns) == (
+        expected["vehicle"], expected["time_s"], expected["slalom_turns"]
+    )
+    assert [list(cell) for cell in run.cells] == expected["cells"] and run.moves == expected["moves"]
+    assert run.gate_to_gate_s == expected["gate_to_gate_s"] and run.length_mm == expected["length_mm"]
+    assert run.top_speed_mm_s == expected["top_speed_mm_s"] and "<svg" in run._repr_svg_()
     (tmp_path / "mine.toml").write_text('base = "ukmars"\n')
-    assert maze.fastest_run(str(tmp_path / "mine.toml")).time == maze.fastest_run("ukmars").time
+    assert maze.fastest_run(str(tmp_path / "mine.toml")).time_s == maze.fastest_run("ukmars").time_s
 
 
 def test_every_reading_of_an_ambiguous_file_can_be_selected(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ def test_a_search_has_figures() -> None:
     assert sum(phase["steps"] for phase in phases.values()) == search.steps
     assert sum(phase["turns"] for phase in phases.values()) == search.turns
     assert search.steps_to_goal == phases["search_run"]["steps"]
-    assert len(search.states) == search.steps + 1 and search.visited == len(search.known.visited)
+    assert len(search.states) == search.steps + 1 and search.visited_cells == len(search.known.visited)
     assert search.requests == 2 * len(search.states) + 1
     limited = mm.search(mm.Maze.bundled("01"), max_states=10)
     assert len(limited.states) == 10 and not limited.goal_reached

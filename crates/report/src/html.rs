@@ -240,9 +240,10 @@ mod tests {
                 value(one, maze, 1.0)
             })
             .with_measure(Measure::new("score", "score", ""), |one, maze| value(one, maze, 0.1))
-            .with_measure(Measure::new("time_us", "processor time", "µs"), |one, maze| {
-                value(one, maze, 1.0 / 3.0)
-            })
+            .with_measure(
+                Measure::new("processor_time_us", "processor time", "µs"),
+                |one, maze| value(one, maze, 1.0 / 3.0),
+            )
             .with_failures(|one, maze| value(one, maze, 1.0).is_none().then(|| "crashed".into()));
         comparison.notes.push("Made-up \u{1b} values".into());
         comparison
@@ -284,7 +285,7 @@ mod tests {
                 numbers(&candidate["difference"], "", &mut differences);
             }
             // The caption states the number of common mazes.
-            distributions.retain(|(key, _)| key != "common_mazes");
+            distributions.retain(|(key, _)| key != "common_maze_count");
             let mut expected = [distributions, differences].concat();
             let mut shown: Vec<_> = data(section)
                 .into_iter()

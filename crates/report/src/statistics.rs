@@ -108,8 +108,10 @@ impl Values {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
     /// The number of mazes in which the candidate has a value.
+    #[serde(rename = "maze_count")]
     pub mazes: usize,
     /// The number of mazes in which all candidates have a value (see [`Values::common_mazes`]).
+    #[serde(rename = "common_maze_count")]
     pub common_mazes: usize,
     /// The distribution of the candidate's values in the common mazes, or `None` if there are no
     /// common mazes or if the candidate has no value.
@@ -146,6 +148,7 @@ pub struct Distribution {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// The number of mazes in which both have a value.
+    #[serde(rename = "maze_count")]
     pub mazes: usize,
     /// The mean difference. It is negative if the candidate needs less than the reference.
     pub mean: f64,

@@ -14,6 +14,7 @@ pub struct MeasureStatistics {
     #[serde(flatten)]
     pub measure: Measure,
     /// The number of mazes in which the candidates were compared.
+    #[serde(rename = "maze_count")]
     pub mazes: usize,
     /// The name of the candidate with which the others are compared: the first candidate that has
     /// any value.
@@ -366,13 +367,13 @@ mod tests {
             "key": "steps",
             "name": "steps to the goal",
             "unit": "steps",
-            "mazes": 4,
+            "maze_count": 4,
             "reference": "a",
             "candidates": [
                 {
                     "candidate": "a",
-                    "mazes": 4,
-                    "common_mazes": 1,
+                    "maze_count": 4,
+                    "common_maze_count": 1,
                     "distribution": {
                         "mean": 10.0, "median": 10.0, "lower_quartile": 10.0, "upper_quartile": 10.0,
                         "standard_deviation": null, "minimum": 10.0, "maximum": 10.0,
@@ -381,14 +382,14 @@ mod tests {
                 },
                 {
                     "candidate": "b",
-                    "mazes": 1,
-                    "common_mazes": 1,
+                    "maze_count": 1,
+                    "common_maze_count": 1,
                     "distribution": {
                         "mean": 9.0, "median": 9.0, "lower_quartile": 9.0, "upper_quartile": 9.0,
                         "standard_deviation": null, "minimum": 9.0, "maximum": 9.0,
                     },
                     "difference": {
-                        "mazes": 1, "mean": -1.0, "confidence_interval": null,
+                        "maze_count": 1, "mean": -1.0, "confidence_interval": null,
                         "better": 1, "equal": 0, "worse": 0,
                     },
                 },

@@ -18,7 +18,7 @@ const MAX_LISTED: usize = 2048;
 
 /// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum EventKind {
     /// A search run or a fast run reaches the goal. In a two-run trial, only the first time.
     Goal,
@@ -35,10 +35,10 @@ pub enum EventKind {
     /// The shortest path, or the fastest race of a trial, is proven for the first time.
     Solved,
     /// The first run of a trial begins.
-    #[serde(rename = "run-1")]
+    #[serde(rename = "run_1")]
     Run1,
     /// The second run of a trial begins.
-    #[serde(rename = "run-2")]
+    #[serde(rename = "run_2")]
     Run2,
     /// A trial ends with a score.
     Scored,

@@ -18,10 +18,10 @@ pub struct SearchFigures {
     /// The number of steps until the shortest path was proven.
     pub steps_until_proven: Option<u32>,
     /// The number of steps until the mouse stopped or began its fast run.
-    pub steps_in_all: u32,
+    pub search_steps: u32,
     /// The number of quarter turns until the mouse stopped or began its fast run. A U-turn counts
     /// as two quarter turns.
-    pub turns: u32,
+    pub search_turns: u32,
     /// The length in steps of the shortest path known to be open at the end of the search.
     pub path_found: Option<u16>,
     /// The distance in steps from the start to the goal in the true maze, or `None` if the goal is
@@ -33,7 +33,7 @@ pub struct SearchFigures {
     pub states: u32,
     /// The processor time in microseconds, rounded to three decimal places, or `None` for a mouse in
     /// another process.
-    pub time_us: Option<f64>,
+    pub processor_time_us: Option<f64>,
     /// The reason why the search or the fast run ended early.
     pub error: Option<String>,
     /// How the search ended.
@@ -91,7 +91,7 @@ impl SearchFigures {
     /// Returns the reason why the mouse failed: it has neither reached the goal nor correctly reported
     /// that the goal is unreachable.
     pub fn failure(&self) -> Option<String> {
-        let limit = || format!("goal not reached after {}", counted(self.steps_in_all, "step"));
+        let limit = || format!("goal not reached after {}", counted(self.search_steps, "step"));
         let has_failed = !self.goal_reached && !self.is_rightly_given_up;
         has_failed.then(|| self.error.clone().unwrap_or_else(limit))
     }
@@ -99,7 +99,7 @@ impl SearchFigures {
     /// Returns the number of steps before the mouse first reached a goal cell that led into cells in
     /// which it had been before, so they revealed no new walls.
     pub fn repeated_steps(&self) -> usize {
-        let steps = self.steps_to_goal.unwrap_or(self.steps_in_all) as usize;
+        let steps = self.steps_to_goal.unwrap_or(self.search_steps) as usize;
         let mut visited = CellSet::default();
         self.path.iter().take(steps + 1).filter(|&&cell| !visited.insert(cell)).count()
     }
@@ -120,7 +120,7 @@ mod tests {
         let path: Vec<Cell> = [0, 1, 2, 1, 0, 1, 2, 3, 2].map(|x| Cell::new(x, 0)).to_vec();
         let repeated = |steps_to_goal| {
             let path = path.clone();
-            SearchFigures { steps_to_goal, path, steps_in_all: 8, ..Default::default() }
+            SearchFigures { steps_to_goal, path, search_steps: 8, ..Default::default() }
                 .repeated_steps()
         };
         assert_eq!([Some(2), Some(7), None].map(repeated), [0, 4, 5]);

@@ -204,8 +204,8 @@ impl Judge {
 
     fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> SearchFigures {
         SearchFigures {
-            steps_in_all: saturate(steps),
-            turns: saturate(turns),
+            search_steps: saturate(steps),
+            search_turns: saturate(turns),
             path_found: PathBounds::new(&self.known).pessimistic,
             path: self.path.clone(),
             outcome: SearchOutcome {
@@ -410,7 +410,7 @@ mod tests {
             judge.add(pose(x, 0, heading), is_restart);
         }
         let figures = judge.figures();
-        assert_eq!((figures.steps_to_goal, figures.turns, figures.states), (Some(3), 2, 5));
+        assert_eq!((figures.steps_to_goal, figures.search_turns, figures.states), (Some(3), 2, 5));
         let SearchOutcome { touches, touches_to_goal, last_cell, .. } = figures.outcome;
         assert_eq!((touches, touches_to_goal, last_cell), (1, 1, Some(Cell::new(2, 0))));
         assert_eq!(figures.path_found, Some(2), "the mouse has passed both sides");

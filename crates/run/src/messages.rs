@@ -137,8 +137,8 @@ impl RunMessages {
 /// the statuses follow those of the phases, in the order of [`TrialStatus`].
 fn numbered_phase(phase: RunPhase, status: Option<TrialStatus>) -> (u8, &'static str) {
     match status {
-        None => (phase as u8, phase.name()),
-        Some(status) => (RunPhase::Fast as u8 + 1 + status as u8, status.name()),
+        None => (phase as u8, phase.key()),
+        Some(status) => (RunPhase::Fast as u8 + 1 + status as u8, status.key()),
     }
 }
 
@@ -174,10 +174,12 @@ mod tests {
             RunPhase::Fast,
         ];
         let runs = runs.into_iter().map(|phase| numbered_phase(phase, None));
-        let phases = ["search run", "at goal", "return run", "at start", "fast run"];
-        let names = ["run 1", "run 2", "scored", "out of time", "gave up", "failed"];
-        let statuses = names
-            .map(|name| TrialStatus::from_strategy(&format!("two-run trial: {name}")).unwrap());
+        let phases = ["search_run", "at_goal", "return_run", "at_start", "fast_run"];
+        let names = ["run_1", "run_2", "scored", "out_of_time", "gave_up", "failed"];
+        let statuses = names.map(|name| {
+            TrialStatus::from_strategy(&format!("two-run trial: {}", name.replace('_', " ")))
+                .unwrap()
+        });
         let statuses =
             statuses.into_iter().map(|status| numbered_phase(RunPhase::Fast, Some(status)));
         assert!(runs.chain(statuses).eq((0..).zip(phases.into_iter().chain(names))));

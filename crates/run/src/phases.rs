@@ -86,15 +86,20 @@ pub enum RunPhase {
 }
 
 impl RunPhase {
-    /// Returns the name of the phase.
-    pub const fn name(self) -> &'static str {
+    /// Returns the phase as a value in JSON.
+    pub const fn key(self) -> &'static str {
         match self {
-            Self::Search => "search run",
-            Self::AtGoal => "at goal",
-            Self::Return => "return run",
-            Self::AtStart => "at start",
-            Self::Fast => "fast run",
+            Self::Search => "search_run",
+            Self::AtGoal => "at_goal",
+            Self::Return => "return_run",
+            Self::AtStart => "at_start",
+            Self::Fast => "fast_run",
         }
+    }
+
+    /// Returns the name of the phase.
+    pub fn name(self) -> String {
+        self.key().replace('_', " ")
     }
 }
 

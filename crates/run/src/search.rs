@@ -129,23 +129,24 @@ pub fn search<S: Strategy>(
     let verdict = Verdict::from_goal(stats.goal_reached(), ending, error);
     let ending = verdict.ending;
     let is_rightly_given_up = shortest_path.is_none() && reports_unreachable;
-    let time_us = Some((time.as_secs_f64() * 1e9).round() / 1e3);
+    let processor_time_us = Some((time.as_secs_f64() * 1e9).round() / 1e3);
     if let Some(judged) = judge.as_mut().map(Judge::figures) {
         let is_complete = judged.is_complete || ending == Ending::Finished;
-        let figures = SearchFigures { time_us, is_rightly_given_up, is_complete, ..judged };
+        let figures =
+            SearchFigures { processor_time_us, is_rightly_given_up, is_complete, ..judged };
         return Some(figures.with_verdict(verdict));
     }
     let count = u32::try_from(poses.len() + route.len() - 1).unwrap_or(u32::MAX);
     let figures = SearchFigures {
         steps_to_goal: stats.steps_to_goal,
         steps_until_proven: steps_until_proven(maze, &poses),
-        steps_in_all: stats.exploration().steps,
-        turns: stats.exploration().turns,
+        search_steps: stats.exploration().steps,
+        search_turns: stats.exploration().turns,
         path_found,
         shortest_path,
         visited_cells: driver.mouse().map().visited().len(),
         states: count,
-        time_us,
+        processor_time_us,
         fast_run_steps: has_fast_run.then_some(stats.fast_run.steps),
         crashes: Some(stats.crashes),
         is_complete: ending != Ending::StepLimit || driver.phase() == Phase::FastRun,
@@ -185,7 +186,7 @@ mod tests {
         .unwrap();
         let (path, outcome) = (Vec::new(), SearchOutcome::default());
         SearchFigures {
-            time_us: None,
+            processor_time_us: None,
             visited_cells: 0,
             states: 0,
             path,
@@ -217,8 +218,8 @@ o---o---o---o
             goal_reached: true,
             steps_to_goal: Some(14),
             steps_until_proven: Some(13),
-            steps_in_all: 14,
-            turns: 2 + 4 + 2,
+            search_steps: 14,
+            search_turns: 2 + 4 + 2,
             path_found: Some(6),
             shortest_path: Some(6),
             crashes: Some(0),
@@ -229,7 +230,7 @@ o---o---o---o
         let expected = SearchFigures {
             goal_reached: false,
             steps_to_goal: None,
-            steps_in_all: 13,
+            search_steps: 13,
             ..expected
         };
         let expected = SearchFigures { ending: Ending::StepLimit, ..expected };
@@ -257,8 +258,8 @@ o---o---o---o
             goal_reached: true,
             steps_to_goal: Some(6),
             steps_until_proven: Some(5),
-            steps_in_all: 6 + 2 + 2 + 6,
-            turns: 3 + 3 + 3 + 5,
+            search_steps: 6 + 2 + 2 + 6,
+            search_turns: 3 + 3 + 3 + 5,
             path_found: Some(6),
             shortest_path: Some(6),
             fast_run_steps: Some(6),
@@ -281,8 +282,8 @@ o---o---o
             goal_reached: true,
             steps_to_goal: Some(3),
             steps_until_proven: Some(2),
-            steps_in_all: 3,
-            turns: 2,
+            search_steps: 3,
+            search_turns: 2,
             path_found: Some(3),
             shortest_path: Some(3),
             crashes: Some(0),
@@ -305,8 +306,8 @@ o---o---o---o
             goal_reached: true,
             steps_to_goal: Some(6),
             steps_until_proven: None,
-            steps_in_all: 6,
-            turns: 2,
+            search_steps: 6,
+            search_turns: 2,
             path_found: Some(6),
             shortest_path: Some(4),
             crashes: Some(0),
@@ -321,8 +322,8 @@ o---o---o---o
             goal_reached: false,
             steps_to_goal: None,
             steps_until_proven: None,
-            steps_in_all: 3,
-            turns: 3,
+            search_steps: 3,
+            search_turns: 3,
             path_found: None,
             shortest_path: None,
             is_rightly_given_up: true,
@@ -333,7 +334,7 @@ o---o---o---o
         };
         assert_eq!(figures(FloodFill::new(), CLOSED, 1000), expected);
         let endless = figures(LeftWall::new(), CLOSED, 100);
-        assert_eq!((endless.steps_in_all, endless.error), (99, None));
+        assert_eq!((endless.search_steps, endless.error), (99, None));
         assert!(!endless.is_rightly_given_up);
     }
 
@@ -359,9 +360,9 @@ o---o---o---o
     #[test]
     fn the_goal_may_be_reached_on_the_fast_run() {
         let maze = "o---o\n| G |\no   o\n|   |\no   o\n|   |\no   o\n| S |\no---o\n";
-        let SearchFigures { steps_to_goal, steps_in_all, path_found, .. } =
+        let SearchFigures { steps_to_goal, search_steps, path_found, .. } =
             figures(Straight::default(), maze, 1000);
-        assert_eq!((steps_to_goal, steps_in_all, path_found), (Some(3), 1, None));
+        assert_eq!((steps_to_goal, search_steps, path_found), (Some(3), 1, None));
     }
 
     #[test]
@@ -373,8 +374,8 @@ o---o---o---o
 
     #[test]
     fn a_crash_ends_the_search() {
-        let SearchFigures { steps_in_all, error, .. } = figures(Straight::default(), CLOSED, 1000);
-        assert_eq!(steps_in_all, 1);
+        let SearchFigures { search_steps, error, .. } = figures(Straight::default(), CLOSED, 1000);
+        assert_eq!(search_steps, 1);
         insta::assert_snapshot!(error.unwrap(), @"cannot leave (0, 1) to the north: there is a wall");
     }
 }

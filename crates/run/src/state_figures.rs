@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use mmsim_maze::{KnownMaze, counted};
 use mmsim_recording::{Notes, States, Times};
 use mmsim_solvers::PathBounds;
-use mmsim_trial::{TrialProgress, TrialStatus};
+use mmsim_trial::{Score, TrialProgress, TrialStatus};
 use serde::Serialize;
 
 use crate::movement::Transition;
@@ -72,7 +72,7 @@ impl StateFigures {
         trial: Option<TrialReport>,
     ) -> Self {
         Self {
-            phases: PhaseReport::new(phases, |first, last| times.milliseconds(first, last)),
+            phases: PhaseReport::new(phases, |first, last| times.seconds(first, last)),
             phase: phases.phase,
             goal_reached: phases.is_goal_reached(),
             error: phases.jump_error(),
@@ -132,7 +132,8 @@ impl StateFigures {
     /// proven, fast run 44 steps`.
     pub fn result(&self) -> String {
         if let Some(TrialReport { status, score, .. }) = &self.trial {
-            return score.as_ref().map_or_else(|| status.clone(), |score| format!("score {score}"));
+            let status = status.replace('_', " ");
+            return score.map_or(status, |score| format!("score {score:.3}"));
         }
         if !self.goal_reached || self.error.is_some() {
             return self.goal().to_string();
@@ -162,15 +163,15 @@ impl MapFigures {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrialReport {
     /// The name of the robot.
-    pub robot: Option<String>,
-    /// `run 1`, `run 2`, `scored`, `out of time`, `gave up` or `failed`.
-    pub status: String,
+    pub mouse: Option<String>,
+    /// `run_1`, `run_2`, `scored`, `out_of_time`, `gave_up` or `failed`.
+    pub status: &'static str,
     /// The first run.
     pub run_1: RunReport,
     /// The second run, or `None` if it has not begun.
     pub run_2: Option<RunReport>,
     /// The score with three decimals, if the trial has ended with a score.
-    pub score: Option<String>,
+    pub score: Option<f64>,
 }
 
 impl TrialReport {
@@ -195,7 +196,7 @@ impl TrialReport {
         let report = |steps: u32, turns, from, to| RunReport {
             steps: steps.into(),
             turns,
-            ms: times.milliseconds(from, to),
+            wall_time_s: times.seconds(from, to),
         };
         let has_raced = status == TrialStatus::Race || progress.steps.race_steps > 0;
         let turns = at_reset.total.turns - if has_raced { reset_turns(&at_reset) } else { 0 };
@@ -204,11 +205,11 @@ impl TrialReport {
             report(progress.steps.race_steps, turns, reset, index)
         });
         Some(Self {
-            robot: notes.mouse().map(String::from),
-            status: status.to_string(),
+            mouse: notes.mouse().map(String::from),
+            status: status.key(),
             run_1: report(progress.steps.explore_steps, turns, 0, reset),
             run_2,
-            score: progress.score().map(|score| score.to_string()),
+            score: progress.score().map(Score::rounded),
         })
     }
 }

@@ -38,7 +38,8 @@ impl SearchTimes {
     ) -> Vec<Self> {
         let optimal = fastest(planner, maze, maze.walls());
         let times = searches.map(|figures| {
-            let search_time = planner.vehicle().search_time(figures.steps_in_all, figures.turns);
+            let search_time =
+                planner.vehicle().search_time(figures.search_steps, figures.search_turns);
             let at_start = time_at_start(maze, figures, planner.vehicle());
             let is_ready = figures.goal_reached && figures.is_complete;
             let outcome = Some(&figures.outcome).filter(|_| is_ready);
@@ -99,7 +100,7 @@ pub fn time_at_start(maze: &Maze, figures: &SearchFigures, vehicle: &Vehicle) ->
         Route::FewestCells.cells(walls, maze.start().cell, &there).ok()
     });
     let back = return_time(&path.unwrap_or_default(), vehicle);
-    vehicle.search_time(figures.steps_in_all, figures.turns) + back
+    vehicle.search_time(figures.search_steps, figures.search_turns) + back
 }
 
 /// Returns the time in s that a mouse needs to drive back along a path at the speed of its search, with

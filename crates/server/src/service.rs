@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(service.times.len(), 0);
         service.answer_request(None, state, 1, &mut reply);
         assert_eq!(service.replace_maze("other", maze), Status { run: 3, states: 0 });
-        assert_eq!(service.simulation.info().name, "other");
+        assert_eq!(service.simulation.info().maze, "other");
         service.run = MAX_RUN;
         service.answer_request(None, b"reset", 1, &mut reply);
         assert_eq!(status.read().run, 1);

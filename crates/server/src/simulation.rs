@@ -272,7 +272,7 @@ mod tests {
             assert_eq!(simulation.history().get(number.into()), Some(state));
         }
         let info: Info = serde_json::from_slice(&reply(&mut simulation, b"info")).unwrap();
-        assert_eq!((info.name.as_str(), info.states), ("open", 3));
+        assert_eq!((info.maze.as_str(), info.states), ("open", 3));
         assert_eq!(reply(&mut simulation, b"reset"), b"ok");
         assert!(simulation.history().is_empty());
     }

@@ -78,7 +78,7 @@ fn monitor_sees_states_and_replaces_the_maze() {
     let other: Maze = "o---o\n|SG |\no---o\n".parse().unwrap();
     assert_eq!(monitor.serve("other", other), Ok(Status { run: 3, states: 0 }));
     assert!(ask(STATE).starts_with(b"error: expected a state of 8 bytes for a maze of 1x1 cells"));
-    assert!(ask(b"info").starts_with(br#"{"name":"other","width":1"#));
+    assert!(ask(b"info").starts_with(br#"{"maze":"other","width":1"#));
     within("the server to stop", || server.stop()).unwrap();
     assert_eq!(monitor.served().unwrap_err(), MonitorError::Ended);
 }

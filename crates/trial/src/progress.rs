@@ -66,17 +66,17 @@ impl TrialStatus {
     /// Parses the name of a strategy. Returns `None` if the name does not belong to a trial.
     pub fn from_strategy(name: &str) -> Option<Self> {
         let status = name.strip_prefix(PREFIX)?;
-        Self::ALL.into_iter().find(|one| one.name() == status)
+        Self::ALL.into_iter().find(|one| one.key().split('_').eq(status.split(' ')))
     }
 
-    /// Returns the name of the status.
-    pub const fn name(self) -> &'static str {
+    /// Returns the status as a value in JSON.
+    pub const fn key(self) -> &'static str {
         match self {
-            Self::Explore => "run 1",
-            Self::Race => "run 2",
+            Self::Explore => "run_1",
+            Self::Race => "run_2",
             Self::Scored => "scored",
-            Self::OutOfTime => "out of time",
-            Self::GaveUp => "gave up",
+            Self::OutOfTime => "out_of_time",
+            Self::GaveUp => "gave_up",
             Self::Failed => "failed",
         }
     }
@@ -84,7 +84,7 @@ impl TrialStatus {
 
 impl fmt::Display for TrialStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
+        f.pad(&self.key().replace('_', " "))
     }
 }
 

@@ -79,6 +79,11 @@ impl Score {
     pub fn value(self) -> f64 {
         f64::from(self.race_steps) + (1. / 30.) * f64::from(self.explore_steps)
     }
+
+    /// Returns the value rounded to three decimal places.
+    pub fn rounded(self) -> f64 {
+        (self.value() * 1000.).round() / 1000.
+    }
 }
 
 impl fmt::Display for Score {

@@ -9,22 +9,22 @@ const MAX_KEPT_STATES = 20_000;
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
- *   strategies: { name: string, about: string }[], vehicles: string[], vehicle: string, own: string | null, opened: string[] }} PageInfo
- * @typedef {{ path: string, name: string, width: number | null, height: number | null,
+ *   strategies: { strategy: string, about: string }[], vehicles: string[], vehicle: string, own: string | null, opened: string[] }} PageInfo
+ * @typedef {{ path: string, maze: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
- * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, text: string, picture: string }} MazeReading
+ * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, drawing: string, picture: string }} MazeReading
  * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
- * @typedef {{ name: string, own: boolean, kind: "mms" | "client" | null, reason: string, outcome: Outcome | null }} MouseStatus
+ * @typedef {{ mouse: string, own: boolean, kind: "mms" | "client" | null, reason: string, outcome: Outcome | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
- *   mouse: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
+ *   mouse_status: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
- *   shortest_path: number | null, route: number[], robot: string | null, race_optimum: number | null, note: string | null }} Source
- * @typedef {{ steps: number, turns: number, ms: number }} RunReport
+ *   shortest_path: number | null, route: number[], mouse: string | null, race_optimum: number | null, note: string | null }} Source
+ * @typedef {{ steps: number, turns: number, wall_time_s: number }} RunReport
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
  *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
- * @typedef {{ robot: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
- *   score: string | null }} TrialReport
+ * @typedef {{ mouse: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
+ *   score: number | null }} TrialReport
  * @typedef {{ at: number, states: number, annotations: number | null, state: number[], phases: PhaseReport, leg: [number, number],
  *   trial: TrialReport | null, sentence: string,
  *   goal_reached: boolean, error: string | null, event: "restart" | "jump" | null, visited_cells: number,
@@ -33,19 +33,19 @@ const MAX_KEPT_STATES = 20_000;
  *   mouse: string | null, strategy: string | null, texts: [number, string][], colours: string,
  *   declared_walls: [number, boolean][], missed_walls: number[] }} StateView
  * @typedef {{ states: number, stride: number, optimistic: (number | null)[], pessimistic: (number | null)[] }} BoundsHistory
- * @typedef {"goal" | "return" | "fast-run" | "reset" | "jump" | "wrong-wall" | "solved" | "run-1" | "run-2" | "scored"
+ * @typedef {"goal" | "return" | "fast_run" | "reset" | "jump" | "wrong_wall" | "solved" | "run_1" | "run_2" | "scored"
  *   | "unscored" | "log"} EventKind
  * @typedef {{ states: number, events: { kind: EventKind, count: number, every: number, states: number[] }[] }} RunEvents
  * @typedef {{ advance: number, glyphs: string[], missing: string, infinity: string,
  *   text: { line: number, full: number, offset: number }, inset: number, colours: Record<string, string>, colour_names: Record<string, string>, light_colours: string,
  *   walls: Record<"known" | "unknown", [number, number, number]>,
  *   trail: { ages: number, min_fade: number, lines: string[], arrows: string[] }, heat: { light: string[], dark: string[] } }} DrawingStyle
- * @typedef {{ text: string, duration: number, gate_to_gate: number, length: number, cells: number, turns: number,
- *   top_speed: number, x: number, y: number, half_cell: number, segments: { turn: string | null, angle: number,
- *   time: number, distance: number, x: number, y: number, heading: number, speed: number, duration: number,
- *   length: number, exit_speed: number,
+ * @typedef {{ moves: string, time_s: number, gate_to_gate_s: number, length_mm: number, cell_count: number, slalom_turns: number,
+ *   top_speed_mm_s: number, x_mm: number, y_mm: number, half_cell_mm: number, segments: { turn: string | null,
+ *   angle_rad: number, start_s: number, distance_mm: number, x_mm: number, y_mm: number, heading_rad: number,
+ *   entry_speed_mm_s: number, duration_s: number, length_mm: number, exit_speed_mm_s: number,
  *   pieces: [duration: number, speed: number, acceleration: number, jerk: number][] }[] }} TimedRun
- * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls" | "driven", run: TimedRun | null,
+ * @typedef {{ route: "fastest" | "fewest-cells" | "fewest-turns" | "known-walls" | "driven", timed_run: TimedRun | null,
  *   error: string | null }} RouteRun
  * @typedef {{ name: string, bytes: number, modified: string, being_written: boolean }} RecordingEntry
  * @typedef {{ mouse: string | null, maze: string | null, result: string }} RecordingSummary
@@ -141,9 +141,9 @@ export const drawingStyle = () => getJson("/drawing.json");
 export const mazes = () => getJson("/api/mazes");
 /** @param {string} path */
 export const thumbnailUrl = (path) => `/api/mazes/picture.svg?path=${encodeURIComponent(path)}`;
-/** @param {{ path: string } | { name: string, text: string }} maze a listed maze or a drawing @param {boolean} run true to run the user's own mouse in the maze */
+/** @param {{ path: string } | { maze: string, drawing: string }} maze a listed maze or a drawing @param {boolean} run true to run the user's own mouse in the maze */
 export const loadMaze = (maze, run) => post("/api/maze", { ...maze, run });
-/** Returns the mazes that a file of the user can be read as. @param {File} file @returns {Promise<{ name: string, readings: MazeReading[] }>} */
+/** Returns the mazes that a file of the user can be read as. @param {File} file @returns {Promise<{ maze: string, readings: MazeReading[] }>} */
 export const readMaze = async (file) =>
   (await request(`/api/mazes/read?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file })).json();
 

@@ -198,9 +198,9 @@ export class FastRun {
     const others = this.#routes.filter((route) => route !== current && this.#shown.has(route.name)).reverse();
     const shown = current ? [...others, current] : [];
     const runs = this.#routes.flatMap(({ trajectory }) => trajectory?.run ?? []);
-    const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed));
+    const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed_mm_s));
     this.#map?.draw(shown, current, topSpeed);
-    this.#player.setEnd(Math.max(0, ...shown.map(({ trajectory }) => trajectory?.run.duration ?? 0)));
+    this.#player.setEnd(Math.max(0, ...shown.map(({ trajectory }) => trajectory?.run.time_s ?? 0)));
     this.#chart.draw(shown, current);
     this.#list(current);
     const reasons = [...new Set(this.#routes.filter(({ name }) => this.#shown.has(name)).map(({ error }) => error))];
@@ -213,7 +213,7 @@ export class FastRun {
   /** Lists the routes, which are a legend at the same time. @param {RouteState | null} current */
   #list(current) {
     const list = query(this.#details, ".routes");
-    const fastest = this.#routes.find(({ name }) => name === "fastest")?.trajectory?.run.duration ?? 0;
+    const fastest = this.#routes.find(({ name }) => name === "fastest")?.trajectory?.run.time_s ?? 0;
     const names = this.#routes.map(({ name }) => name).join();
     if (list.dataset.routes !== names) list.replaceChildren(...this.#routes.map(({ name }) => this.#row(name)));
     list.dataset.routes = names;
@@ -221,8 +221,8 @@ export class FastRun {
       const row = /** @type {HTMLElement} */ (list.children[i]);
       const at = OF_MOUSE.includes(name) ? ` in state ${this.#knownAt + 1}` : "";
       setAttributes(row, { title: error || ROUTES[name][1] + at });
-      setText(row, ".duration", trajectory ? `${trajectory.run.duration.toFixed(3)} s` : "none");
-      const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.run.duration / fastest - 1) : null;
+      setText(row, ".duration", trajectory ? `${trajectory.run.time_s.toFixed(3)} s` : "none");
+      const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.run.time_s / fastest - 1) : null;
       setText(row, ".loss", loss === null ? "" : formatLoss(loss));
       const show = query(row, "[name=show]", HTMLInputElement);
       show.checked = trajectory !== null && this.#shown.has(name);
@@ -258,12 +258,12 @@ export class FastRun {
     const run = route?.trajectory?.run;
     if (!route || !run) return;
     setText(this.#details, ".facts-title", ROUTES[route.name][0]);
-    setText(facts, ".rest", `${run.duration.toFixed(3)} s`);
-    setText(facts, ".gate", `${run.gate_to_gate.toFixed(3)} s`);
-    setText(facts, ".length", `${(run.length / 1000).toFixed(2)} m`);
-    setText(facts, ".cells", run.cells);
-    setText(facts, ".turned", run.turns);
-    setText(facts, ".fastest-speed", formatSpeed(run.top_speed));
+    setText(facts, ".rest", `${run.time_s.toFixed(3)} s`);
+    setText(facts, ".gate", `${run.gate_to_gate_s.toFixed(3)} s`);
+    setText(facts, ".length", `${(run.length_mm / 1000).toFixed(2)} m`);
+    setText(facts, ".cells", run.cell_count);
+    setText(facts, ".turned", run.slalom_turns);
+    setText(facts, ".fastest-speed", formatSpeed(run.top_speed_mm_s));
   }
 
   /** Shows the mice at a time. @param {number} time in s */
@@ -289,6 +289,6 @@ const colour = (name) => `path${Object.keys(ROUTES).indexOf(name)}`;
 const formatLoss = (loss) => (loss < 0.05 ? "same" : `+${loss.toFixed(1)} %`);
 
 /** @param {api.RouteRun} run @returns {RouteState} */
-function routeState({ route, run, error }) {
+function routeState({ route, timed_run: run, error }) {
   return { name: route, colour: colour(route), trajectory: run && new Trajectory(run), error: error ?? "" };
 }

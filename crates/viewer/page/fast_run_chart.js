@@ -40,7 +40,7 @@ export class FastRunChart {
   draw(routes, selected) {
     this.#selected = selected;
     const runs = routes.flatMap(({ trajectory }) => trajectory?.run ?? []);
-    const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed / 1000));
+    const topSpeed = Math.max(1, ...runs.map((run) => run.top_speed_mm_s / 1000));
     const step = tickStep(topSpeed, MAX_INTERVALS);
     const top = Math.ceil(topSpeed / step) * step;
     const profile = selected?.trajectory?.profile() ?? [];

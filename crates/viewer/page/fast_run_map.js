@@ -56,7 +56,7 @@ export class FastRunMap {
       const { trajectory } = route;
       if (!trajectory) continue;
       const moments = trajectory.outline();
-      const points = moments.map((moment) => this.#point(moment, trajectory.run.half_cell, 2));
+      const points = moments.map((moment) => this.#point(moment, trajectory.run.half_cell_mm, 2));
       this.#curves.append(svgElement("path", { class: `curve ${route.name} ${route.colour}`, d: `M${points.join("L")}` }));
       if (route === selected) this.#drawSpeeds(moments, points, topSpeed);
       const mouse = svgElement("path", { class: `fast-mouse ${route.colour}`, d: this.#outline, "data-route": route.name });
@@ -86,7 +86,7 @@ export class FastRunMap {
       if (!trajectory) continue;
       const moment = trajectory.at(time);
       const degrees = 90 - (moment.heading * 180) / Math.PI;
-      const at = this.#point(moment, trajectory.run.half_cell, 3);
+      const at = this.#point(moment, trajectory.run.half_cell_mm, 3);
       setAttributes(mouse, { transform: `translate(${at}) rotate(${degrees.toFixed(2)})` });
     }
   }

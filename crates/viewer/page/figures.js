@@ -14,7 +14,7 @@ import { HEADINGS } from "./state.js";
 /** @param {HTMLElement} panel @param {import("./api.js").Source | null} source @param {StateView | undefined} view */
 export function showFigures(panel, source, view) {
   const none = view ? "no path" : "–";
-  const isTrial = source?.robot != null || view?.trial != null;
+  const isTrial = source?.mouse != null || view?.trial != null;
   /** @param {string} name @param {number | null | undefined} value */
   const show = (name, value, placeholder = "–") =>
     setText(panel, `.${name} dd`, value == null ? placeholder : formatCount(value));
@@ -23,8 +23,8 @@ export function showFigures(panel, source, view) {
   show("steps", trialSteps ?? view?.phases.total.steps);
   show("turns", trialTurns ?? view?.phases.total.turns);
   show("visited", view?.visited_cells);
-  setText(panel, ".time dd", view ? formatTime(view.phases.total.ms) : "–");
-  if (isTrial) showTrial(panel, view?.trial, source?.robot);
+  setText(panel, ".time dd", view ? formatTime(1000 * view.phases.total.wall_time_s) : "–");
+  if (isTrial) showTrial(panel, view?.trial, source?.mouse);
   else showPhases(panel, view?.phases);
   for (const part of [".trial", ".trial-runs"]) query(panel, part).hidden = !isTrial;
   query(panel, ".runs").hidden = isTrial;
@@ -49,7 +49,7 @@ function proof(view) {
 
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
 function showRun(panel, name, run) {
-  const values = run ? [formatCount(run.steps), formatCount(run.turns), formatTime(run.ms)] : ["–", "–", "–"];
+  const values = run ? [formatCount(run.steps), formatCount(run.turns), formatTime(1000 * run.wall_time_s)] : ["–", "–", "–"];
   values.forEach((value, i) => setText(panel, `.phases .${name.replace("_", "-")} td:nth-of-type(${i + 1})`, value));
 }
 
@@ -58,9 +58,9 @@ function showRun(panel, name, run) {
  * @param {string | null | undefined} robot
  */
 function showTrial(panel, trial, robot) {
-  setText(panel, ".trial .status", trial?.status ?? "");
-  setText(panel, ".robot dd", trial?.robot ?? robot ?? "–");
-  setText(panel, ".score dd", trial?.score ?? "–");
+  setText(panel, ".trial .status", trial?.status.replaceAll("_", " ") ?? "");
+  setText(panel, ".robot dd", trial?.mouse ?? robot ?? "–");
+  setText(panel, ".score dd", trial?.score?.toFixed(3) ?? "–");
   for (const run of /** @type {const} */ (["run_1", "run_2"])) showRun(panel, run, trial?.[run]);
 }
 
@@ -106,7 +106,7 @@ export function announce(panel, shown, events) {
   if (shown) {
     const { state, view } = shown;
     parts.push(`mouse at (${state.x}, ${state.y}) heading ${HEADINGS[state.heading]}`);
-    if (view.trial) parts.push(`${view.trial.status}${view.trial.score ? `, score ${view.trial.score}` : ""}`);
+    if (view.trial) parts.push(`${view.trial.status.replaceAll("_", " ")}${view.trial.score === null ? "" : `, score ${view.trial.score.toFixed(3)}`}`);
     if (view.event) parts.push(view.event === "jump" ? "jumped to this cell" : "put back at the start");
     parts.push(...events, `${pluralize(view.visited_cells, "cell")} visited`, `${view.trial ? "fastest race" : "shortest path"} ${proof(view)}`);
   }

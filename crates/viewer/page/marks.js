@@ -12,12 +12,12 @@ import { formatNumber, query, setAttributes, svgElement } from "./dom.js";
 const KINDS = /** @type {Record<EventKind, [string, number]>} */ ({
   scored: ["trial scored", 0],
   unscored: ["trial ended without a score", 0],
-  "run-1": ["run 1 begins", 0],
-  "run-2": ["run 2 begins", 0],
+  run_1: ["run 1 begins", 0],
+  run_2: ["run 2 begins", 0],
   goal: ["goal reached", 0],
-  "fast-run": ["fast run begins", 0],
+  fast_run: ["fast run begins", 0],
   solved: ["shortest path proven", 1],
-  "wrong-wall": ["another wrong wall", 1],
+  wrong_wall: ["another wrong wall", 1],
   reset: ["put back at the start", 1],
   return: ["return run begins", 1],
   jump: ["jumped to another cell", 1],
@@ -25,7 +25,7 @@ const KINDS = /** @type {Record<EventKind, [string, number]>} */ ({
 });
 const ORDER = /** @type {EventKind[]} */ (Object.keys(KINDS));
 /** The kinds that occur only in two-run trials. */
-const TRIAL = ["scored", "unscored", "run-1", "run-2"];
+const TRIAL = ["scored", "unscored", "run_1", "run_2"];
 /** The minimum distance between two marks of a lane, in pixels. */
 const DISTANCES = [13, 13, 3];
 /** The maximum number of events in the tooltip of a mark. */

@@ -82,7 +82,7 @@ export class MazeList {
         kinds.indexOf(a.kind) - kinds.indexOf(b.kind) ||
         key(a) - key(b) ||
         compare(group(a), group(b)) ||
-        compare(a.maze.name, b.maze.name),
+        compare(a.maze.maze, b.maze.maze),
     );
     const groups = Map.groupBy(this.#entries, groupName);
     const lists = [...groups].map(([name, entries]) => {
@@ -99,7 +99,7 @@ export class MazeList {
 
   /** @param {api.MazeEntry} maze @param {string} relativePath @returns {Entry} */
   #entry(maze, relativePath) {
-    const { path, name, error, shortest_path: steps } = maze;
+    const { path, maze: name, error, shortest_path: steps } = maze;
     const item = cloneTemplate("maze");
     const button = query(item, "button", HTMLButtonElement);
     const kind = error !== null ? "unreadable" : steps === null ? "unsolvable" : "solvable";
@@ -166,7 +166,7 @@ export class MazeList {
   }
 
   /** Loads a maze, after confirmation if loading deletes states or stops a mouse. @param {api.MazeEntry} maze */
-  async #select({ path, name, error }) {
+  async #select({ path, maze: name, error }) {
     clearError();
     if (error !== null) return showError(new Error(error));
     const confirmed = await this.#confirm(name);
@@ -175,10 +175,10 @@ export class MazeList {
 
   /** Loads the maze in a file of the user, who chooses between its readings. @param {File} file */
   async open(file) {
-    const { name, readings } = await api.readMaze(file);
+    const { maze: name, readings } = await api.readMaze(file);
     const reading = readings.length === 1 ? readings[0] : await chooseReading(name, readings);
     const confirmed = reading && (await this.#confirm(name));
-    if (reading && confirmed) await api.loadMaze({ name, text: reading.text }, confirmed === "run");
+    if (reading && confirmed) await api.loadMaze({ maze: name, drawing: reading.drawing }, confirmed === "run");
   }
 
   /** @param {string | null} path */

@@ -293,7 +293,7 @@ export class Panel {
         this.#nextChart = performance.now() + SLOW_INTERVAL * (drawFactor() - 1);
         this.#updateExportLinks();
         this.#showLog(); // the lines of an earlier state may have arrived since
-        const isTrial = source.robot !== null || this.shown?.view.trial != null;
+        const isTrial = source.mouse !== null || this.shown?.view.trial != null;
         if (!(await this.#overview.update(source, states, isTrial, this.#abort.signal))) return;
         if (source !== this.source) return;
         const isSettled = this.#settled === index && index === (this.shown?.index ?? -1);
@@ -381,7 +381,7 @@ export class Panel {
   #showCell() {
     const source = this.source;
     const waiting = this.id === "live" && this.timeline.states === 0;
-    const hint = waiting && !this.source?.robot ? this.hint : "";
+    const hint = waiting && !this.source?.mouse ? this.hint : "";
     const cell = this.#cell;
     const shown = this.shown;
     const text = source && cell !== null ? describeCell(cell, source, shown?.state, shown?.view, this.#style) : hint;

@@ -15,8 +15,8 @@ export class RunForm {
   #buttons;
   #strategy;
   #shown = "";
-  /** The last event. @type {Pick<api.ServerEvent, "mouse" | "paused" | "client">} */
-  #event = { mouse: null, paused: false, client: false };
+  /** The last event. @type {Pick<api.ServerEvent, "mouse_status" | "paused" | "client">} */
+  #event = { mouse_status: null, paused: false, client: false };
 
   /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} unsavedStates */
   constructor(panel, { strategies, own, trial }, unsavedStates) {
@@ -43,7 +43,7 @@ export class RunForm {
     this.#buttons.run.classList.toggle("primary", !own);
     panel.classList.toggle("own-mouse", own !== null);
     this.#strategy = query(form, "[name=strategy]", HTMLSelectElement);
-    this.#strategy.replaceChildren(...strategies.map(({ name }) => new Option(name, name, false, name === FIRST_STRATEGY)));
+    this.#strategy.replaceChildren(...strategies.map(({ strategy: name }) => new Option(name, name, false, name === FIRST_STRATEGY)));
     this.#strategy.onchange = () => setText(form, ".about", strategies[this.#strategy.selectedIndex]?.about ?? "");
     this.#strategy.dispatchEvent(new Event("change"));
     form.onsubmit = (event) => {
@@ -56,7 +56,7 @@ export class RunForm {
 
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
-    const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse?.own);
+    const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse_status?.own);
     const states = isSearching ? this.#unsavedStates() : 0;
     if (states > 0 && !(await confirmAction("Run", this.#own ?? "", states, { warning }))) return;
     await api.act("run-again");
@@ -66,7 +66,7 @@ export class RunForm {
     clearError();
     const strategy = this.#strategy.value;
     // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
-    const states = this.#event.mouse && !this.#event.mouse.own ? 0 : this.#unsavedStates();
+    const states = this.#event.mouse_status && !this.#event.mouse_status.own ? 0 : this.#unsavedStates();
     if (states > 0 && !(await confirmAction("Run", strategy, states))) return;
     api.runStrategy(strategy).catch(showError);
   }
@@ -78,22 +78,22 @@ export class RunForm {
    */
   async confirmMaze(maze) {
     const states = this.#unsavedStates();
-    const running = this.#isRunning ? this.#event.mouse?.name : undefined;
+    const running = this.#isRunning ? this.#event.mouse_status?.mouse : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
     return confirmAction("Load", maze, states, { warning, mouse: this.#own ?? undefined });
   }
 
   get #isRunning() {
-    return this.#event.mouse !== null && this.#event.mouse.outcome === null;
+    return this.#event.mouse_status !== null && this.#event.mouse_status.outcome === null;
   }
 
   /** @param {api.ServerEvent} event */
-  show({ mouse, paused, client }) {
+  show({ mouse_status: mouse, paused, client }) {
     const shown = JSON.stringify([mouse, paused, client]);
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#event = { mouse, paused, client };
+    this.#event = { mouse_status: mouse, paused, client };
     const form = this.#form;
     const running = this.#isRunning;
     const { again, stop, pause, step, reset, run } = this.#buttons;
@@ -108,7 +108,7 @@ export class RunForm {
     setText(form, "[name=pause]", paused && running ? "Resume" : "Pause");
     setText(form, "[name=again]", mouse?.own ? "Run again" : `Run ${this.#own}`);
     const phase = !mouse ? "" : !running ? "ended" : paused ? "paused" : "running";
-    setText(form, ".name", mouse?.name ?? this.#own ?? "Mouse");
+    setText(form, ".name", mouse?.mouse ?? this.#own ?? "Mouse");
     setText(form, ".phase", phase);
     setText(form, ".result", mouse?.outcome?.text ?? "");
     setText(form, ".reason", mouse?.reason ?? "");

@@ -31,33 +31,33 @@ export class Trajectory {
   /** Returns the state at a time. Times outside of the run count as its beginning or end. @param {number} time @returns {Moment} */
   at(time) {
     const segment = this.segmentAt(time);
-    if (!segment) return { x: this.run.x, y: this.run.y, heading: Math.PI / 2, speed: 0, acceleration: 0 };
-    const within = Math.min(Math.max(0, time - segment.time), segment.duration);
+    if (!segment) return { x: this.run.x_mm, y: this.run.y_mm, heading: Math.PI / 2, speed: 0, acceleration: 0 };
+    const within = Math.min(Math.max(0, time - segment.start_s), segment.duration_s);
     const moment = segment.turn === null ? onStraight(segment, within) : onArc(segment, within);
-    return time < this.run.duration ? moment : { ...moment, speed: segment.exit_speed, acceleration: 0 };
+    return time < this.run.time_s ? moment : { ...moment, speed: segment.exit_speed_mm_s, acceleration: 0 };
   }
 
   /** Returns the segment at a time, or null if the run is empty. @param {number} time @returns {Segment | null} */
   segmentAt(time) {
     const { segments } = this.run;
-    return segments.findLast((segment) => segment.time <= time) ?? segments[0] ?? null;
+    return segments.findLast((segment) => segment.start_s <= time) ?? segments[0] ?? null;
   }
 
   /** Returns the states at which lines that draw the run begin and end. @returns {Moment[]} */
   outline() {
     const steps = this.run.segments.flatMap((segment) =>
-      Array.from({ length: LINES }, (_, i) => segment.time + (segment.duration * i) / LINES),
+      Array.from({ length: LINES }, (_, i) => segment.start_s + (segment.duration_s * i) / LINES),
     );
-    return [...steps, this.run.duration].map((time) => this.at(time));
+    return [...steps, this.run.time_s].map((time) => this.at(time));
   }
 
   /** Returns the times, speeds and accelerations between which they change linearly, or nearly so. */
   profile() {
     /** @type {[time: number, speed: number, acceleration: number][]} */
     const points = [];
-    for (const { turn, time, duration, speed, pieces } of this.run.segments) {
+    for (const { turn, start_s: time, duration_s, entry_speed_mm_s: speed, pieces } of this.run.segments) {
       let began = time;
-      if (turn !== null) points.push([time, speed, 0], [time + duration, speed, 0]);
+      if (turn !== null) points.push([time, speed, 0], [time + duration_s, speed, 0]);
       for (const piece of pieces) {
         const count = piece[3] === 0 ? 1 : LINES;
         for (let i = 0; i <= count; i++) {
@@ -82,7 +82,7 @@ function inPiece([, speed, acceleration, jerk], time) {
 }
 
 /** @param {Segment} segment @param {number} time since the beginning of the segment @returns {Moment} */
-function onStraight({ x, y, heading, speed, pieces }, time) {
+function onStraight({ x_mm: x, y_mm: y, heading_rad: heading, entry_speed_mm_s: speed, pieces }, time) {
   let [covered, now, change, rest] = [0, speed, 0, time];
   for (const piece of pieces) {
     const { distance, now: speed, acceleration } = inPiece(piece, Math.min(rest, piece[0]));
@@ -94,7 +94,7 @@ function onStraight({ x, y, heading, speed, pieces }, time) {
 }
 
 /** @param {Segment} segment @param {number} time since the beginning of the segment @returns {Moment} */
-function onArc({ x, y, heading, speed, length, angle }, time) {
+function onArc({ x_mm: x, y_mm: y, heading_rad: heading, entry_speed_mm_s: speed, length_mm: length, angle_rad: angle }, time) {
   const q = (time * speed) / length;
   const { forward, aside } = displacement(angle, q);
   const [sin, cos] = [Math.sin(heading), Math.cos(heading)];

@@ -235,7 +235,7 @@ pub(crate) struct MazeList {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MazeEntry {
     path: String,
-    name: String,
+    maze: String,
     width: Option<u8>,
     height: Option<u8>,
     /// The length of the shortest path in steps, or `None` if the goal is unreachable.
@@ -271,7 +271,7 @@ impl MazeEntry {
         let size = maze.as_ref().ok().map(Maze::size);
         Self {
             path: path(entry),
-            name: entry.name(),
+            maze: entry.name(),
             width: size.map(MazeSize::width),
             height: size.map(MazeSize::height),
             shortest_path: maze.as_ref().ok().and_then(|maze| MazeFacts::new(maze).shortest_path),
@@ -283,7 +283,7 @@ impl MazeEntry {
 /// A maze file of the user.
 #[derive(Serialize)]
 pub(crate) struct MazeFile {
-    name: String,
+    maze: String,
     readings: Vec<MazeReading>,
 }
 
@@ -296,7 +296,7 @@ struct MazeReading {
     height: u8,
     shortest_path: Option<u16>,
     /// The maze as a drawing, from which it is loaded.
-    text: String,
+    drawing: String,
     /// A thumbnail of the maze as SVG.
     picture: String,
 }
@@ -316,8 +316,8 @@ impl MazeFile {
                 readings.map(|reading| MazeReading::new(&reading.maze, options(reading))).collect()
             }
         };
-        let name = Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into();
-        Ok(Self { name, readings })
+        let maze = Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into();
+        Ok(Self { maze, readings })
     }
 }
 
@@ -328,7 +328,7 @@ impl MazeReading {
             width: maze.size().width(),
             height: maze.size().height(),
             shortest_path: MazeFacts::new(maze).shortest_path,
-            text: maze.to_string(),
+            drawing: maze.to_string(),
             picture: thumbnail(maze),
         }
     }
@@ -361,10 +361,10 @@ mod tests {
     fn a_file_is_named_without_its_extension() {
         let text = "+---+---+\n| S   G |\n+---+---+\n";
         let file = MazeFile::read("own.maze\n.txt", text.as_bytes()).unwrap();
-        assert_eq!((&file.name[..], file.readings.len()), ("own.maze", 1));
-        let MazeReading { width, height, shortest_path, text, .. } = &file.readings[0];
+        assert_eq!((&file.maze[..], file.readings.len()), ("own.maze", 1));
+        let MazeReading { width, height, shortest_path, drawing, .. } = &file.readings[0];
         assert_eq!((*width, *height, *shortest_path), (2, 1, Some(1)));
-        assert_eq!(text, "o---o---o\n| S   G |\no---o---o\n");
+        assert_eq!(drawing, "o---o---o\n| S   G |\no---o---o\n");
         let error = MazeFile::read("photo.png", b"\x89PNG").err().unwrap();
         assert!(error.text.starts_with("photo.png: line 1, column 1: "), "{error}");
         assert_eq!(error.status, StatusCode::BAD_REQUEST);
@@ -378,7 +378,7 @@ mod tests {
             ("invalid.txt", "invalid"),
         ]));
         let [open, closed, invalid] = list.entries() else { panic!() };
-        assert_eq!((open.path.as_str(), open.name.as_str()), ("a/open.txt", "open"));
+        assert_eq!((open.path.as_str(), open.maze.as_str()), ("a/open.txt", "open"));
         assert_eq!((open.width, open.height, open.shortest_path), (Some(2), Some(1), Some(1)));
         assert_eq!((closed.shortest_path, &closed.error), (None, &None));
         assert!(invalid.error.as_ref().unwrap().contains("invalid.txt: line 1"));

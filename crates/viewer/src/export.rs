@@ -223,7 +223,7 @@ fn title(source: &StateSource) -> ApiResult<String> {
     let context = source.last_context(run, states);
     let mouse = context.as_ref().and_then(|context| context.notes().mouse());
     let mouse = mouse.map(|mouse| format!(", {mouse}")).unwrap_or_default();
-    Ok(format!("{}: {}{mouse} – mmsim", description.title, description.info.name))
+    Ok(format!("{}: {}{mouse} – mmsim", description.title, description.info.maze))
 }
 
 fn json(value: &impl serde::Serialize) -> ApiResult<Value> {

@@ -197,7 +197,7 @@ impl StateSource {
                 if served.run != run {
                     return Err(MonitorError::RunEnded { run }.into());
                 }
-                RunDescription::new(served.info.name.clone(), served.info, Some(served.maze))?
+                RunDescription::new(served.info.maze.clone(), served.info, Some(served.maze))?
             }
             SourceKind::Recording { title, recording } => {
                 self.states(run)?;

@@ -34,36 +34,39 @@ fn the_runs_are_those_of_the_crate() {
         assert_eq!(routes, ["fastest", "fewest-cells", "fewest-turns"]);
         for run in runs.as_array().unwrap() {
             assert_eq!(run["error"], json!(null));
-            assert!(run["run"]["duration"].as_f64().unwrap() > trajectory.duration() - 1e-6);
+            assert!(run["timed_run"]["time_s"].as_f64().unwrap() > trajectory.duration() - 1e-6);
         }
-        let run = &runs[0]["run"];
-        assert_eq!(run["text"], best.to_string());
-        assert_near(&run["duration"], trajectory.duration());
-        assert_near(&run["gate_to_gate"], trajectory.gate_to_gate(maze.goals()));
-        assert_near(&run["length"], trajectory.length());
-        assert_eq!((&run["cells"], &run["turns"]), (&json!(4), &json!(best.turns().len())));
-        assert_eq!(run["half_cell"], json!(vehicle.half_cell()));
+        let run = &runs[0]["timed_run"];
+        assert_eq!(run["moves"], best.to_string());
+        assert_near(&run["time_s"], trajectory.duration());
+        assert_near(&run["gate_to_gate_s"], trajectory.gate_to_gate(maze.goals()));
+        assert_near(&run["length_mm"], trajectory.length());
+        assert_eq!(
+            (&run["cell_count"], &run["slalom_turns"]),
+            (&json!(4), &json!(best.turns().len()))
+        );
+        assert_eq!(run["half_cell_mm"], json!(vehicle.half_cell()));
         let segments = run["segments"].as_array().unwrap();
         assert_eq!(segments.len(), trajectory.segments().len());
         for (shown, segment) in segments.iter().zip(trajectory.segments()) {
             let entry = &segment.entry;
             for (key, expected) in [
-                ("time", entry.time),
-                ("distance", entry.distance),
-                ("x", entry.x),
-                ("y", entry.y),
-                ("heading", entry.heading),
-                ("speed", entry.speed),
-                ("duration", segment.duration),
-                ("length", segment.length),
-                ("exit_speed", segment.exit_speed),
+                ("start_s", entry.time),
+                ("distance_mm", entry.distance),
+                ("x_mm", entry.x),
+                ("y_mm", entry.y),
+                ("heading_rad", entry.heading),
+                ("entry_speed_mm_s", entry.speed),
+                ("duration_s", segment.duration),
+                ("length_mm", segment.length),
+                ("exit_speed_mm_s", segment.exit_speed),
             ] {
                 assert_near(&shown[key], expected);
             }
             assert_eq!(shown["pieces"].as_array().unwrap().len(), segment.pieces.len());
         }
         assert!(segments[1]["turn"].as_str().unwrap().ends_with('R'));
-        assert!(segments[1]["angle"].as_f64().unwrap() < 0.0);
+        assert!(segments[1]["angle_rad"].as_f64().unwrap() < 0.0);
         assert_eq!(segments[0]["turn"], json!(null));
     }
     watched.stop();
@@ -91,7 +94,7 @@ fn requests_without_an_answer_are_explained() {
     let runs = watched.get(&format!("/api/sources/live/fast-runs/expert?run={}", loaded["run"]));
     let reason = "Goal unreachable: the start at (0, 0) has walls on all sides.";
     for run in runs.json().as_array().unwrap() {
-        assert_eq!((&run["run"], &run["error"]), (&json!(null), &json!(reason)));
+        assert_eq!((&run["timed_run"], &run["error"]), (&json!(null), &json!(reason)));
     }
     watched.stop();
 }
@@ -115,13 +118,13 @@ fn the_run_over_known_walls_follows_what_the_mouse_has_read() {
         assert_eq!(ask(&client, &state), b"ok", "{at}");
     }
     let first = known(0);
-    assert_eq!((&first["route"], &first["run"]), (&json!("known-walls"), &json!(null)));
+    assert_eq!((&first["route"], &first["timed_run"]), (&json!("known-walls"), &json!(null)));
     let unknown = "The mouse does not know a path to the goal in this state.";
     assert_eq!(first["error"], unknown);
     let last = known(4);
-    assert_eq!((&last["error"], &last["run"]["cells"]), (&json!(null), &json!(4)));
+    assert_eq!((&last["error"], &last["timed_run"]["cell_count"]), (&json!(null), &json!(4)));
     let runs = watched.get("/api/sources/live/fast-runs/ares?run=1").json();
-    assert_eq!(last["run"], runs[0]["run"]);
+    assert_eq!(last["timed_run"], runs[0]["timed_run"]);
     watched.stop();
 }
 
@@ -149,7 +152,7 @@ fn a_run_in_the_log_is_a_route() {
         [("expert", "N 1 s90R@1050 2 s90R@1050 1"), ("ukmars", "N 1 s90R@500 2 s90R@500 1")]
     {
         let run = driven(1, vehicle);
-        assert_eq!((&run["route"], &run["run"]["text"]), (&json!("driven"), &json!(text)));
+        assert_eq!((&run["route"], &run["timed_run"]["moves"]), (&json!("driven"), &json!(text)));
     }
     for (at, error) in [(2, "the run leaves the lattice"), (3, "word 1: expected a direction")] {
         assert!(driven(at, "expert")["error"].as_str().unwrap().starts_with(error), "{at}");

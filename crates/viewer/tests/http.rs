@@ -252,7 +252,7 @@ fn only_listed_mazes_can_be_loaded() {
         (&json!("closed"), &json!(0), &json!(null))
     );
     stop_viewer(watched.viewer);
-    assert_eq!(stop(watched.server).info().name, "closed");
+    assert_eq!(stop(watched.server).info().maze, "closed");
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn a_maze_file_is_read_and_then_loaded() {
     let reading = &file["readings"][0];
     let drawing = "o---o---o\n|SG   G |\no---o---o\n";
     assert_eq!(
-        (&file["name"], &reading["width"], &reading["text"]),
+        (&file["maze"], &reading["width"], &reading["drawing"]),
         (&json!("a"), &json!(2), &json!(drawing))
     );
     assert!(reading["picture"].as_str().unwrap().starts_with("<svg"));
@@ -275,13 +275,14 @@ fn a_maze_file_is_read_and_then_loaded() {
     assert_eq!(watched.send("GET", "/api/mazes/read?name=a", &[], b"").status, 405);
     let foreign = watched.send("POST", "/api/mazes/read?name=a", &["origin: http://evil"], b"");
     assert_eq!(foreign.status, 403);
-    let load = |text: &str| watched.post("/api/maze", &json!({"name": "a\u{1b}", "text": text}));
+    let load = |text: &str| watched.post("/api/maze", &json!({"maze": "a\u{1b}", "drawing": text}));
     assert_eq!(load("rubbish").status, 400);
-    for choice in [json!({}), json!({"name": "a"}), json!({"path": "a", "name": "a", "text": "a"})]
+    for choice in
+        [json!({}), json!({"maze": "a"}), json!({"path": "a", "maze": "a", "drawing": "a"})]
     {
         let refused = watched.post("/api/maze", &choice);
         assert_eq!(refused.status, 400, "{choice}");
-        assert_eq!(refused.body, b"expected a path, or a name and a text", "{choice}");
+        assert_eq!(refused.body, b"expected a path, or a maze and a drawing", "{choice}");
     }
     assert_eq!(load(drawing).json(), json!({"run": 2}));
     assert_eq!(watched.get("/api/sources/live").json()["title"], "a");
@@ -448,7 +449,7 @@ fn changes_are_sent_as_events() {
         }
     };
     wait_until_received(concat!(
-        r#","run":1,"states":0,"annotations":0,"maze":"a/small.txt","mouse":null,"pace":20.0,"paused":false,"#,
+        r#","run":1,"states":0,"annotations":0,"maze":"a/small.txt","mouse_status":null,"pace":20.0,"paused":false,"#,
         r#""client":false,"recordings":2,"opened":[]}"#
     ));
     watched.send_states(3);
@@ -456,7 +457,9 @@ fn changes_are_sent_as_events() {
     assert_eq!(ask(&connect(&watched.server, zmq::REQ), b"At"), b"ok");
     wait_until_received(r#""annotations":1"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
-    wait_until_received(r#","run":2,"states":0,"annotations":1,"maze":"closed.txt","mouse":null"#);
+    wait_until_received(
+        r#","run":2,"states":0,"annotations":1,"maze":"closed.txt","mouse_status":null"#,
+    );
     wait_until_received(r#""client":false"#);
     watched.act(&json!({"action": "pause"}));
     wait_until_received(r#""paused":true"#);
@@ -465,7 +468,7 @@ fn changes_are_sent_as_events() {
         (watched.act(&run).status == 204).then_some(())
     });
     wait_until_received(concat!(
-        r#""mouse":{"name":"flood-fill","own":false,"kind":null,"reason":"","#,
+        r#""mouse_status":{"mouse":"flood-fill","own":false,"kind":null,"reason":"","#,
         r#""outcome":{"goal_reached":false,"ending":"gave_up","error":"goal unreachable from (0, 0)","#,
     ));
     watched.stop();

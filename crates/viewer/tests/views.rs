@@ -30,14 +30,14 @@ fn a_view_contains_the_figures_of_a_state() {
         source,
         json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "start": [0, 0],
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4, "route": [0, 3, 4, 5, 2],
-            "robot": null, "race_optimum": null, "integrity": null, "note": null})
+            "mouse": null, "race_optimum": null, "integrity": null, "note": null})
     );
     let sent = watched.send_states(700);
     let view = watched.get("/api/sources/live/moment?run=1&at=6").json();
     // From (2, 1), the mouse is put back at the start.
-    let ms = &view["phases"]["total"]["ms"];
+    let ms = &view["phases"]["total"]["wall_time_s"];
     assert!(ms.as_f64().unwrap() >= 0., "{ms}");
-    let run = json!({"steps": 3 + 2, "turns": 0, "ms": ms});
+    let run = json!({"steps": 3 + 2, "turns": 0, "wall_time_s": ms});
     assert_eq!(
         view,
         json!({"at": 6, "states": 700, "annotations": 0, "state": sent[6],

@@ -76,7 +76,7 @@ fn scores_table(contest: &Contest, mazes: &[MazeResult]) -> String {
     let rows = mazes.iter().map(|maze| {
         let scores =
             mice().map(|mouse| seconds(maze.entry(mouse).and_then(|entry| entry.attempt.score_s)));
-        [maze.maze.name.clone()].into_iter().chain(scores).collect()
+        [maze.maze.maze.clone()].into_iter().chain(scores).collect()
     });
     stacked(&[head].into_iter().chain(rows).collect::<Vec<_>>())
 }
@@ -86,14 +86,14 @@ fn reasons(contest: &Contest, mouse: &str) -> Option<String> {
     let reasons = contest
         .mazes
         .iter()
-        .filter_map(|maze| Some((maze.entry(mouse)?.attempt.error.as_deref()?, &*maze.maze.name)));
+        .filter_map(|maze| Some((maze.entry(mouse)?.attempt.error.as_deref()?, &*maze.maze.maze)));
     list_reasons(&format!("{mouse} made no fast run"), reasons)
 }
 
 /// Returns a table with the run of each mouse that counts.
 fn table(result: &MazeResult) -> String {
     let head =
-        ["", &result.maze.name, "score", "best run", "begins at", "search run", "runs", "touched"];
+        ["", &result.maze.maze, "score", "best run", "begins at", "search run", "runs", "touched"];
     let row = |ContestEntry { rank, mouse, attempt, .. }: &ContestEntry| {
         let Attempt { score_s, runs, touched, .. } = attempt;
         let best = attempt.best_run();

@@ -12,7 +12,8 @@ use super::driven::{DrivenRun, RunResult};
 /// JSON keys.
 #[derive(Serialize)]
 pub(super) struct FastRunReport<'a> {
-    maze: String,
+    path: String,
+    maze: &'a str,
     vehicle: &'a str,
     route: &'static str,
     #[serde(flatten)]
@@ -29,10 +30,10 @@ struct FastRunFigures {
     loss_percent: f64,
     length_mm: f64,
     top_speed_mm_s: f64,
-    turns: usize,
-    turns_by_kind: BTreeMap<&'static str, usize>,
+    slalom_turns: usize,
+    slalom_turns_by_kind: BTreeMap<&'static str, usize>,
     start: [u8; 2],
-    run: String,
+    moves: String,
     cells: Vec<[u8; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     segments: Option<Vec<SegmentReport>>,
@@ -53,14 +54,15 @@ pub(super) struct SegmentReport {
     /// The greatest centripetal acceleration. `None` on straights.
     pub(super) centripetal_acceleration_mm_s2: Option<f64>,
     /// The time at the end of the segment.
-    pub(super) time_s: f64,
+    pub(super) end_s: f64,
 }
 
 impl<'a> FastRunReport<'a> {
     pub(super) fn new(result: &'a RunResult, with_segments: bool) -> Self {
         let driven = result.driven.as_ref();
         Self {
-            maze: result.maze.path.display().to_string(),
+            path: result.maze.path.display().to_string(),
+            maze: &result.maze.name,
             vehicle: result.vehicle.name(),
             route: result.route.name(),
             run: driven.ok().map(|driven| FastRunFigures::new(driven, with_segments)),
@@ -80,12 +82,12 @@ impl FastRunFigures {
             loss_percent: driven.loss,
             length_mm: trajectory.length(),
             top_speed_mm_s: trajectory.top_speed(),
-            turns: run.turns().len(),
-            turns_by_kind: (driven.turns_by_kind())
+            slalom_turns: run.turns().len(),
+            slalom_turns_by_kind: (driven.turns_by_kind())
                 .map(|(kind, count)| (kind.name(), count))
                 .collect(),
             start: [start.x, start.y],
-            run: run.to_string(),
+            moves: run.to_string(),
             cells: run.cells().iter().map(|cell| [cell.x, cell.y]).collect(),
             segments: with_segments.then(|| segments.iter().map(SegmentReport::new).collect()),
         }
@@ -114,7 +116,7 @@ impl SegmentReport {
             exit_speed_mm_s: segment.exit_speed,
             duration_s: segment.duration,
             centripetal_acceleration_mm_s2: acceleration,
-            time_s: segment.entry.time + segment.duration,
+            end_s: segment.entry.time + segment.duration,
         }
     }
 }

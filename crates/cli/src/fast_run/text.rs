@@ -72,7 +72,7 @@ fn segments(segments: &[Segment]) -> String {
             format!("{:.0}", segment.exit_speed_mm_s),
             acceleration.map_or(String::new(), |mm_s2| format!("{:.2}", mm_s2 / STANDARD_GRAVITY)),
             format!("{:.4}", segment.duration_s),
-            format!("{:.4}", segment.time_s),
+            format!("{:.4}", segment.end_s),
         ]
     }));
     aligned(&rows)

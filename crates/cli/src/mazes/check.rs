@@ -150,13 +150,13 @@ struct Finding {
 struct ReadingRow {
     bits: String,
     rows: String,
-    maze: String,
+    drawing: String,
 }
 
 impl ReadingRow {
     fn new(ParsedMaze { encodings, maze, .. }: &ParsedMaze) -> Self {
         let Encoding { bits, rows } = encodings[0];
-        Self { bits: bits.to_string(), rows: rows.to_string(), maze: maze.to_string() }
+        Self { bits: bits.to_string(), rows: rows.to_string(), drawing: maze.to_string() }
     }
 }
 

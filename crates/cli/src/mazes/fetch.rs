@@ -65,10 +65,9 @@ const BUNDLED: &str = "bundled";
 struct FetchReport<'a> {
     from: &'a str,
     folder: String,
-    mazes: usize,
+    maze_count: usize,
     #[serde(flatten)]
     changes: Changes,
-    #[serde(rename = "passed_over")]
     skipped: usize,
 }
 
@@ -106,7 +105,7 @@ pub(super) fn run(args: &FetchArgs) -> CommandResult {
     });
     note_files(&changes.kept, |count| format!("kept {count} that you have changed"));
     let (folder, skipped) = (parent.join(folder::FOLDER).display().to_string(), all - files.len());
-    let report = FetchReport { from, folder, mazes: mazes.len(), changes, skipped };
+    let report = FetchReport { from, folder, maze_count: mazes.len(), changes, skipped };
     if args.json {
         print_pretty_json(&report)?;
     } else {

@@ -55,7 +55,7 @@ struct Generated {
     height: u8,
     goals: Vec<[u8; 2]>,
     shortest_path: Option<u16>,
-    #[serde(serialize_with = "as_text")]
+    #[serde(rename = "drawing", serialize_with = "as_text")]
     maze: Maze,
 }
 

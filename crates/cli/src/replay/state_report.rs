@@ -66,7 +66,7 @@ impl StateReport {
         let text = format!(
             "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} visited{wrong}\n\
              {runs}{}\n{picture}",
-            pose_at.ms,
+            1e3 * pose_at.wall_time_s,
             bounds_text(figures.map, figures.trial.is_some()),
         );
         let (notes, cells) = (context.notes(), || recording.size().cells());
@@ -109,7 +109,7 @@ struct CellColour {
 /// A pose and its time. The field names are JSON keys.
 #[derive(Serialize)]
 pub(super) struct PoseAt {
-    ms: f64,
+    wall_time_s: f64,
     cell: [u8; 2],
     heading: char,
 }
@@ -118,8 +118,8 @@ impl PoseAt {
     #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
     pub(super) fn new(recording: &Recording, time: u64, Pose { cell, heading }: Pose) -> Self {
         let began = recording.times().iter().next().unwrap_or(time);
-        let ms = time.saturating_sub(began) as f64 / 1e6;
-        Self { ms, cell: [cell.x, cell.y], heading: heading.letter() }
+        let wall_time_s = time.saturating_sub(began) as f64 / 1e9;
+        Self { wall_time_s, cell: [cell.x, cell.y], heading: heading.letter() }
     }
 }
 
@@ -137,9 +137,10 @@ fn phases_text(figures: &StateFigures) -> String {
 }
 
 /// Formats the figures of a trial up to a state.
-fn trial_text(TrialReport { robot, status, run_1, run_2, score }: &TrialReport) -> String {
-    let robot = Escaped(robot.as_deref().unwrap_or("robot"));
-    let score = score.as_ref().map(|score| format!(", score {score}")).unwrap_or_default();
+fn trial_text(TrialReport { mouse, status, run_1, run_2, score }: &TrialReport) -> String {
+    let robot = Escaped(mouse.as_deref().unwrap_or("robot"));
+    let score = score.map(|score| format!(", score {score:.3}")).unwrap_or_default();
+    let status = status.replace('_', " ");
     let runs = [("run 1", Some(*run_1)), ("run 2", *run_2)];
     let rows = runs.into_iter().filter_map(|(name, run)| Some((name.to_string(), run?)));
     format!("two-run trial of {robot}: {status}{score}\n{}", phase_table::table(rows))

@@ -65,7 +65,7 @@ impl<'a> ResultPrinter<'a> {
         if form.json {
             let reports = jobs.iter().zip(&outcomes).map(|(&(selected, robot), outcome)| {
                 let mut report = TrialRow::new(selected, robot, outcome);
-                report.path = form.path.then(|| outcome.drawings()).map(|[path, _]| path);
+                report.drawing = form.path.then(|| outcome.drawings()).map(|[path, _]| path);
                 report
             });
             print_pretty_json(&reports.collect::<Vec<_>>())?;

@@ -306,7 +306,7 @@ impl Model {
         let goals = size.cells().filter(|cell| self.maze.goals().contains(*cell));
         let goals: Vec<_> = goals.map(|goal| format!("[{},{}]", goal.x, goal.y)).collect();
         [
-            format!(r#"{{"name":"{}","#, self.name),
+            format!(r#"{{"maze":"{}","#, self.name),
             format!(r#""width":{},"height":{},"#, size.width(), size.height()),
             format!(r#""start":[{x},{y}],"heading":"N","goals":[{}],"#, goals.join(",")),
             format!(r#""states":{},"#, self.search().states.len()),

@@ -353,7 +353,7 @@ fn metadata(info: &str) -> Vec<u8> {
 /// Returns descriptions of the maze with one wrong value each.
 fn infos() -> Vec<String> {
     let keys: &[(&str, &[&str])] = &[
-        ("name", &["\"\"", "\"\\u0000\\u001b[2J\\u2028\"", "7"]),
+        ("maze", &["\"\"", "\"\\u0000\\u001b[2J\\u2028\"", "7"]),
         ("width", &["0", "1", "2", "4", "32", "33", "255", "256", "-1", "1e9", "3.5", "null"]),
         ("height", &["0", "1", "32", "255", "18446744073709551616"]),
         ("start", &["[2,2]", "[255,255]", "[-1,0]", "[0]", "[0,0,0]", "[]"]),

@@ -86,7 +86,7 @@ fn other_sites_can_neither_read_nor_control() {
 
         // None of the attacks had an effect.
         let info = simulator.info();
-        assert_eq!((info.name.as_str(), info.states), ("01-harbour", 3));
+        assert_eq!((info.maze.as_str(), info.states), ("01-harbour", 3));
         assert_eq!(simulator.run_number(), run);
         let page = http::get(&simulator.url("/api/page")).json();
         assert_eq!(page["opened"], json!([]), "no recording was uploaded");

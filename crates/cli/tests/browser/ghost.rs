@@ -98,7 +98,7 @@ fn a_panel_shows_the_ghost_of_another_panel_and_the_differences() {
         let reason = "Ghost and Differences need mazes of the same size, not 16 × 16 and 24 × 10.";
         wait_for("the reason", || (live.text(".differences") == reason).then_some(()));
         assert_eq!(live.attribute("[name=ghost]", "disabled"), "");
-        assert_eq!(simulator.info().name, "01-harbour");
+        assert_eq!(simulator.info().maze, "01-harbour");
 
         // A single panel has no such layers.
         recording.click("[name=close]");

@@ -59,6 +59,18 @@ pub(crate) fn request(method: &str, url: &str, headers: &[(&str, &str)], body: &
     read(&mut BufReader::new(stream))
 }
 
+/// Returns the first event of a page, which has the status of the mouse.
+#[allow(dead_code, reason = "browser tests read no events")]
+pub(crate) fn first_event(page: &str) -> serde_json::Value {
+    let (host, _) = split_url(page);
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
+    write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
+    let mut lines = BufReader::new(stream).lines().map(Result::unwrap);
+    let data = lines.find_map(|line| line.strip_prefix("data:").map(String::from));
+    serde_json::from_str(&data.expect("an event")).unwrap()
+}
+
 fn read(stream: &mut impl BufRead) -> Reply {
     let line = |stream: &mut dyn BufRead| {
         let mut line = String::new();

@@ -149,7 +149,7 @@ fn everything_works_without_a_pointer() {
         browser.press("/hedge".chars());
         key(Key::Down);
         key(Key::Enter);
-        wait_for("hedgerow", || (simulator.info().name == "05-hedgerow").then_some(()));
+        wait_for("hedgerow", || (simulator.info().maze == "05-hedgerow").then_some(()));
         live.wait_until_empty();
 
         // Run a strategy.
@@ -206,7 +206,7 @@ fn everything_works_without_a_pointer() {
         key(Key::Escape);
         wait_for("the dialog to close", || (!is_open("#confirm")).then_some(()));
         assert_eq!(
-            (simulator.info().name.as_str(), simulator.info().states),
+            (simulator.info().maze.as_str(), simulator.info().states),
             ("05-hedgerow", last + 1)
         );
         assert_eq!(live.data("index"), last.to_string());

@@ -77,7 +77,7 @@ fn the_search_matches_all_words_in_any_order_and_case() {
         wait_for("the error", || {
             browser.text("#error span").contains("line 2, column 5").then_some(())
         });
-        assert_eq!(simulator.info().name, "Final 2024");
+        assert_eq!(simulator.info().maze, "Final 2024");
         browser.leave();
     });
 }
@@ -160,7 +160,7 @@ fn loading_a_maze_asks_for_confirmation_if_there_are_states() {
             live.wait_for_run(simulator.run_number());
             live.wait_until_empty();
             live.assert_shows(&bundled(path), &[]);
-            assert_eq!(format!("{}.txt", simulator.info().name), path);
+            assert_eq!(format!("{}.txt", simulator.info().maze), path);
         };
         live.wait_until_empty();
         served("01-harbour.txt");
@@ -189,7 +189,7 @@ fn loading_a_maze_asks_for_confirmation_if_there_are_states() {
             }
             wait_for("the dialog to close", || (!is_asking()).then_some(()));
             assert_eq!(
-                (simulator.info().name.as_str(), simulator.info().states),
+                (simulator.info().maze.as_str(), simulator.info().states),
                 ("oblong-long-meadow", 3)
             );
             live.assert_shows(&meadow, &states);
@@ -225,7 +225,7 @@ fn a_dropped_maze_is_loaded() {
         let is_asking =
             || browser.run::<bool>("return document.querySelector('#confirm').open", &[]);
         let served = |name: &str, text: &str| {
-            wait_for(name, || (simulator.info().name == name).then_some(()));
+            wait_for(name, || (simulator.info().maze == name).then_some(()));
             live.wait_for_run(simulator.run_number());
             live.wait_until_empty();
             live.assert_shows(&text.parse().unwrap(), &[]);
@@ -238,7 +238,7 @@ fn a_dropped_maze_is_loaded() {
         // A file that is no maze changes nothing.
         drop_files(browser, &[("notes.txt", "no maze")]);
         browser.wait_for_text("#error span", "notes.txt: line 1, column 1: expected ");
-        assert_eq!(simulator.info().name, "long.v2");
+        assert_eq!(simulator.info().maze, "long.v2");
         let errors = browser.take_errors();
         assert!(errors.len() == 1 && errors[0].message.contains("400 (Bad Request)"), "{errors:?}");
 
@@ -250,7 +250,7 @@ fn a_dropped_maze_is_loaded() {
         browser.type_into("#recordings [name=file]", file.to_str().unwrap());
         wait_for("the dialog", || is_asking().then_some(()));
         assert_eq!(browser.text("#confirm .name"), "closed");
-        assert_eq!(simulator.info().name, "long.v2");
+        assert_eq!(simulator.info().maze, "long.v2");
         browser.click("#confirm button[value=confirm]");
         served("closed", CLOSED);
     });
@@ -260,7 +260,7 @@ fn a_dropped_maze_is_loaded() {
 fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
     with_page(&["harbour"], |browser, simulator| {
         Panel::live(browser).wait_until_empty();
-        let name = simulator.info().name.clone();
+        let name = simulator.info().maze.clone();
         let digits = "b93\neee\n";
         let readings = Choice::default().read(digits.as_bytes()).unwrap_err().remove(0).readings;
         let is_asking =
@@ -279,10 +279,10 @@ fn the_user_chooses_between_the_readings_of_a_dropped_maze() {
         });
         browser.press([char::from(Key::Escape)]);
         wait_for("the dialog to close", || (!is_asking()).then_some(()));
-        assert_eq!(simulator.info().name, name);
+        assert_eq!(simulator.info().maze, name);
         ask();
         browser.click("#readings li:nth-child(2) button");
-        wait_for("the maze", || (simulator.info().name == "two").then_some(()));
+        wait_for("the maze", || (simulator.info().maze == "two").then_some(()));
         Panel::live(browser).wait_for_run(simulator.run_number());
         Panel::live(browser).assert_shows(&readings[1].maze, &[]);
     });
@@ -301,7 +301,7 @@ fn each_dropped_file_is_asked_about_in_turn() {
         for (name, chosen) in [("first", 2), ("second", 1)] {
             browser.wait_for_text("#readings .name", name);
             browser.click(&format!("#readings li:nth-child({chosen}) button"));
-            wait_for(name, || (simulator.info().name == name).then_some(()));
+            wait_for(name, || (simulator.info().maze == name).then_some(()));
             live.wait_for_run(simulator.run_number());
             live.assert_shows(&readings[chosen - 1].maze, &[]);
         }

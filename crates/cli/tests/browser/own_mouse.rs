@@ -175,13 +175,13 @@ fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
         choose("half-size-old-quarter.txt", "confirm");
         wait_for_result(live, "stopped: another maze was loaded; ");
         assert_eq!(
-            (simulator.info().name.as_str(), simulator.info().states),
+            (simulator.info().maze.as_str(), simulator.info().states),
             ("half-size-old-quarter", 0)
         );
 
         // Without states there is nothing to confirm. The mouse does not start by itself.
         page.choose_maze("05-hedgerow.txt");
-        wait_for("hedgerow", || (simulator.info().name == "05-hedgerow").then_some(()));
+        wait_for("hedgerow", || (simulator.info().maze == "05-hedgerow").then_some(()));
         assert!(!is_asking());
         wait_for("no outcome", || live.text(".run .result").is_empty().then_some(()));
         click(live, "again");
@@ -190,7 +190,7 @@ fn another_maze_stops_the_mouse_and_offers_to_run_it_there() {
         choose("oblong-long-meadow.txt", "run");
         live.set_pace("no limit");
         wait_for_result(live, "exited with code 0; goal reached, ");
-        assert_eq!(simulator.info().name, "oblong-long-meadow");
+        assert_eq!(simulator.info().maze, "oblong-long-meadow");
         live.wait_for_run_state(simulator.run_number(), simulator.info().states - 1);
     });
 }
@@ -346,7 +346,7 @@ fn a_mouse_of_mms_is_controlled_too() {
         browser.click("#confirm [value=run]");
         wait_for("the last turn in the other maze", || {
             let info = simulator.info();
-            (info.name == "oblong-long-meadow" && info.states == 5).then_some(())
+            (info.maze == "oblong-long-meadow" && info.states == 5).then_some(())
         });
         click(live, "reset");
         wait_for_result(live, "exited with code 3");

@@ -87,7 +87,7 @@ fn markup_in_names_is_text() {
         assert!(page.maze_names().contains(&NAME.to_string()), "{:?}", page.maze_names());
         browser.click("#mazes li:not([data-path='mazes/a.txt']) button");
         wait_for("the maze", || (live.text("h2") == NAME).then_some(()));
-        assert_eq!(simulator.info().name, NAME);
+        assert_eq!(simulator.info().maze, NAME);
         assert!(!browser.run::<bool>("return 'hacked' in window", &[]));
         browser.leave();
     });

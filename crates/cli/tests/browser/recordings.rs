@@ -208,7 +208,7 @@ fn recorded_states_are_replaced_without_a_question() {
         let live = Panel::live(browser);
         live.wait_for_state(2);
         Page(browser).choose_maze("half-size-old-quarter.txt");
-        wait_for("the maze", || (simulator.info().name == "half-size-old-quarter").then_some(()));
+        wait_for("the maze", || (simulator.info().maze == "half-size-old-quarter").then_some(()));
         live.wait_until_empty();
         let recording = Recording::open(&recorded(&simulator.home.path().join("kept"))).unwrap();
         assert_eq!(recording.history().len(), messages.len());

@@ -44,7 +44,7 @@ fn check_states(browser: &Browser, panel: Panel<'_>, report: &Value) {
             _ => ("scored", format!("{:.3}", report["score"].as_f64().unwrap())),
         };
         assert_eq!((text(".trial .status").as_str(), text(".score dd")), (status, score));
-        assert_eq!(text(".trial .robot dd"), report["robot"].as_str().unwrap());
+        assert_eq!(text(".trial .robot dd"), report["mouse"].as_str().unwrap());
         assert_eq!(text(".actual dd"), optimum.to_string());
         let lower: usize = text(".optimistic dd").parse().unwrap();
         let upper = text(".pessimistic dd").parse().unwrap_or(usize::MAX);

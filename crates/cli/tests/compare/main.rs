@@ -44,11 +44,11 @@ fn without_times(tables: &str) -> String {
 fn timeless(mut reports: Value) -> Value {
     for report in reports.as_array_mut().unwrap() {
         let report = report.as_object_mut().unwrap();
-        let time = report.remove("time_us").unwrap();
+        let time = report.remove("processor_time_us").unwrap();
         assert!(time.is_null() || time.as_f64().unwrap() > 0.);
-        report["statistics"].as_object_mut().unwrap().remove("time_us").unwrap();
+        report["statistics"].as_object_mut().unwrap().remove("processor_time_us").unwrap();
         for search in report["mazes"].as_array_mut().unwrap() {
-            let time = search.as_object_mut().unwrap().remove("time_us").unwrap();
+            let time = search.as_object_mut().unwrap().remove("processor_time_us").unwrap();
             assert!(time.as_f64().unwrap() > 0., "{search}");
         }
     }
@@ -95,26 +95,26 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
     assert_eq!(
         reports,
         json!([{
-            "strategy": "flood-fill", "command": null, "reachable": 1, "goal_reached": 1,
-            "rightly_given_up": 1, "failed": 0, "proven": 1, "shortest_path_found": 1,
+            "mouse": "flood-fill", "command": null, "reachable": 1, "goal_reached": 1,
+            "gave_up_rightly": 1, "failed": 0, "proven": 1, "shortest_path_found": 1,
             "endings": {
                 "finished": 1, "gave_up": 1, "failed": 0, "stopped": 0, "time_limit": 0, "step_limit": 0,
                 "skipped": 0,
             },
-            "steps_to_goal": 3.0, "steps_until_proven": 2.0, "steps_in_all": 3.0, "turns": 1.0,
+            "steps_to_goal": 3.0, "steps_until_proven": 2.0, "search_steps": 3.0, "search_turns": 1.0,
             "path_found": 3.0, "shortest_path": 3.0, "fast_run_steps": null,
             "mazes": [
                 {
-                    "path": path("a.txt"), "name": "a", "width": 4, "height": 2,
+                    "path": path("a.txt"), "maze": "a", "width": 4, "height": 2,
                     "goal_reached": true, "steps_to_goal": 3, "steps_until_proven": 2,
-                    "steps_in_all": 3, "turns": 1, "path_found": 3, "shortest_path": 3,
+                    "search_steps": 3, "search_turns": 1, "path_found": 3, "shortest_path": 3,
                     "visited_cells": 4, "states": 4,
                     "error": null, "ending": "finished", "fast_run_steps": null, "crashes": 0,
                 },
                 {
-                    "path": path("closed.txt"), "name": "closed", "width": 2, "height": 1,
+                    "path": path("closed.txt"), "maze": "closed", "width": 2, "height": 1,
                     "goal_reached": false, "steps_to_goal": null, "steps_until_proven": null,
-                    "steps_in_all": 0, "turns": 0, "path_found": null, "shortest_path": null,
+                    "search_steps": 0, "search_turns": 0, "path_found": null, "shortest_path": null,
                     "visited_cells": 1, "states": 1,
                     "error": "goal unreachable from (0, 0)", "ending": "gave_up",
                     "fast_run_steps": null, "crashes": 0,
@@ -123,9 +123,9 @@ fn json_has_an_object_for_each_strategy_with_its_searches() {
         }])
     );
     assert_eq!(
-        statistics["turns"],
+        statistics["search_turns"],
         json!({
-            "mazes": 1, "common_mazes": 1, "difference": null,
+            "maze_count": 1, "common_maze_count": 1, "difference": null,
             "distribution": {
                 "mean": 1.0, "median": 1.0, "lower_quartile": 1.0, "upper_quartile": 1.0,
                 "standard_deviation": null, "minimum": 1.0, "maximum": 1.0,
@@ -146,8 +146,8 @@ fn check_statistics(reports: &[Value], key: &str) {
         (0..19).filter(|&maze| solvers.iter().all(|one| value(one, maze).is_some())).collect();
     for report in reports {
         let statistics = &report["statistics"][key];
-        assert_eq!(statistics["mazes"], solved(report), "{key}");
-        assert_eq!(statistics["common_mazes"], common.len(), "{key}");
+        assert_eq!(statistics["maze_count"], solved(report), "{key}");
+        assert_eq!(statistics["common_maze_count"], common.len(), "{key}");
         assert_eq!(statistics["distribution"]["mean"], report[key], "{key}");
         let numbers: Vec<f64> = common.iter().filter_map(|&maze| value(report, maze)).collect();
         let mean = report[key].as_f64().unwrap_or_default();
@@ -157,7 +157,7 @@ fn check_statistics(reports: &[Value], key: &str) {
         let differences: Vec<f64> = (0..19).filter_map(differences).collect();
         if report != solvers[0] && !differences.is_empty() {
             let difference = &statistics["difference"];
-            assert_eq!(difference["mazes"], differences.len(), "{key}");
+            assert_eq!(difference["maze_count"], differences.len(), "{key}");
             let count = |is: fn(&&f64) -> bool| differences.iter().filter(is).count();
             assert_eq!(difference["better"], count(|number| **number < 0.), "{key}");
             assert_eq!(difference["worse"], count(|number| **number > 0.), "{key}");
@@ -170,16 +170,16 @@ fn statistics_compare_the_same_mazes() {
     let home = Home::new();
     let reports = home.run(&["compare", "--json"]).json();
     let reports = reports.as_array().unwrap();
-    let names: Vec<_> = reports.iter().map(|report| &report["strategy"]).collect();
+    let names: Vec<_> = reports.iter().map(|report| &report["mouse"]).collect();
     assert!(names.len() >= 4 && names.contains(&&json!("weight-increment")), "{names:?}");
     for key in [
         "steps_to_goal",
         "steps_until_proven",
-        "steps_in_all",
-        "turns",
+        "search_steps",
+        "search_turns",
         "path_found",
         "fast_run_steps",
-        "time_us",
+        "processor_time_us",
     ] {
         check_statistics(reports, key);
     }
@@ -192,7 +192,7 @@ fn statistics_compare_the_same_mazes() {
         assert_eq!(report["shortest_path_found"], found);
         let given_up =
             searches.iter().filter(|of| of["shortest_path"].is_null() && !of["error"].is_null());
-        assert_eq!(report["rightly_given_up"], given_up.count());
+        assert_eq!(report["gave_up_rightly"], given_up.count());
         let endings = report["endings"].as_object().unwrap();
         assert_eq!(endings.values().filter_map(Value::as_u64).sum::<u64>(), 19);
     }
@@ -207,9 +207,9 @@ fn csv_has_a_line_for_each_search() {
     let ended = home.run(&[&arguments[..], &["--csv"]].concat());
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
     let lines: Vec<_> = ended.stdout.lines().collect();
-    let head = "strategy,path,name,width,height,goal_reached,steps_to_goal,steps_until_proven,\
-                steps_in_all,turns,path_found,shortest_path,visited_cells,states,\
-                time_us,error,ending,fast_run_steps,crashes";
+    let head = "mouse,path,maze,width,height,goal_reached,steps_to_goal,steps_until_proven,\
+                search_steps,search_turns,path_found,shortest_path,visited_cells,states,\
+                processor_time_us,error,ending,fast_run_steps,crashes";
     assert_eq!((lines[0], lines.len()), (head, 5));
     let quoted = lines[1].replace('\\', "/");
     assert!(
@@ -221,13 +221,14 @@ fn csv_has_a_line_for_each_search() {
     let mut rows = csv::Reader::from_reader(ended.stdout.as_bytes());
     let rows: Vec<BTreeMap<String, String>> = rows.deserialize().collect::<Result<_, _>>().unwrap();
     let searches = reports.as_array().unwrap().iter().flat_map(|report| {
-        let of = |search| (&report["strategy"], search);
+        let of = |search| (&report["mouse"], search);
         report["mazes"].as_array().unwrap().iter().map(of)
     });
     for (row, (strategy, search)) in rows.iter().zip(searches) {
         assert_eq!(row.len(), search.as_object().unwrap().len() + 1);
-        assert_eq!(&json!(row["strategy"]), strategy);
-        for (key, value) in search.as_object().unwrap().iter().filter(|(key, _)| *key != "time_us")
+        assert_eq!(&json!(row["mouse"]), strategy);
+        for (key, value) in
+            search.as_object().unwrap().iter().filter(|(key, _)| *key != "processor_time_us")
         {
             let text = match value {
                 Value::Null => String::new(),
@@ -257,7 +258,7 @@ fn strategies_run_once_and_in_the_given_order() {
     let names = |arguments: &[&str]| {
         let ended = home.run(&[&["compare", "first steps", "--json"], arguments].concat()).json();
         let reports = ended.as_array().unwrap().iter();
-        reports.map(|report| report["strategy"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+        reports.map(|report| report["mouse"].as_str().unwrap().to_string()).collect::<Vec<_>>()
     };
     let swing_first = ["--strategies", "swing,left-wall", "--strategies", "swing"];
     assert_eq!(names(&swing_first), ["swing", "left-wall"]);

@@ -31,7 +31,7 @@ fn cpp_mouse(home: &Home) -> Option<PathBuf> {
 
 fn search<'r>(reports: &'r Value, mouse: &str, maze: usize) -> &'r Value {
     let reports = reports.as_array().unwrap().iter();
-    let report = reports.clone().find(|report| report["strategy"] == mouse).expect("the mouse");
+    let report = reports.clone().find(|report| report["mouse"] == mouse).expect("the mouse");
     &report["mazes"][maze]
 }
 
@@ -62,24 +62,26 @@ fn mice_in_any_language_run_beside_the_strategies() {
     arguments.extend(["--json", "--strategies", "flood-fill", "--time-limit", "600"]);
     arguments.extend(mice.iter().flat_map(|mouse| ["--mouse", mouse]));
     let reports = home.run(&arguments).json();
-    let names: Vec<_> = reports.as_array().unwrap().iter().map(|one| &one["strategy"]).collect();
+    let names: Vec<_> = reports.as_array().unwrap().iter().map(|one| &one["mouse"]).collect();
     assert_eq!(names, ["cpp", "client", "python", "flood-fill"]);
     for report in reports.as_array().unwrap() {
         assert_eq!((&report["goal_reached"], report["reachable"].as_u64()), (&json!(4), Some(4)));
-        let is_own = report["strategy"] != "flood-fill";
+        let is_own = report["mouse"] != "flood-fill";
         assert_eq!(report["command"].is_string(), is_own);
-        assert_eq!(report["time_us"].is_null(), is_own);
+        assert_eq!(report["processor_time_us"].is_null(), is_own);
     }
     // The client makes the same decisions as the strategy.
     for maze in 0..4 {
         let (own, bundled) =
             (search(&reports, "client", maze), search(&reports, "flood-fill", maze));
-        for key in ["steps_to_goal", "steps_until_proven", "steps_in_all", "turns", "path_found"] {
+        for key in
+            ["steps_to_goal", "steps_until_proven", "search_steps", "search_turns", "path_found"]
+        {
             assert_eq!(own[key], bundled[key], "{key}: {own}");
         }
     }
     let difference = &reports[1]["statistics"]["steps_to_goal"]["difference"];
-    assert_eq!((&difference["mazes"], difference["mean"].is_f64()), (&json!(4), true));
+    assert_eq!((&difference["maze_count"], difference["mean"].is_f64()), (&json!(4), true));
 }
 
 #[test]
@@ -169,7 +171,7 @@ fn everything_that_a_mouse_has_written_is_executed() {
     let arguments = ["compare", "mazes", "--strategies", "none", "--mouse", &mouse];
     let reports = home.run(&[&arguments[..], &["--time-limit", "600", "--json"]].concat()).json();
     for maze in 0..20 {
-        assert_eq!(search(&reports, "talks", maze)["turns"], 3000);
+        assert_eq!(search(&reports, "talks", maze)["search_turns"], 3000);
     }
 }
 
@@ -218,8 +220,8 @@ fn a_failure_after_the_goal_is_named() {
     let reports = home.run(&[&arguments[..], &["--json"]].concat()).json();
     for mouse in 0..2 {
         let statistics = &reports[mouse]["statistics"];
-        assert_eq!(statistics["steps_to_goal"]["mazes"], 1);
-        assert_eq!(statistics["turns"]["mazes"], 0);
+        assert_eq!(statistics["steps_to_goal"]["maze_count"], 1);
+        assert_eq!(statistics["search_turns"]["maze_count"], 0);
     }
     // A mouse that is stopped at the goal has finished.
     let reports = home.run(&[&arguments[..], &["--json", "--stop-at-goal"]].concat()).json();
@@ -246,7 +248,7 @@ fn a_mouse_that_stays_in_the_goal_has_finished() {
     let found = search_alone(&home, &mouse);
     assert_eq!((&found["ending"], &found["error"]), (&json!("finished"), &Value::Null));
     assert_eq!(
-        (&found["steps_to_goal"], &found["turns"], &found["crashes"]),
+        (&found["steps_to_goal"], &found["search_turns"], &found["crashes"]),
         (&json!(2), &json!(1), &json!(0))
     );
 }

@@ -29,12 +29,12 @@ fn expected(reports: &[Value], key: &str) -> Vec<f64> {
 
 const MEASURES: [&str; 7] = [
     "steps_to_goal",
-    "steps_in_all",
-    "turns",
+    "search_steps",
+    "search_turns",
     "path_found",
     "steps_until_proven",
     "fast_run_steps",
-    "time_us",
+    "processor_time_us",
 ];
 
 #[test]
@@ -85,9 +85,11 @@ fn charts_are_written_for_each_measure_and_mouse() {
     let files = fs::read_dir(home.path().join("new/charts")).unwrap();
     let names: BTreeSet<String> =
         files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
-    for name in
-        ["steps_to_goal-distribution", "turns-scatter-2-swing", "path_found-differences-2-swing"]
-    {
+    for name in [
+        "steps_to_goal-distribution",
+        "search_turns-scatter-2-swing",
+        "path_found-differences-2-swing",
+    ] {
         assert!(names.contains(&format!("{name}.svg")), "{names:?}");
     }
     home.write("file", "");
@@ -113,7 +115,7 @@ fn the_report_on_a_trial_compares_all_robots() {
     let smallest = scores.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(shown.iter().any(|number| (number - smallest).abs() < 0.0005), "{smallest}: {shown:?}");
     for row in rows {
-        assert!(page.contains(row["robot"].as_str().unwrap()));
+        assert!(page.contains(row["mouse"].as_str().unwrap()));
     }
     assert!(home.path().join("charts/score-distribution.svg").exists());
 }

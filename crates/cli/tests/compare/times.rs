@@ -79,7 +79,8 @@ fn the_times_of_real_searches_agree_with_each_other() {
         let mut optimal = 0;
         for search in report["mazes"].as_array().unwrap() {
             let number = |key: &str| search[key].as_f64();
-            let steps = number("steps_in_all").unwrap() * 0.36 + number("turns").unwrap() * 0.25;
+            let steps =
+                number("search_steps").unwrap() * 0.36 + number("search_turns").unwrap() * 0.25;
             assert_close(&search["search_time_s"], steps);
             let Some(time) = number("fast_run_time_s") else {
                 assert!(search["goal_reached"] == false, "{search}");
@@ -180,7 +181,7 @@ fn a_mouse_of_the_user_drives_its_own_fast_run() {
     assert_close(&bundled["fast_run_time_s"], straight);
     // This mouse makes no fast run, but knows both paths.
     assert_close(&stops["fast_run_time_s"], straight);
-    assert_eq!(stops["steps_in_all"], 6);
+    assert_eq!(stops["search_steps"], 6);
     let time = around["fast_run_time_s"].as_f64().unwrap();
     assert!(time > 1.5 * straight, "{around}");
     assert_close(&around["known_run_time_s"], straight);

@@ -266,11 +266,11 @@ fn invalid_utf_8_is_refused() {
 fn the_extension_is_found_in_info() {
     let mut tasks = Tasks::default();
     for (info, expected) in [
-        (r#"{"name":"a","protocol":1,"extensions":["annotations"]}"#, 1),
-        (r#"{"name":"a","protocol":1,"extensions":["more","annotations"]}"#, 1),
-        (r#"{"name":"annotations","protocol":1,"extensions":[]}"#, 0),
-        (r#"{"name":"a","extensions":["more"],"x":"annotations"}"#, 0),
-        (r#"{"name":"annotations","protocol":1}"#, 0),
+        (r#"{"maze":"a","protocol":1,"extensions":["annotations"]}"#, 1),
+        (r#"{"maze":"a","protocol":1,"extensions":["more","annotations"]}"#, 1),
+        (r#"{"maze":"annotations","protocol":1,"extensions":[]}"#, 0),
+        (r#"{"maze":"a","extensions":["more"],"x":"annotations"}"#, 0),
+        (r#"{"maze":"annotations","protocol":1}"#, 0),
         ("", 0),
     ] {
         tasks.input.push(b'i');

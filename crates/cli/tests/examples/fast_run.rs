@@ -13,7 +13,7 @@ const TURNS: [&str; 9] = ["s90", "l90", "180", "45in", "135in", "45out", "135out
 
 /// Returns the expected output of `fast_run.c`.
 fn expected(run: &Value) -> String {
-    let mut text = format!("{}\n", &run["run"].as_str().unwrap()[..1]);
+    let mut text = format!("{}\n", &run["moves"].as_str().unwrap()[..1]);
     for segment in run["segments"].as_array().unwrap() {
         let length = segment["length_mm"].as_f64().unwrap();
         if let Some(steps) = segment["steps"].as_u64() {

@@ -37,6 +37,6 @@ fn python_reads_the_json_channels() {
     let printed = String::from_utf8(read.stdout).unwrap();
     insta::assert_snapshot!(printed.replace("\r\n", "\n"), @r#"
     ['/mouse', '/pose', '/scene']
-    {"x": 8, "y": 7, "heading": "N", "heading_degrees": 0, "phase": "at goal", "phase_number": 1, "steps": 191, "turns": 124, "visited_cells": 126, "optimistic_distance": 45, "pessimistic_distance": 59}
+    {"x": 8, "y": 7, "heading": "N", "heading_degrees": 0, "phase": "at_goal", "phase_number": 1, "steps": 191, "turns": 124, "visited_cells": 126, "optimistic_distance": 45, "pessimistic_distance": 59}
     "#);
 }

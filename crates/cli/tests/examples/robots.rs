@@ -64,7 +64,7 @@ fn assert_scores(ended: &Output, name: &str) {
     assert!(trials.len() >= 4);
     for trial in trials {
         assert_eq!(
-            (&trial["robot"], &trial["ending"]),
+            (&trial["mouse"], &trial["ending"]),
             (&name.into(), &"scored".into()),
             "{trial}"
         );
@@ -128,7 +128,7 @@ fn robots_find_the_words_after_their_file_and_the_files_beside_it() {
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""), "{ended:?}");
     let report = ended.json();
     let trials = report.as_array().unwrap().iter();
-    let names: Vec<_> = trials.clone().map(|trial| trial["robot"].as_str().unwrap()).collect();
+    let names: Vec<_> = trials.clone().map(|trial| trial["mouse"].as_str().unwrap()).collect();
     assert_eq!(names, ["word.py left", "word.py right more", "data_file.py"]);
     // The words change what the robot does.
     let scores: Vec<_> = trials.map(|trial| &trial["score"]).collect();

@@ -237,8 +237,8 @@ fn json_has_all_results() {
     let json = home.run(&["mazes", "fetch", "mazes", "--json", "--from", from]).json();
     let folder = Path::new("mazes").join("fetched");
     let expected = json!({
-        "from": from, "folder": folder, "mazes": 2, "new": 4, "replaced": 0, "unchanged": 0,
-        "removed": 0, "kept": [], "passed_over": 2,
+        "from": from, "folder": folder, "maze_count": 2, "new": 4, "replaced": 0, "unchanged": 0,
+        "removed": 0, "kept": [], "skipped": 2,
     });
     assert_eq!(json, expected);
 }
@@ -291,7 +291,7 @@ fn the_bundled_mazes_are_written_without_a_download() {
     let home = Home::new();
     let ended = home.run(&["mazes", "fetch", "--from", "bundled", "--json"]);
     assert_eq!((ended.code, &ended.stderr[..]), (Some(0), ""));
-    assert_eq!((&ended.json()["mazes"], &ended.json()["new"]), (&19.into(), &19.into()));
+    assert_eq!((&ended.json()["maze_count"], &ended.json()["new"]), (&19.into(), &19.into()));
     let folder = home.path().join(".mmsim/fetched/mmsim");
     let trial = std::fs::read_to_string(folder.join("trial-12-orchard.txt")).unwrap();
     assert!(trial.starts_with("12\n1,"), "{trial}");

@@ -221,13 +221,13 @@ for line in [
         "scores_by": { "mms-1.2": by_mms.clone(), "cells": in_cells },
         "visited_cells": 6,
         "crashes": 3,
-        "refused": 0,
+        "refused_requests": 0,
         "mouse": "mouse.py",
         "kind": "mms",
         "states": 16,
         "ending": "finished",
         "exit_code": 0,
-        "fast_run": null,
+        "moves": null,
         "fast_run_time_s": null,
         "signal": null,
         "error": null,
@@ -267,7 +267,7 @@ fn a_repeated_error_is_counted() {
     // In one piece, so that the mouse is never silent after an invalid line.
     let mouse = "ask('hello\\nsetText 99 0 1\\n' * 1000 + 'mazeWidth')";
     let Some(ended) = run(&home, &["--as", "mms", "--json"], mouse) else { return };
-    assert_eq!(ended.json()["refused"], json!(2000));
+    assert_eq!(ended.json()["refused_requests"], json!(2000));
     let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     assert_eq!(messages.len(), 2 * (5 + 1), "{messages:#?}");
     let summary = ended.stderr.lines().last().unwrap();
@@ -325,7 +325,7 @@ os._exit(3)
 ";
     let Some(ended) = run(&home, &["--as", "mms", "--json"], mouse) else { return };
     assert_eq!(ended.code, Some(3), "{ended:?}");
-    assert_eq!(ended.json()["refused"], json!(5), "a blank line is none");
+    assert_eq!(ended.json()["refused_requests"], json!(5), "a blank line is none");
     let messages: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("mms: ")).collect();
     insta::assert_snapshot!(messages.join("\n"), @r#"
     mms: line 1: unknown command "\xff\xfe"

@@ -50,7 +50,7 @@ fn the_documented_mouse_needs_the_time_of_the_model() {
         let ended = home.run(&arguments(&options, &[python, "mouse.py"]));
         assert_eq!(ended.code, Some(0), "{ended:?}");
         let report = ended.json();
-        let (run, time) = (&report["fast_run"], report["fast_run_time_s"].as_f64().unwrap());
+        let (run, time) = (&report["moves"], report["fast_run_time_s"].as_f64().unwrap());
         let vehicle = Vehicle::preset(name).unwrap();
         let driven = FastRun::parse(maze.start().cell, run.as_str().unwrap()).unwrap();
         assert!(driven.is_possible(maze.walls(), maze.goals()) && driven.turns().len() > 2);
@@ -79,12 +79,12 @@ fn a_run_with_a_turn_in_place_has_no_time() {
     let mouse = "ask('moveForward 2'), ask('turnRight'), ask('moveForward 3')";
     let Some(ended) = run(&home, &["--maze", "small.txt", "--json"], mouse) else { return };
     let report = ended.json();
-    assert_eq!((&report["goal_reached"], &report["fast_run"]), (&json!(true), &json!(null)));
+    assert_eq!((&report["goal_reached"], &report["moves"]), (&json!(true), &json!(null)));
     assert_eq!(report["fast_run_time_s"], json!(null));
     let mouse = "ask('moveForwardHalf 3'), ask('slalomRight s90'), ask('moveForward 2'), \
                  ask('moveForwardHalf'), ask('moveForwardHalf 2')";
     let ended = run(&home, &["--maze", "small.txt", "--json"], mouse).unwrap();
-    assert!(ended.json()["fast_run"].is_string(), "{ended:?}");
+    assert!(ended.json()["moves"].is_string(), "{ended:?}");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_run_that_is_too_long_for_the_log_is_timed() {
         let options = ["--maze", "open.txt", "--json", "--record", folder];
         let ended = run(&home, &options, &mouse(circles))?;
         assert_eq!(ended.code, Some(0), "{ended:?}");
-        assert!(ended.json()["fast_run"].is_string(), "{ended:?}");
+        assert!(ended.json()["moves"].is_string(), "{ended:?}");
         let recording = recording(&home.path().join(folder));
         let lines = recording.log();
         let is_logged = lines.iter().any(|line| line.text.starts_with(mmsim_run::DRIVEN_RUN));

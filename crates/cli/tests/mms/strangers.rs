@@ -62,9 +62,9 @@ fn each_mouse_has_its_right_answer() {
         assert_eq!(ended.code, Some(0), "{mouse}: {ended:?}");
         let report = ended.json();
         assert_eq!(report["goal_reached"], goal_reached, "{mouse}: {ended:?}");
-        assert_eq!(report["refused"], refused, "{mouse}: {ended:?}");
+        assert_eq!(report["refused_requests"], refused, "{mouse}: {ended:?}");
         assert_eq!(report["crashes"], 0, "{mouse}");
-        assert_eq!(report["fast_run"].is_string(), mouse == "extensions.py", "{report}");
+        assert_eq!(report["moves"].is_string(), mouse == "extensions.py", "{report}");
         assert!(ended.stderr.contains(message), "{mouse}: {ended:?}");
     }
     let all = fs::read_dir(file("")).unwrap().map(|file| file.unwrap().file_name());

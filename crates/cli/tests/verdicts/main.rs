@@ -6,14 +6,12 @@ mod harness;
 #[allow(dead_code, reason = "browser tests use the rest")]
 mod http;
 
-use std::io::{BufRead, BufReader, Write};
-use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::thread;
 
 use harness::mice::works;
 use harness::{Home, recorded};
-use mmsim_tests::{TIMEOUT, wait_for};
+use mmsim_tests::wait_for;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -133,7 +131,7 @@ fn check_command(home: &Home, command: &str, mice: &[&Mouse], [client, mms]: &[P
     let report = ended.json();
     for (name, mouse) in named {
         let verdict = match command {
-            "compare" => find(&report, "strategy", &name)["mazes"][0].clone(),
+            "compare" => find(&report, "mouse", &name)["mazes"][0].clone(),
             _ => find(&report["mazes"][0]["entries"], "mouse", &name),
         };
         mouse.check(command, &verdict);
@@ -260,17 +258,6 @@ fn the_page_agrees_on_each_mouse() {
     });
 }
 
-/// Returns the first event of a page, which has the status of the mouse.
-fn first_event(page: &str) -> Value {
-    let (host, _) = http::split_url(page);
-    let mut stream = TcpStream::connect(host).unwrap();
-    stream.set_read_timeout(Some(TIMEOUT)).unwrap();
-    write!(stream, "GET /events HTTP/1.1\r\nhost: {host}\r\n\r\n").unwrap();
-    let mut lines = BufReader::new(stream).lines().map(Result::unwrap);
-    let data = lines.find_map(|line| line.strip_prefix("data:").map(String::from));
-    serde_json::from_str(&data.expect("an event")).unwrap()
-}
-
 fn check_page(home: &Home, mouse: &Mouse, client: &Path) {
     let options = ["run", "--maze", "maze.txt", "--port", "0", "--viewer-port", "0", "--stay"];
     let options = [&options[..], &mouse.time_limit(), mouse.misread()].concat();
@@ -287,8 +274,8 @@ fn check_page(home: &Home, mouse: &Mouse, client: &Path) {
     let found = (&view["goal_reached"], &view["error"]);
     assert_eq!(found, (&json!(mouse.goal_reached), &json!(jump)), "{}", mouse.name);
     let status = wait_for("the outcome", || {
-        let status = first_event(page);
-        (!status["mouse"]["outcome"].is_null()).then_some(status)
+        let status = http::first_event(page);
+        (!status["mouse_status"]["outcome"].is_null()).then_some(status)
     });
-    mouse.check("the page", &status["mouse"]["outcome"]);
+    mouse.check("the page", &status["mouse_status"]["outcome"]);
 }

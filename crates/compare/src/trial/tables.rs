@@ -19,10 +19,11 @@ const RANDOM_TRIALS: u64 = 6;
 /// The result of a trial. The field names are JSON keys.
 #[derive(Serialize)]
 pub struct TrialRow {
-    /// The path of the maze, or its name if it has no path.
+    /// The path of the maze, or an empty string.
+    path: String,
     maze: String,
-    robot: String,
-    ending: String,
+    mouse: String,
+    ending: &'static str,
     /// The step in which the robot failed, and the reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -36,7 +37,7 @@ pub struct TrialRow {
     noise: f64,
     /// A drawing of the explored maze and the race, if it is wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub path: Option<String>,
+    pub drawing: Option<String>,
 }
 
 impl TrialRow {
@@ -44,24 +45,20 @@ impl TrialRow {
     pub fn new(maze: &NamedMaze, robot: &TrialRobot, result: &TrialResult) -> Self {
         let TrialResult { ending, explore_steps, race_steps, race_optimum, .. } = *result;
         Self {
-            maze: maze.path_or_name(),
-            robot: robot.name().into(),
-            ending: TrialStatus::from_outcome(ending).name().replace(' ', "_"),
+            path: maze.path.display().to_string(),
+            maze: maze.name.clone(),
+            mouse: robot.name().into(),
+            ending: TrialStatus::from_outcome(ending).key(),
             error: result.failure.clone(),
             explore_steps,
             race_steps,
-            score: result.score().map(three_decimals),
+            score: result.score().map(Score::rounded),
             race_optimum,
             seed: robot.settings.seed,
             noise: robot.settings.noise,
-            path: None,
+            drawing: None,
         }
     }
-}
-
-/// Rounds a score to three decimals.
-fn three_decimals(score: Score) -> f64 {
-    (score.value() * 1000.).round() / 1000.
 }
 
 /// A table that compares several robots, or several settings of one robot.

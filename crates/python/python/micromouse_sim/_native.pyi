@@ -222,7 +222,7 @@ class KnownMaze:
         """The distance from the start to the goal if all unknown walls are closed."""
 
     @property
-    def is_proven(self) -> bool:
+    def proven(self) -> bool:
         """True if a path is known, and no unknown wall can hide a shorter one."""
 
     def copy(self) -> KnownMaze:
@@ -486,7 +486,7 @@ class Search:
         """The true maze."""
 
     @property
-    def strategy(self) -> str:
+    def mouse(self) -> str:
         """The name of the strategy."""
 
     @property
@@ -510,7 +510,7 @@ class Search:
         """The number of requests to the simulator, except those for the name of the mouse."""
 
     @property
-    def visited(self) -> int:
+    def visited_cells(self) -> int:
         """The number of visited cells."""
 
     @property
@@ -549,31 +549,31 @@ class FastRun:
         """The name of the vehicle."""
 
     @property
-    def time(self) -> float:
+    def time_s(self) -> float:
         """The time in seconds."""
 
     @property
-    def gate_to_gate(self) -> float:
+    def gate_to_gate_s(self) -> float:
         """The time in seconds from leaving the start cell to entering the goal."""
 
     @property
-    def length(self) -> float:
+    def length_mm(self) -> float:
         """The length in millimetres."""
 
     @property
-    def top_speed(self) -> float:
+    def top_speed_mm_s(self) -> float:
         """The top speed in millimetres per second."""
 
     @property
-    def turns(self) -> int:
-        """The number of turns."""
+    def slalom_turns(self) -> int:
+        """The number of slalom turns."""
 
     @property
     def cells(self) -> list[_Cell]:
         """The cells of the run."""
 
     @property
-    def run(self) -> str:
+    def moves(self) -> str:
         """The straights and turns, as `mmsim fast-run --json` prints them."""
 
     def _repr_svg_(self) -> str: ...

@@ -106,11 +106,11 @@ impl Times {
         self.decode(gaps, time).nth(index - count)
     }
 
-    /// Returns the time between two states in milliseconds. A missing time counts as 0 ms.
+    /// Returns the time between two states in seconds. A missing time counts as 0 s.
     #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns (104 days) are exact")]
-    pub fn milliseconds(&self, first: usize, last: usize) -> f64 {
+    pub fn seconds(&self, first: usize, last: usize) -> f64 {
         let between = self.get(first).zip(self.get(last));
-        between.map_or(0., |(first, last)| last.saturating_sub(first) as f64 / 1e6)
+        between.map_or(0., |(first, last)| last.saturating_sub(first) as f64 / 1e9)
     }
 
     /// Iterates over all times, in nanoseconds since 1970 (UTC).

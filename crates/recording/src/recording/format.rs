@@ -31,7 +31,7 @@ pub(crate) fn describe(info: Option<&str>) -> Result<Description, ReadError> {
     if info.start_pose().is_none_or(|start| !size.contains(start.cell)) {
         return Err(invalid(format!("the start is outside the maze of {size} cells")));
     }
-    info.name = Escaped(&info.name).to_string();
+    info.maze = Escaped(&info.maze).to_string();
     Ok(Description { info, size, maze: None })
 }
 
@@ -195,11 +195,11 @@ mod tests {
         };
         let info = |width: u8, start: u8| {
             format!(
-                r#"{{"name":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
+                r#"{{"maze":"","width":{width},"height":1,"start":[{start},0],"heading":"N","goals":[],"states":0,"protocol":1}}"#
             )
         };
         insta::assert_snapshot!(other(None, MAZE), @"the description of the maze is invalid: info is missing");
-        insta::assert_snapshot!(other(Some("{}"), MAZE), @"the description of the maze is invalid: info is not valid JSON: missing field `name` at line 1 column 2");
+        insta::assert_snapshot!(other(Some("{}"), MAZE), @"the description of the maze is invalid: info is not valid JSON: missing field `maze` at line 1 column 2");
         insta::assert_snapshot!(other(Some(&info(40, 0)), MAZE), @"the description of the maze is invalid: the maze has 40x1 cells, but only 1x1 to 32x32 are supported");
         insta::assert_snapshot!(other(Some(&info(2, 2)), MAZE), @"the description of the maze is invalid: the start is outside the maze of 2x1 cells");
         insta::assert_snapshot!(other(Some(&info(2, 0)), "rubbish"), @r#"the description of the maze is invalid: the maze is invalid: line 1, column 1: expected a maze: a drawing, a number for each cell, or a line for each cell, found "rubbish""#);

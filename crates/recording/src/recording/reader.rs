@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(recording.maze().unwrap().to_string(), MAZE);
         let size = MazeSize::new(2, 1).unwrap();
         assert_eq!((recording.info().states, recording.size()), (200, size));
-        assert_eq!(recording.info().name, "small");
+        assert_eq!(recording.info().maze, "small");
         assert!(recording.history().iter().eq((0..200).map(state)));
         assert!(recording.times().iter().is_sorted() && recording.times().len() == 200);
         assert_eq!(*recording.integrity(), Integrity::Closed);

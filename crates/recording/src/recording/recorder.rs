@@ -142,7 +142,7 @@ impl Recorder {
     fn create(&mut self, info: &Info, maze: &Maze) -> Result<RecordingWriter, RecordError> {
         fs::create_dir_all(&self.folder).map_err(|error| RecordError::new(&self.folder, error))?;
         let time = jiff::Zoned::now().strftime("%Y-%m-%d_%H-%M-%S");
-        let name = file_name(&info.name);
+        let name = file_name(&info.maze);
         loop {
             self.number += 1;
             let path = self.folder.join(format!("{time}_{name}_{:04}.mcap", self.number));

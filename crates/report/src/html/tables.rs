@@ -45,7 +45,7 @@ fn distributions(statistics: &MeasureStatistics) -> Markup {
         @for one in &statistics.candidates {
             tr {
                 th { (clean(&one.candidate)) }
-                td { (count("mazes", one.statistics.mazes)) }
+                td { (count("maze_count", one.statistics.mazes)) }
                 @if let Some(distribution) = &one.statistics.distribution {
                     (distribution_cells(distribution, format))
                 } @else {
@@ -93,7 +93,7 @@ fn differences(statistics: &MeasureStatistics, reference: &str) -> Markup {
 fn difference_cells(difference: &Difference, format: NumberFormat) -> Markup {
     let number = |class, number| data(class, number, &format.signed(number));
     html! {
-        td { (count("mazes", difference.mazes)) }
+        td { (count("maze_count", difference.mazes)) }
         td { (number("mean", difference.mean)) }
         td {
             @if let Some(Interval { lower, upper }) = difference.confidence_interval {

@@ -155,12 +155,12 @@ async fn read_maze(
     run_blocking(move || Ok(Json(MazeFile::read(&name, &content)?))).await
 }
 
-/// The path of a listed maze, or the name and the text of a drawing of a maze.
+/// The path of a listed maze, or the name of a maze and its drawing.
 #[derive(Deserialize)]
 struct MazeChoice {
     path: Option<String>,
-    name: Option<String>,
-    text: Option<String>,
+    maze: Option<String>,
+    drawing: Option<String>,
     /// True if the user's own mouse should run in the maze.
     #[serde(default)]
     run: bool,
@@ -168,23 +168,23 @@ struct MazeChoice {
 
 async fn load_maze(
     State(state): SharedState,
-    Json(MazeChoice { path, name, text, run }): Json<MazeChoice>,
+    Json(MazeChoice { path, maze, drawing, run }): Json<MazeChoice>,
 ) -> ApiResult<Json<RunNumber>> {
     Arc::clone(&state)
         .mouse_jobs
         .run(move |_| {
             let live = state.search()?;
-            let (path, (name, maze)) = match (path, name, text) {
+            let (path, (name, maze)) = match (path, maze, drawing) {
                 (Some(path), None, None) => {
                     let read = state.config.mazes.read(&path)?;
                     (path, read)
                 }
                 // The page highlights no listed maze.
-                (None, Some(name), Some(text)) => {
-                    let maze = text.parse().map_err(ApiError::bad_request)?;
+                (None, Some(name), Some(drawing)) => {
+                    let maze = drawing.parse().map_err(ApiError::bad_request)?;
                     (String::new(), (title(&name), maze))
                 }
-                _ => return Err(ApiError::bad_request("expected a path, or a name and a text")),
+                _ => return Err(ApiError::bad_request("expected a path, or a maze and a drawing")),
             };
             Ok(Json(RunNumber {
                 run: live.load_maze(&path, &name, maze, run, state.limits.stop_time)?,

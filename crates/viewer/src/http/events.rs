@@ -50,7 +50,7 @@ pub(crate) struct PageInfo {
 
 #[derive(Serialize)]
 struct StrategyInfo {
-    name: &'static str,
+    strategy: &'static str,
     about: &'static str,
 }
 
@@ -64,7 +64,7 @@ impl PageInfo {
             zmq: live.as_ref().map(|live| live.address.clone()),
             strategies: BundledStrategy::ALL
                 .iter()
-                .map(|strategy| StrategyInfo { name: strategy.name(), about: strategy.about() })
+                .map(|strategy| StrategyInfo { strategy: strategy.name(), about: strategy.about() })
                 .collect(),
             vehicles: vehicles.names(),
             vehicle: vehicles.selected.clone(),
@@ -112,7 +112,7 @@ struct ServerEvent {
     /// The number of requests with annotations that the server has answered.
     annotations: Option<u64>,
     maze: Option<String>,
-    mouse: Option<MouseStatus>,
+    mouse_status: Option<MouseStatus>,
     /// The pace of mice in steps per second, or `None` if there is no limit.
     pace: Option<f64>,
     #[serde(rename = "paused")]
@@ -139,7 +139,7 @@ impl ServerEvent {
             states: status.map(|status| status.states),
             annotations: live.map(|live| live.monitor.annotations()),
             maze: live.map(LiveServer::maze),
-            mouse: live.and_then(LiveServer::mouse_status),
+            mouse_status: live.and_then(LiveServer::mouse_status),
             pace: live.and_then(|live| live.control.pace().rate()),
             is_paused: live.is_some_and(|live| live.control.is_paused()),
             has_client: live.is_some_and(|live| live.monitor.has_client()),
@@ -215,7 +215,7 @@ mod tests {
             states: Some(states),
             annotations: Some(0),
             maze: None,
-            mouse: None,
+            mouse_status: None,
             pace: None,
             is_paused: false,
             has_client: false,

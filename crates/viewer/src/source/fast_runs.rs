@@ -84,7 +84,7 @@ impl Default for Vehicles {
 pub(crate) struct RouteRun {
     /// `fastest`, `known-walls`, `driven` or the name of a [`Route`].
     route: &'static str,
-    run: Option<TimedRun>,
+    timed_run: Option<TimedRun>,
     error: Option<String>,
 }
 
@@ -92,21 +92,21 @@ pub(crate) struct RouteRun {
 #[derive(Serialize)]
 struct TimedRun {
     /// The run as text, as described for [`FastRun`].
-    text: String,
+    moves: String,
     /// The time from rest to rest.
-    duration: f64,
+    time_s: f64,
     /// The time from leaving the start cell to entering a goal cell.
-    gate_to_gate: f64,
-    length: f64,
+    gate_to_gate_s: f64,
+    length_mm: f64,
     /// The number of cells that the run enters.
-    cells: usize,
-    turns: usize,
-    top_speed: f64,
+    cell_count: usize,
+    slalom_turns: usize,
+    top_speed_mm_s: f64,
     /// The position at the beginning, from the south-west corner of the maze.
-    x: f64,
-    y: f64,
+    x_mm: f64,
+    y_mm: f64,
     /// Half the distance between the centres of two neighbouring cells.
-    half_cell: f64,
+    half_cell_mm: f64,
     segments: Vec<SegmentView>,
 }
 
@@ -116,18 +116,18 @@ struct SegmentView {
     /// The name of the turn, such as `45inR`, or `None` for a straight.
     turn: Option<String>,
     /// The angle of the turn, positive to the left, or 0 for a straight.
-    angle: f64,
-    time: f64,
-    distance: f64,
-    x: f64,
-    y: f64,
+    angle_rad: f64,
+    start_s: f64,
+    distance_mm: f64,
+    x_mm: f64,
+    y_mm: f64,
     /// The heading at the beginning, counterclockwise from east.
-    heading: f64,
+    heading_rad: f64,
     /// The speed at the beginning.
-    speed: f64,
-    duration: f64,
-    length: f64,
-    exit_speed: f64,
+    entry_speed_mm_s: f64,
+    duration_s: f64,
+    length_mm: f64,
+    exit_speed_mm_s: f64,
     /// The duration, speed, acceleration and jerk of each part of a straight with constant jerk.
     pieces: Vec<[f64; 4]>,
 }
@@ -217,8 +217,8 @@ impl RouteRun {
             Ok(TimedRun::new(run, &trajectory, goals))
         });
         match driven {
-            Ok(run) => Self { route, run: Some(run), error: None },
-            Err(error) => Self { route, run: None, error: Some(error) },
+            Ok(run) => Self { route, timed_run: Some(run), error: None },
+            Err(error) => Self { route, timed_run: None, error: Some(error) },
         }
     }
 }
@@ -227,16 +227,16 @@ impl TimedRun {
     fn new(run: &FastRun, trajectory: &Trajectory, goals: &CellSet) -> Self {
         let MotionState { x, y, .. } = trajectory.at(0.0);
         Self {
-            text: run.to_string(),
-            duration: rounded(trajectory.duration()),
-            gate_to_gate: rounded(trajectory.gate_to_gate(goals)),
-            length: rounded(trajectory.length()),
-            cells: run.cells().len() - 1,
-            turns: run.turns().len(),
-            top_speed: rounded(trajectory.top_speed()),
-            x: rounded(x),
-            y: rounded(y),
-            half_cell: trajectory.half_cell(),
+            moves: run.to_string(),
+            time_s: rounded(trajectory.duration()),
+            gate_to_gate_s: rounded(trajectory.gate_to_gate(goals)),
+            length_mm: rounded(trajectory.length()),
+            cell_count: run.cells().len() - 1,
+            slalom_turns: run.turns().len(),
+            top_speed_mm_s: rounded(trajectory.top_speed()),
+            x_mm: rounded(x),
+            y_mm: rounded(y),
+            half_cell_mm: trajectory.half_cell(),
             segments: trajectory.segments().iter().map(SegmentView::new).collect(),
         }
     }
@@ -257,16 +257,16 @@ impl SegmentView {
         });
         Self {
             turn,
-            angle,
-            time: rounded(time),
-            distance: rounded(distance),
-            x: rounded(x),
-            y: rounded(y),
-            heading,
-            speed: rounded(speed),
-            duration: rounded(segment.duration),
-            length: rounded(segment.length),
-            exit_speed: rounded(segment.exit_speed),
+            angle_rad: angle,
+            start_s: rounded(time),
+            distance_mm: rounded(distance),
+            x_mm: rounded(x),
+            y_mm: rounded(y),
+            heading_rad: heading,
+            entry_speed_mm_s: rounded(speed),
+            duration_s: rounded(segment.duration),
+            length_mm: rounded(segment.length),
+            exit_speed_mm_s: rounded(segment.exit_speed),
             pieces: pieces.collect(),
         }
     }

@@ -37,7 +37,7 @@ pub(crate) struct SourceInfo {
     /// steps of a fastest race end, as y × width + x.
     route: Vec<usize>,
     /// The name of the robot, if the source is a two-run trial.
-    robot: Option<String>,
+    mouse: Option<String>,
     /// The minimum number of steps of a race in a two-run trial.
     race_optimum: Option<usize>,
     /// The integrity of a recording: `closed`, `cut` or `damaged`.
@@ -47,9 +47,9 @@ pub(crate) struct SourceInfo {
 }
 
 impl SourceInfo {
-    /// Describes a source. `robot` is the name of the robot if the source is known to be a two-run
+    /// Describes a source. `mouse` is the name of the robot if the source is known to be a two-run
     /// trial.
-    pub(crate) fn new(id: String, source: &StateSource, robot: Option<String>) -> ApiResult<Self> {
+    pub(crate) fn new(id: String, source: &StateSource, mouse: Option<String>) -> ApiResult<Self> {
         let (run, description, states) = source.current_run()?;
         let info = &description.info;
         let (integrity, note) = match source.integrity() {
@@ -65,13 +65,13 @@ impl SourceInfo {
             trial_status(context.notes())?;
             Some(context.notes().mouse().unwrap_or_default().to_string())
         });
-        let robot = robot.or(reported);
-        let path = truth.map_or_else(Vec::new, |maze| shortest_path(maze, robot.is_some()));
+        let mouse = mouse.or(reported);
+        let path = truth.map_or_else(Vec::new, |maze| shortest_path(maze, mouse.is_some()));
         Ok(Self {
             id,
             run,
             title: description.title.clone(),
-            maze: info.name.clone(),
+            maze: info.maze.clone(),
             width: info.width,
             height: info.height,
             start: info.start,
@@ -81,9 +81,9 @@ impl SourceInfo {
             truth: truth.is_some(),
             shortest_path: truth.and_then(|maze| MazeFacts::new(maze).shortest_path),
             // The path has a cell more than steps, and none if the goal is unreachable.
-            race_optimum: robot.as_ref().and_then(|_| path.len().checked_sub(1)),
+            race_optimum: mouse.as_ref().and_then(|_| path.len().checked_sub(1)),
             route: path.into_iter().filter_map(|cell| description.size.index(cell)).collect(),
-            robot,
+            mouse,
             integrity,
             note,
         })
@@ -188,7 +188,7 @@ impl RecordingSummary {
             Ok(recording) => recording,
             Err(error) => return Ok(Self { result: error.to_string(), ..Self::default() }),
         };
-        let (maze, states) = (recording.info().name.clone(), recording.history().len());
+        let (maze, states) = (recording.info().maze.clone(), recording.history().len());
         let Some(last) = states.checked_sub(1) else {
             return Ok(Self { maze: Some(maze), result: "no states".into(), mouse: None });
         };
