@@ -59,27 +59,6 @@ impl Home {
         Output::new(&mut self.command(arguments))
     }
 
-    /// Returns the words of each command that the help lists, such as `mazes list`, without commands that
-    /// only have further commands.
-    pub fn commands(&self) -> Vec<String> {
-        let (mut found, mut parents) = (Vec::new(), vec![String::new()]);
-        while let Some(parent) = parents.pop() {
-            let help = self
-                .run(&["help"].into_iter().chain(parent.split_whitespace()).collect::<Vec<_>>());
-            let Some((_, listed)) = help.stdout.split_once("Commands:\n") else {
-                found.push(parent);
-                continue;
-            };
-            let listed = listed.lines().take_while(|line| !line.is_empty());
-            let names = listed.filter(|line| !line.starts_with("   "));
-            let names = names.filter_map(|line| line.split_whitespace().next());
-            // `help` lists the same commands again.
-            let names = names.filter(|&name| parent.is_empty() || name != "help");
-            parents.extend(names.map(|name| format!("{parent} {name}").trim().to_string()));
-        }
-        found
-    }
-
     /// Returns the command that starts a server. Disables the viewer page unless an argument
     /// contains `viewer`.
     pub fn server(&self, arguments: &[&str]) -> Command {
@@ -107,6 +86,26 @@ impl Home {
         serving.set_messages(read_until(stderr, "tcp://").1);
         serving
     }
+}
+
+/// Returns the help of a command, whose words are separated by spaces.
+pub fn help(home: &Home, command: &str) -> String {
+    let words: Vec<&str> = ["help"].into_iter().chain(command.split_whitespace()).collect();
+    home.run(&words).stdout
+}
+
+/// Returns the words of all commands.
+pub fn commands(home: &Home) -> Vec<String> {
+    let mut found = Vec::new();
+    for parent in ["", "mazes "] {
+        let help = help(home, parent);
+        let (_, listed) = help.split_once("Commands:\n").unwrap();
+        let listed = listed.lines().take_while(|line| !line.is_empty());
+        let names = listed.filter(|line| !line.starts_with("   "));
+        let names = names.filter_map(|line| line.split_whitespace().next());
+        found.extend(names.map(|name| format!("{parent}{name}")));
+    }
+    found
 }
 
 /// Returns the command with a limit set by `ulimit`, such as `-v 1000`.
