@@ -233,9 +233,13 @@ const ON_DIAGONALS: &str = "on diagonals";
 fn hint(found: f64, unit: &str, range: &RangeInclusive<f64>) -> String {
     // The number has so few digits that the product is not exact.
     let millimetres = libm::round(found * 1e9) / 1e6;
+    let seconds = found / 1e3;
     match unit.strip_prefix('m') {
         Some(metres) if range.contains(&millimetres) => {
             format!(" (if it is in {metres}, write {millimetres})")
+        }
+        None if unit == "s" && range.contains(&seconds) => {
+            format!(" (if it is in ms, write {seconds})")
         }
         _ => String::new(),
     }

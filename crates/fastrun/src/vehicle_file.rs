@@ -88,7 +88,7 @@ impl Vehicle {
     /// Reads a vehicle from TOML text. If the text contains no name, the vehicle has the given one.
     ///
     /// All lengths are in mm, times in s, speeds in mm/s, accelerations in mm/s² and jerks in mm/s³.
-    /// The defaults are:
+    /// The defaults of optional keys are:
     ///
     /// | key | default |
     /// |---|---|
@@ -96,7 +96,6 @@ impl Vehicle {
     /// | `base` | none; all other values default to those of the preset with this name |
     /// | `cell` | 180, the size of a cell |
     /// | `start_offset`, `stop_offset` | a quarter of `cell` |
-    /// | `search_speed`, `search_turn_time` | those of [`Vehicle::default`] |
     /// | `along.braking`, `diagonal.braking` | the acceleration |
     /// | `along.jerk`, `diagonal.jerk` | `inf`, no limit |
     /// | `diagonal` | none; the mouse does not drive diagonally |
@@ -112,6 +111,9 @@ impl Vehicle {
     /// ```
     /// use mmsim_fastrun::{TurnKind, Vehicle};
     /// let text = "
+    ///     search_speed = 500
+    ///     search_turn_time = 0.25
+    ///
     ///     [along]
     ///     acceleration = 6000
     ///     top_speed = 3000
@@ -232,8 +234,10 @@ impl VehicleFile {
             };
             turns.push((kind, table.arc(kind, arc, half_cell)?));
         }
-        let default = Vehicle::default();
-        let search = base.unwrap_or(default.parameters());
+        let of_search = |own: Option<f64>, key: &str, of_base: fn(&VehicleParameters) -> f64| {
+            own.or(base.map(of_base))
+                .ok_or_else(|| VehicleFileFault::Missing { key: key.into(), base: None })
+        };
         let parameters = VehicleParameters {
             name: self.name.unwrap_or_else(|| name.into()).into(),
             half_cell,
@@ -242,8 +246,10 @@ impl VehicleFile {
             turns,
             start_offset: self.start_offset.unwrap_or_else(|| of_base(|base| base.start_offset)),
             stop_offset: self.stop_offset.unwrap_or_else(|| of_base(|base| base.stop_offset)),
-            search_speed: self.search_speed.unwrap_or(search.search_speed),
-            search_turn_time: self.search_turn_time.unwrap_or(search.search_turn_time),
+            search_speed: of_search(self.search_speed, "search_speed", |base| base.search_speed)?,
+            search_turn_time: of_search(self.search_turn_time, "search_turn_time", |base| {
+                base.search_turn_time
+            })?,
         };
         Vehicle::new(parameters).map_err(|error| VehicleFileFault::Vehicle(as_cell(error)))
     }
@@ -368,6 +374,8 @@ mod tests {
     }
 
     const SIMPLE: &str = "\
+search_speed = 500
+search_turn_time = 0.25
 [along]
 acceleration = 6000
 top_speed = 3000
@@ -410,7 +418,8 @@ s90 = { length = 116, speed = 600 }
         let along = slower.limits(false);
         assert_eq!((along.acceleration, along.braking), (9000.0, 9000.0));
         assert_eq!((slower.limits(true).braking, slower.limits(true).top_speed), (17000.0, 2000.0));
-        assert!((simple.search_time(2, 1) - 0.8).abs() < 1e-12);
+        // 2 cells of 180 mm at 500 mm/s, and a turn of 0.25 s.
+        assert!((simple.search_time(2, 1) - 0.97).abs() < 1e-12);
         let half = read("base = 'kerise'\ncell = 100\nsearch_turn_time = 0.5").unwrap();
         // 3 cells of 100 mm at 300 mm/s, and 2 turns of 0.5 s.
         assert!((half.search_time(3, 2) - 2.0).abs() < 1e-12);
@@ -456,7 +465,9 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(error(""), @"along.acceleration is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
         insta::assert_snapshot!(error("\n[along]\nacceleration = 6000"), @"line 2: along.top_speed is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
         insta::assert_snapshot!(error("base = 'ukmars'\n[turns]\nl90 = { speed = 900 }"), @r#"line 3: turns.l90.length is missing (set it; base "ukmars" has no value for it)"#);
-        insta::assert_snapshot!(error("[along]\nacceleration = 6000\ntop_speed = 3000"), @"turn s90 is missing: without it, a mouse cannot reach every cell");
+        insta::assert_snapshot!(error("[along]\nacceleration = 6000\ntop_speed = 3000"), @"search_speed is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("search_speed = 500\n[along]\nacceleration = 6000\ntop_speed = 3000"), @"search_turn_time is missing (set it, or set base to one of ukmars, ares, expert, kerise)");
+        insta::assert_snapshot!(error("search_speed = 500\nsearch_turn_time = 0.25\n[along]\nacceleration = 6000\ntop_speed = 3000"), @"turn s90 is missing: without it, a mouse cannot reach every cell");
     }
 
     #[test]
@@ -467,7 +478,7 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(based("start_offset = 100"), @"line 2: start_offset: expected 0 to 90 mm, found 100 mm");
         insta::assert_snapshot!(based("search_speed = 0.6"), @"line 2: search_speed: expected 10 to 20000 mm/s, found 0.6 mm/s (if it is in m/s, write 600)");
         insta::assert_snapshot!(based("search_turn_time = -0.2"), @"line 2: search_turn_time: expected 0 to 10 s, found -0.2 s");
-        insta::assert_snapshot!(based("search_turn_time = 200"), @"line 2: search_turn_time: expected 0 to 10 s, found 200 s");
+        insta::assert_snapshot!(based("search_turn_time = 200"), @"line 2: search_turn_time: expected 0 to 10 s, found 200 s (if it is in ms, write 0.2)");
         insta::assert_snapshot!(based("along.top_speed = 2.5"), @"line 2: along.top_speed: expected 50 to 20000 mm/s, found 2.5 mm/s (if it is in m/s, write 2500)");
         insta::assert_snapshot!(based("\n[diagonal]\ntop_speed = 2000\nacceleration = 9.81"), @"line 5: diagonal.acceleration: expected 100 to 100000 mm/s², found 9.81 mm/s² (if it is in m/s², write 9810)");
         insta::assert_snapshot!(based("along.acceleration = 1e300"), @"line 2: along.acceleration: expected 100 to 100000 mm/s², found 1e300 mm/s²");
@@ -486,7 +497,7 @@ s90 = { length = 116, speed = 600 }
         insta::assert_snapshot!(based("along.acceleration = 2500\nalong.braking = 400"), @r#"line 2: a mouse cannot reach 1050 mm/s, the speed of its slowest turn s90, within 154.8 mm, the distance before the first turn; turns.s90.speed is the value of base "expert""#);
         insta::assert_snapshot!(based("turns.s90 = false"), @"line 2: turn s90 is missing: without it, a mouse cannot reach every cell");
         insta::assert_snapshot!(based("diagonal = false\nturns.v90 = { length = 100, speed = 600 }"), @"line 3: turn v90 needs the limits of the mouse on diagonals (set diagonal.acceleration and diagonal.top_speed)");
-        insta::assert_snapshot!(error(&format!("{SIMPLE}v90 = {{ length = 100, speed = 600 }}")), @"line 6: turn v90 needs the limits of the mouse on diagonals (set diagonal.acceleration and diagonal.top_speed)");
-        insta::assert_snapshot!(error(&SIMPLE.replace("s90", "l90")), @"line 4: turn s90 is missing: without it, a mouse cannot reach every cell");
+        insta::assert_snapshot!(error(&format!("{SIMPLE}v90 = {{ length = 100, speed = 600 }}")), @"line 8: turn v90 needs the limits of the mouse on diagonals (set diagonal.acceleration and diagonal.top_speed)");
+        insta::assert_snapshot!(error(&SIMPLE.replace("s90", "l90")), @"line 6: turn s90 is missing: without it, a mouse cannot reach every cell");
     }
 }
