@@ -56,7 +56,7 @@ pub(crate) struct CompareArgs {
         help = format!(
             "Calculate the times of fast runs for a vehicle: {VEHICLES}. Without it, \
              fastest-path-search explores for {}",
-            Vehicle::DEFAULT
+            Vehicle::DEFAULTS
         )
     )]
     vehicle: Option<Vehicle>,
@@ -83,8 +83,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     // Before searches that may take minutes.
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     args.html.as_deref().map_or(Ok(()), check_folder)?;
-    let vehicle = args.vehicle.clone().unwrap_or_default();
-    let figures = args.search.run(&mice, &mazes, vehicle, args.stop_at_goal)?;
+    let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), args.stop_at_goal)?;
     args.vehicle.iter().for_each(warn_about);
     let senses = args.search.senses();
     let report = SearchComparison::new(&mice, &mazes, figures, args.vehicle.as_ref(), &senses);

@@ -59,11 +59,10 @@ pub(crate) struct ContestArgs {
     #[arg(
         long,
         value_name = "NAME|FILE",
-        default_value = Vehicle::DEFAULT,
         value_parser = parse_vehicle,
-        help = format!("Vehicle: {VEHICLES}")
+        help = format!("Vehicle: {VEHICLES} [default: {}]", Vehicle::DEFAULTS)
     )]
-    vehicle: Vehicle,
+    vehicle: Option<Vehicle>,
     /// Print CSV: a header, and one line for each mouse in each maze
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -88,9 +87,9 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let mice = args.search.select("contest")?;
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
     let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), false)?;
-    warn_about(&args.vehicle);
+    args.vehicle.iter().for_each(warn_about);
     let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();
-    let contest = Contest::new(&names, &mazes, &figures, &args.vehicle, args.rules());
+    let contest = Contest::new(&names, &mazes, &figures, args.vehicle.clone(), args.rules());
     if args.json {
         print_pretty_json(&contest)?;
     } else if args.csv {
@@ -104,6 +103,7 @@ pub(crate) fn run(args: &ContestArgs) -> CommandResult {
 /// The attempt of a mouse in a maze. The field names are CSV column names.
 #[derive(Debug, Serialize)]
 struct EntryColumns<'a> {
+    vehicle: &'a str,
     rank: Option<usize>,
     mouse: &'a str,
     points: f64,
@@ -131,6 +131,7 @@ fn write_csv(result: &MazeResult, csv: &mut csv::Writer<impl Write>) -> csv::Res
     result.entries.iter().try_for_each(|ContestEntry { rank, mouse, points, attempt }| {
         let best = attempt.best_run();
         let columns = EntryColumns {
+            vehicle: &result.vehicle,
             rank: *rank,
             mouse,
             points: *points,

@@ -12,7 +12,8 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_compare::{NamedMaze, map_each};
-use mmsim_fastrun::{MotionState, Planner, Trajectory, Vehicle};
+use mmsim_fastrun::{MotionState, Planners, Trajectory, Vehicle};
+use mmsim_maze::MazeSize;
 
 use crate::args::{CommandResult, UsageError, each_once, one_of};
 use crate::output::{
@@ -54,9 +55,8 @@ pub(crate) struct FastRunArgs {
     #[arg(
         long,
         value_name = "NAME|FILE",
-        default_value = Vehicle::DEFAULT,
         value_parser = parse_given_vehicle,
-        help = format!("Vehicle: {VEHICLES}; may be repeated")
+        help = format!("Vehicle: {VEHICLES}; may be repeated [default: {}]", Vehicle::DEFAULTS)
     )]
     vehicle: Vec<GivenVehicle>,
     /// Comma-separated list of routes to drive; may be repeated
@@ -85,9 +85,15 @@ pub(crate) struct FastRunArgs {
 }
 
 impl FastRunArgs {
-    /// Returns the selected vehicles, each once.
-    fn vehicles(&self) -> Result<Vec<Vehicle>, UsageError> {
-        each_vehicle_once(&self.vehicle).map_err(|error| UsageError::new("fast-run", error))
+    /// Returns the planners of the selected vehicles, each once, or those of the default vehicles.
+    fn planners(&self) -> Result<Vec<Planners>, UsageError> {
+        let vehicles = each_vehicle_once(&self.vehicle);
+        let vehicles = vehicles.map_err(|error| UsageError::new("fast-run", error))?;
+        vehicles.iter().for_each(warn_about);
+        if vehicles.is_empty() {
+            return Ok(vec![Planners::new(None)]);
+        }
+        Ok(vehicles.into_iter().map(Some).map(Planners::new).collect())
     }
 
     /// Returns the selected routes, each once.
@@ -135,11 +141,10 @@ fn parse_interval(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
-    let (vehicles, routes) = (args.vehicles()?, args.routes());
-    vehicles.iter().for_each(warn_about);
+    let (planners, routes) = (args.planners()?, args.routes());
     if args.print_vehicle {
-        check_single("--print-vehicle", &[("vehicle", vehicles.len())])?;
-        print(&vehicles[0].to_toml())?;
+        check_single("--print-vehicle", &[("vehicle", planners.len())])?;
+        print(&planners[0].for_size(MazeSize::CLASSIC).vehicle().to_toml())?;
         return Ok(true);
     }
     let prints_export = args.exports_to_stdout()?;
@@ -148,7 +153,7 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         return Ok(false);
     }
     if let Some(option) = args.export() {
-        let counts = [("maze", mazes.len()), ("vehicle", vehicles.len()), ("route", routes.len())];
+        let counts = [("maze", mazes.len()), ("vehicle", planners.len()), ("route", routes.len())];
         check_single(option, &counts)?;
         for file in [&args.csv, &args.c_array].into_iter().flatten() {
             if !is_standard(file) {
@@ -157,10 +162,10 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
         }
     }
     if let Some(picture) = &args.picture.output {
-        args.picture.check(mazes.len(), vehicles.len() * routes.len())?;
+        args.picture.check(mazes.len(), planners.len() * routes.len())?;
         check_folder(&picture.path)?;
     }
-    let results = attempt_all(&mazes, &vehicles, &routes);
+    let results = attempt_all(&mazes, &planners, &routes);
     if let (Some(_), [RunResult { driven: Ok(driven), .. }]) = (args.export(), &results[..]) {
         export(args, driven)?;
     }
@@ -186,16 +191,17 @@ pub(crate) fn run(args: &FastRunArgs) -> CommandResult {
 /// Plans each route of each vehicle through each maze, in parallel over the mazes.
 fn attempt_all<'a>(
     mazes: &'a [NamedMaze],
-    vehicles: &'a [Vehicle],
+    planners: &'a [Planners],
     routes: &[RouteChoice],
 ) -> Vec<RunResult<'a>> {
-    let planners: Vec<(&Vehicle, Planner)> =
-        vehicles.iter().map(|vehicle| (vehicle, Planner::new(vehicle.clone()))).collect();
     let results = map_each(mazes, |maze| {
         let mut results = Vec::with_capacity(planners.len() * routes.len());
-        for (vehicle, planner) in &planners {
-            let mut planner = planner.clone();
-            results.extend(RunResult::each_route(maze, vehicle, &mut planner, routes));
+        for planners in planners {
+            results.extend(RunResult::each_route(
+                maze,
+                planners.for_size(maze.maze.size()),
+                routes,
+            ));
         }
         results
     });

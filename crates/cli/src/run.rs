@@ -15,6 +15,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use mmsim_client::Transport;
 use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
+use mmsim_fastrun::Vehicle;
 use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{
@@ -408,10 +409,10 @@ fn drive(
     (mouse, sensor): (Result<PipedMouse, String>, Option<&WallSensor>),
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
-    let own_vehicle = args.server.viewer.vehicle.first();
+    let own_vehicle = args.server.viewer.vehicle.first().cloned();
     let session = Session {
         name,
-        vehicle: &own_vehicle.cloned().unwrap_or_default(),
+        vehicle: &own_vehicle.unwrap_or_else(|| Vehicle::default_for(known.map.size())),
         maze: &known.map,
         sensor,
         rules: args.mms.scores.unwrap_or(ScoreRules::Mms12),

@@ -102,13 +102,13 @@ impl SearchArgs {
     }
 
     /// Runs the mice in all mazes, and shows a progress bar on a terminal. Strategies explore for the
-    /// vehicle. If `stops_at_goal` is true, the searches of the user's mice end at the goal. After
+    /// vehicle, or for the default one of each maze. If `stops_at_goal` is true, the searches of the user's mice end at the goal. After
     /// Ctrl-C, stops the mice of the user and exits.
     pub(crate) fn run(
         &self,
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
-        vehicle: Vehicle,
+        vehicle: Option<Vehicle>,
         stops_at_goal: bool,
     ) -> Result<Vec<Vec<SearchFigures>>, Box<dyn Error>> {
         let has_own = mice.iter().any(ComparedMouse::is_own);

@@ -57,7 +57,7 @@ pub(crate) struct SolveArgs {
         value_parser = parse_vehicle,
         help = format!(
             "Vehicle whose fastest run fastest-path-search explores for: {VEHICLES} [default: {}]",
-            Vehicle::DEFAULT
+            Vehicle::DEFAULTS
         )
     )]
     vehicle: Option<Vehicle>,
@@ -96,8 +96,7 @@ impl SolveArgs {
                 format!("{} has no {option}; only fastest-path-search does", self.strategy);
             return Err(UsageError::new("solve", message));
         }
-        let vehicle = self.vehicle.clone().unwrap_or_default();
-        Ok(Exploration::new(vehicle, self.tolerance.unwrap_or_default()))
+        Ok(Exploration::new(self.vehicle.clone(), self.tolerance.unwrap_or_default()))
     }
 }
 
@@ -144,7 +143,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         }
         Err(error) => return Err(error.into()),
     };
-    let mut mouse = Mouse::new(exploration.strategy(strategy), map, start);
+    let mut mouse = Mouse::new(exploration.strategy(strategy, map.size()), map, start);
     let pace = Duration::from_millis(args.pace);
     let max_steps = args.max_steps.unwrap_or(strategy.max_states());
     let clock = Clock::start();
@@ -181,12 +180,15 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     if args.json {
         verdict.error = verdict.error.or_else(|| recorded.clone().err());
         let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), verdict);
-        report.fast_run = bounds.map(|bounds| TimeBoundsReport::new(&exploration, bounds));
+        report.fast_run = bounds
+            .map(|bounds| TimeBoundsReport::new(exploration.vehicle(mouse.map().size()), bounds));
         print_json(&report)?;
     } else {
         if run.states > 0 {
             screen.finish(&mouse, &run, &goal_text(&run), times.report())?;
-            if let Some(summary) = bounds.and_then(|bounds| exploration.summary(bounds)) {
+            if let Some(summary) =
+                bounds.and_then(|bounds| exploration.summary(bounds, mouse.map().size()))
+            {
                 print(&(wrapped(&summary, " ", 2) + "\n"))?;
             }
         }
@@ -240,9 +242,9 @@ struct TimeBoundsReport {
 }
 
 impl TimeBoundsReport {
-    fn new(exploration: &Exploration, bounds: TimeBounds) -> Self {
+    fn new(vehicle: &Vehicle, bounds: TimeBounds) -> Self {
         Self {
-            vehicle: exploration.vehicle_name().into(),
+            vehicle: vehicle.name().into(),
             fast_run_time_s: bounds.pessimistic,
             fast_run_lower_bound_s: bounds.optimistic,
         }

@@ -67,9 +67,10 @@ fn json_has_every_run_of_every_mouse() {
         ("time_limit_s", json!(420.0)),
         ("max_runs", json!(5)),
         ("touch_penalty_s", json!(2.0)),
-        ("vehicle", json!("slow")),
-        ("search_speed_mm_s", json!(180.0)),
-        ("search_turn_time_s", json!(0.5)),
+        (
+            "vehicles",
+            json!([{"vehicle": "slow", "search_speed_mm_s": 180.0, "search_turn_time_s": 0.5}]),
+        ),
         ("skipped", json!([])),
     ] {
         assert_eq!(contest[key], value);
@@ -104,6 +105,34 @@ fn json_has_every_run_of_every_mouse() {
     assert_eq!([&standings[0]["points"], &standings[1]["points"]], [1.0, 0.0]);
 }
 
+/// A half-size mouse drives in mazes of more than 16 cells in a row.
+#[test]
+fn each_maze_has_the_vehicle_of_its_size() {
+    let home = Home::new();
+    let corridor = |cells: usize| {
+        let (edge, room) = ("o---".repeat(cells) + "o", "    ".repeat(cells - 2));
+        format!("{edge}\n| S {room}  G |\n{edge}\n")
+    };
+    home.write("mazes/a.txt", corridor(16));
+    home.write("mazes/b.txt", corridor(17));
+    let contest = ["contest", "mazes", "--strategies", "flood-fill"];
+    let report = home.run(&[&contest[..], &["--json"]].concat()).json();
+    // A turn and 15 cells of 180 mm at 600 mm/s; a turn and 16 cells of 90 mm at 300 mm/s.
+    let expected = [("expert", 0.2 + 15.0 * 0.3), ("kerise", 0.25 + 16.0 * 0.3)];
+    for (index, (vehicle, time)) in expected.into_iter().enumerate() {
+        assert_eq!(report["mazes"][index]["vehicle"], vehicle);
+        let runs = &entry(&report, index, "flood-fill")["runs"];
+        assert_close(&runs[0]["time_s"], time);
+        assert_eq!(report["vehicles"][index]["vehicle"], vehicle);
+    }
+    let text = home.run(&contest).stdout;
+    let expected = "Vehicle expert in 1 maze; searches at 600 mm/s and 0.2 s per quarter turn.\n\
+                    Vehicle kerise in 1 maze; searches at 300 mm/s and 0.25 s per quarter turn.\n";
+    assert!(text.contains(expected), "{text}");
+    let driven = home.run(&["fast-run", "mazes", "--json"]).json();
+    assert_eq!([&driven[0]["vehicle"], &driven[1]["vehicle"]], ["expert", "kerise"]);
+}
+
 #[test]
 fn csv_has_a_line_for_each_mouse_in_each_maze() {
     let home = Home::new();
@@ -117,6 +146,7 @@ fn csv_has_a_line_for_each_mouse_in_each_maze() {
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().collect::<Result<_, _>>().unwrap();
     assert_eq!(rows.len(), 2, "a maze with an unreachable goal has no line");
     for (row, entry) in rows.iter().zip(contest["mazes"][0]["entries"].as_array().unwrap()) {
+        assert_eq!(row["vehicle"], "expert");
         for key in [
             "rank",
             "mouse",

@@ -3,7 +3,7 @@
 mod attempt;
 mod rules;
 
-use mmsim_fastrun::{Planner, Vehicle, VehicleParameters};
+use mmsim_fastrun::{Planners, Vehicle, VehicleParameters};
 use mmsim_run::{SearchFigures, tenth_of_ms};
 use serde::Serialize;
 
@@ -19,12 +19,8 @@ pub struct Contest {
     /// The rules.
     #[serde(flatten)]
     pub rules: Rules,
-    /// The name of the vehicle of all mice.
-    pub vehicle: String,
-    /// The speed of the mice while they search or return, in mm/s.
-    pub search_speed_mm_s: f64,
-    /// The time of a quarter turn while they search or return, in s.
-    pub search_turn_time_s: f64,
+    /// The vehicles of the mice.
+    pub vehicles: Vec<ContestVehicle>,
     /// The ranking over all mazes, best mice first.
     pub standings: Vec<Standing>,
     /// The results of the mazes.
@@ -33,12 +29,25 @@ pub struct Contest {
     pub skipped: Vec<String>,
 }
 
+/// A vehicle of all mice in some mazes. The field names are JSON keys.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContestVehicle {
+    /// The name.
+    pub vehicle: String,
+    /// The speed while a mouse searches or returns, in mm/s.
+    pub search_speed_mm_s: f64,
+    /// The time of a quarter turn while a mouse searches or returns, in s.
+    pub search_turn_time_s: f64,
+}
+
 /// The result of one maze, best mice first. The field names are JSON keys.
 #[derive(Debug, Serialize)]
 pub struct MazeResult {
     /// The maze. Its name is unique among the mazes.
     #[serde(flatten)]
     pub maze: MazeColumns,
+    /// The name of the vehicle of all mice.
+    pub vehicle: String,
     /// The attempts, best mice first.
     pub entries: Vec<ContestEntry>,
 }
@@ -76,20 +85,21 @@ pub struct Standing {
 }
 
 impl Contest {
-    /// Holds a contest of mice with these names. Each mouse has figures in each maze.
+    /// Holds a contest of mice with these names, all with one vehicle or with the
+    /// [default vehicle](Vehicle::default_for) of each maze. Each mouse has figures in each maze.
     pub fn new(
         names: &[impl AsRef<str> + Sync],
         mazes: &[NamedMaze],
         figures: &[Vec<SearchFigures>],
-        vehicle: &Vehicle,
+        vehicle: Option<Vehicle>,
         rules: Rules,
     ) -> Self {
-        let planner = Planner::new(vehicle.clone());
+        let planners = Planners::new(vehicle);
         let maze_names = unique_names(mazes);
         let indices: Vec<usize> = (0..mazes.len()).collect();
         let results = map_each(&indices, |&index| {
             let NamedMaze { maze, .. } = &mazes[index];
-            let mut planner = planner.clone();
+            let mut planner = planners.for_size(maze.size()).clone();
             // A maze is skipped if its goal is unreachable.
             planner.plan(maze.walls(), maze.start().cell, maze.goals()).ok()?;
             let attempts = names.iter().zip(figures).map(|(name, figures)| {
@@ -97,21 +107,33 @@ impl Contest {
                 let attempt = Attempt::new(&mut planner, maze, figures, &rules);
                 (name.as_ref().to_string(), attempt)
             });
-            Some(MazeResult::new(&mazes[index], &maze_names[index], attempts.collect()))
+            let attempts = attempts.collect();
+            let vehicle = planner.vehicle().name();
+            Some(MazeResult::new(&mazes[index], &maze_names[index], vehicle, attempts))
         });
         let is_skipped = |(_, result): &(&String, &Option<MazeResult>)| result.is_none();
         let skipped = maze_names.iter().zip(&results).filter(is_skipped);
         let skipped = skipped.map(|(name, _)| name.clone()).collect();
         let mazes: Vec<MazeResult> = results.into_iter().flatten().collect();
-        let VehicleParameters { search_speed, search_turn_time, .. } = *vehicle.parameters();
+        let is_driven = |vehicle: &&Vehicle| mazes.iter().any(|it| it.vehicle == vehicle.name());
+        let vehicles = planners.vehicles().filter(is_driven).map(ContestVehicle::new).collect();
         Self {
             rules,
-            vehicle: vehicle.name().into(),
-            search_speed_mm_s: search_speed,
-            search_turn_time_s: search_turn_time,
+            vehicles,
             standings: Standing::all(names.iter().map(AsRef::as_ref), &mazes),
             mazes,
             skipped,
+        }
+    }
+}
+
+impl ContestVehicle {
+    fn new(vehicle: &Vehicle) -> Self {
+        let VehicleParameters { search_speed, search_turn_time, .. } = *vehicle.parameters();
+        Self {
+            vehicle: vehicle.name().into(),
+            search_speed_mm_s: search_speed,
+            search_turn_time_s: search_turn_time,
         }
     }
 }
@@ -123,7 +145,7 @@ impl MazeResult {
     }
 
     /// Ranks the attempts of all mice in a maze.
-    fn new(maze: &NamedMaze, name: &str, attempts: Vec<(String, Attempt)>) -> Self {
+    fn new(maze: &NamedMaze, name: &str, vehicle: &str, attempts: Vec<(String, Attempt)>) -> Self {
         let scores: Vec<Option<f64>> =
             attempts.iter().map(|(_, attempt)| attempt.score_s).collect();
         let entry = |(mouse, attempt): (String, Attempt)| {
@@ -139,7 +161,7 @@ impl MazeResult {
         let mut entries: Vec<ContestEntry> = attempts.into_iter().map(entry).collect();
         // Mice without a score come last, in the given order.
         entries.sort_by_key(|entry| entry.rank.unwrap_or(usize::MAX));
-        Self { maze: MazeColumns::new(maze, name), entries }
+        Self { maze: MazeColumns::new(maze, name), vehicle: vehicle.into(), entries }
     }
 
     /// Returns the attempt of a mouse.
@@ -212,7 +234,7 @@ mod tests {
             };
             (mouse.to_string(), attempt)
         };
-        MazeResult::new(&maze, "a", scores.iter().map(attempt).collect())
+        MazeResult::new(&maze, "a", "expert", scores.iter().map(attempt).collect())
     }
 
     fn ranks(standings: &[Standing]) -> Vec<(usize, &str, f64)> {

@@ -25,7 +25,8 @@ mod trial;
 pub use compared_mouse::{ComparedMouse, NamedMouse};
 pub use comparison::{MazeColumns, MouseSummary, SearchComparison, SearchRow};
 pub use contest::{
-    Attempt, Contest, ContestEntry, ContestRun, MazeResult, RuleSet, Rules, RunKind, Standing,
+    Attempt, Contest, ContestEntry, ContestRun, ContestVehicle, MazeResult, RuleSet, Rules,
+    RunKind, Standing,
 };
 pub use exploration::Exploration;
 pub use measures::SearchMeasure;

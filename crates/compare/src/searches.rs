@@ -64,7 +64,7 @@ impl Searches<'_> {
                 // The measured processor time includes creating the mouse and the search run, but not the
                 // figures.
                 ComparedMouse::Bundled(strategy) => {
-                    let new = || self.exploration.strategy(*strategy);
+                    let new = || self.exploration.strategy(*strategy, selected.size());
                     let max_states = self.max_states.unwrap_or(strategy.max_states());
                     search(selected, new, max_states, self.senses, thread_time, &must_stop)
                         .unwrap_or_default()
@@ -216,7 +216,7 @@ mod tests {
     use super::*;
 
     fn run(max_states: Option<u32>, is_stopped: bool) -> (Vec<Vec<SearchFigures>>, usize) {
-        let exploration = Exploration::new(Vehicle::expert(), Tolerance::ZERO);
+        let exploration = Exploration::new(None, Tolerance::ZERO);
         let limits = SearchLimits { time: Duration::from_secs(1), states: 1, stops_at_goal: false };
         let searches = Searches {
             exploration: &exploration,

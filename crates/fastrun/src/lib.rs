@@ -44,7 +44,7 @@ mod warning;
 
 pub use mmsim_maze::{Direction, Point};
 pub use naive::dijkstra;
-pub use planner::{NoRun, Planner, fastest};
+pub use planner::{NoRun, Planner, Planners, fastest};
 pub use route::Route;
 pub use run::{FastRun, ParseRunError, Turn};
 pub use segment::{MotionState, Segment, Shape};

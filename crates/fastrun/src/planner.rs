@@ -70,6 +70,48 @@ pub fn fastest(
     Planner::new(vehicle.clone()).plan(walls, start, goals).cloned()
 }
 
+/// The planners for mazes of all sizes.
+///
+/// ```
+/// use mmsim_fastrun::{Planners, Vehicle};
+/// use mmsim_maze::MazeSize;
+/// let name = |planners: &Planners, size| planners.for_size(size).vehicle().name().to_string();
+/// let (defaults, own) = (Planners::new(None), Planners::new(Some(Vehicle::ares())));
+/// assert_eq!([&defaults, &own].map(|one| name(one, MazeSize::CLASSIC)), ["expert", "ares"]);
+/// assert_eq!([&defaults, &own].map(|one| name(one, MazeSize::LARGEST)), ["kerise", "ares"]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Planners {
+    planner: Planner,
+    /// The planner for mazes of more than 16 cells in a row or a column, if it is another one.
+    for_large: Option<Planner>,
+}
+
+impl Planners {
+    /// Creates the planner of a vehicle or, without one, those of [`Vehicle::default_for`] each size.
+    pub fn new(vehicle: Option<Vehicle>) -> Self {
+        let default = |size| Planner::new(Vehicle::default_for(size));
+        let for_large = vehicle.is_none().then(|| default(MazeSize::LARGEST));
+        let planner = vehicle.map_or_else(|| default(MazeSize::CLASSIC), Planner::new);
+        Self { planner, for_large }
+    }
+
+    /// Returns the planner for mazes of this size.
+    pub fn for_size(&self, size: MazeSize) -> &Planner {
+        self.for_large.as_ref().filter(|_| is_large(size)).unwrap_or(&self.planner)
+    }
+
+    /// Returns the vehicles of all planners.
+    pub fn vehicles(&self) -> impl Iterator<Item = &Vehicle> {
+        [&self.planner].into_iter().chain(&self.for_large).map(Planner::vehicle)
+    }
+}
+
+/// Returns true if a maze has more than 16 cells in a row or a column.
+pub(crate) fn is_large(size: MazeSize) -> bool {
+    size.width().max(size.height()) > 16
+}
+
 impl Planner {
     /// Creates a planner for a vehicle.
     pub fn new(vehicle: Vehicle) -> Self {
@@ -93,11 +135,10 @@ impl Planner {
             self.run.reset(start, 0);
             return Ok(&self.run);
         }
-        let is_small = size.width().max(size.height()) <= 16;
-        let found = if is_small {
-            self.search::<u16, 16>(walls, start, &goals)
-        } else {
+        let found = if is_large(size) {
             self.search::<u32, 32>(walls, start, &goals)
+        } else {
+            self.search::<u16, 16>(walls, start, &goals)
         };
         found.map(|()| &self.run).ok_or_else(|| NoRun::find(walls, start, &goals))
     }

@@ -2,6 +2,9 @@
 
 use alloc::borrow::Cow;
 
+use mmsim_maze::MazeSize;
+
+use crate::planner::is_large;
 use crate::straight::StraightLimits;
 use crate::turn::TurnKind;
 use crate::vehicle::{Arc, Vehicle, VehicleParameters};
@@ -40,8 +43,22 @@ impl Vehicle {
     /// The names of the presets, slowest first, and the half-size mouse last.
     pub const PRESETS: [&'static str; 4] = ["ukmars", "ares", "expert", "kerise"];
 
-    /// The name of the preset that is used unless a vehicle is chosen.
-    pub const DEFAULT: &'static str = "expert";
+    /// The names of the vehicles that [`default_for`](Self::default_for) returns, for help texts.
+    pub const DEFAULTS: &'static str = "expert, in mazes larger than 16×16 kerise";
+
+    /// Returns the vehicle for a maze of this size unless another one is chosen: `expert`, or in mazes
+    /// of more than 16 cells in a row or a column the half-size mouse `kerise`.
+    ///
+    /// ```
+    /// use mmsim_fastrun::Vehicle;
+    /// use mmsim_maze::MazeSize;
+    /// assert_eq!(Vehicle::default_for(MazeSize::CLASSIC), Vehicle::expert());
+    /// assert_eq!(Vehicle::default_for(MazeSize::new(9, 17)?), Vehicle::kerise());
+    /// # Ok::<(), mmsim_maze::SizeError>(())
+    /// ```
+    pub fn default_for(size: MazeSize) -> Self {
+        if is_large(size) { Self::kerise() } else { Self::expert() }
+    }
 
     /// Returns the preset with this name.
     ///
@@ -129,22 +146,9 @@ impl Vehicle {
     }
 }
 
-impl Default for Vehicle {
-    /// Returns the preset named [`DEFAULT`](Self::DEFAULT).
-    fn default() -> Self {
-        // A test creates every preset.
-        Self::preset(Self::DEFAULT).expect("the default is a preset")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_default_is_a_preset() {
-        assert_eq!(Vehicle::default().name(), Vehicle::DEFAULT);
-    }
 
     #[test]
     fn every_preset_has_its_name_and_fits() {

@@ -87,13 +87,11 @@ pub(crate) fn compare<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let rules = rules.map(|name| named(&RuleSet::ALL, RuleSet::name, name)).transpose()?;
     let vehicle = competition.vehicle.as_deref().map(|text| vehicle(py, text)).transpose()?;
-    // A contest needs a vehicle.
-    let vehicle = vehicle.or_else(|| rules.map(|_| Vehicle::default()));
     let mazes: Vec<NamedMaze> = competition.mazes.iter().map(|maze| maze.get().named()).collect();
     let mut figures = competition.search(py, &mazes, vehicle.as_ref())?;
     let names: Vec<&String> = competition.mice.iter().map(|(name, _)| name).collect();
-    if let (Some(rules), Some(vehicle)) = (rules, &vehicle) {
-        let hold = |_: &_| Contest::new(&names, &mazes, &figures, vehicle, rules.rules());
+    if let Some(rules) = rules {
+        let hold = |_: &_| Contest::new(&names, &mazes, &figures, vehicle.clone(), rules.rules());
         return to_python(py, &signals::interruptible(py, hold)?);
     }
     if let Some(vehicle) = &vehicle {
@@ -124,8 +122,7 @@ impl Competition<'_> {
         let texts =
             self.mice.iter().filter_map(|(name, mouse)| Some((&**name, mouse.extract().ok()?)));
         let mice = texts.map(|named| mouse(py, named)).collect::<PyResult<Vec<_>>>()?;
-        let vehicle = vehicle.cloned().unwrap_or_default();
-        let exploration = Exploration::new(vehicle, Tolerance::ZERO);
+        let exploration = Exploration::new(vehicle.cloned(), Tolerance::ZERO);
         let misreadings = Misreadings {
             probability: probability(self.misread)?,
             seed: number(&self.misread_seed)?,

@@ -29,7 +29,8 @@ pub(crate) fn vehicle(py: Python<'_>, text: &str) -> PyResult<Vehicle> {
 impl PyFastRun {
     /// Plans the fastest run of a vehicle.
     pub(crate) fn plan(py: Python<'_>, maze: &Maze, vehicle: Option<&str>) -> PyResult<Self> {
-        let vehicle = vehicle.map(|text| self::vehicle(py, text)).transpose()?.unwrap_or_default();
+        let vehicle = vehicle.map(|text| self::vehicle(py, text)).transpose()?;
+        let vehicle = vehicle.unwrap_or_else(|| Vehicle::default_for(maze.size()));
         py.detach(|| {
             let mut planner = Planner::new(vehicle);
             let run = planner

@@ -1,7 +1,7 @@
 //! The fastest-path search, which explores until the fastest run is proven.
 
 use mmsim_fastrun::{Planner, Vehicle};
-use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Pose, Step, Unknown};
+use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, MazeSize, Pose, Step, Unknown};
 
 use crate::flood::{Distances, only};
 use crate::proving_search::{DownhillPlan, Objective, ProvingSearch};
@@ -67,14 +67,8 @@ impl FastestPathSearch {
     /// Creates the strategy with the tables of a planner. This is faster than [`new`](Self::new) if
     /// a program creates several strategies for the same vehicle.
     pub fn with_planner(planner: Planner, tolerance: Tolerance) -> Self {
-        let (bounds, samples) = (RunBounds::default(), SampledRuns::default());
-        let objective = LeastTime { planner, tolerance, bounds, samples, route: Vec::new() };
+        let objective = LeastTime { planner: Some(planner), tolerance, ..LeastTime::default() };
         Self(ProvingSearch::new(objective))
-    }
-
-    /// Returns the vehicle.
-    pub const fn vehicle(&self) -> &Vehicle {
-        self.0.objective.planner.vehicle()
     }
 
     /// Returns the bounds on the time of the fastest run. The mouse computes them while it explores,
@@ -84,9 +78,10 @@ impl FastestPathSearch {
     }
 }
 
+/// Creates the strategy for the [default vehicle](Vehicle::default_for) of the maze, without tolerance.
 impl Default for FastestPathSearch {
     fn default() -> Self {
-        Self::new(Vehicle::default(), Tolerance::ZERO)
+        Self(ProvingSearch::new(LeastTime::default()))
     }
 }
 
@@ -95,9 +90,10 @@ impl Strategy for FastestPathSearch {
 }
 
 /// The objective to run to the goal in the least time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct LeastTime {
-    planner: Planner,
+    /// The planner, or `None` for that of the default vehicle until the size of the maze is known.
+    planner: Option<Planner>,
     tolerance: Tolerance,
     bounds: RunBounds,
     samples: SampledRuns,
@@ -113,6 +109,11 @@ const DETOUR: i32 = 4;
 /// cell is one step farther away. It can visit the other cells on its way back.
 const STEPS_FROM_START: i32 = 8;
 
+/// Returns a planner, and creates one for the default vehicle if there is none.
+fn for_size(planner: &mut Option<Planner>, size: MazeSize) -> &mut Planner {
+    planner.get_or_insert_with(|| Planner::new(Vehicle::default_for(size)))
+}
+
 impl Objective for LeastTime {
     /// Every wall may change the run in a sampled maze.
     fn may_change_target(&self, _: Cell) -> bool {
@@ -120,12 +121,13 @@ impl Objective for LeastTime {
     }
 
     fn next_target(&mut self, map: &KnownMaze, mouse: Cell, _: &mut DownhillPlan) -> Option<Cell> {
-        self.bounds.update(&mut self.planner, map);
+        let planner = for_size(&mut self.planner, map.size());
+        self.bounds.update(planner, map);
         if self.bounds.times().are_within(self.tolerance) {
             return None;
         }
         let optimistic = self.bounds.optimistic.as_ref()?.cells_beside_unknown_walls(map);
-        self.samples.update(&mut self.planner, map);
+        self.samples.update(planner, map);
         let (runs, counts) = self.samples.count(map);
         let open = map.walls(Unknown::Open);
         let from_mouse = Distances::flood(open, &only(mouse));
@@ -156,8 +158,9 @@ impl Objective for LeastTime {
     }
 
     fn plan_fast_run(&mut self, map: &KnownMaze, plan: &mut DownhillPlan) {
-        self.bounds.update(&mut self.planner, map);
-        self.route = fastest_known_route(&mut self.planner, map).unwrap_or_default();
+        let planner = for_size(&mut self.planner, map.size());
+        self.bounds.update(planner, map);
+        self.route = fastest_known_route(planner, map).unwrap_or_default();
         if let Some(&end) = self.route.last() {
             plan.flood_from(map.walls(Unknown::Closed), end);
         }

@@ -9,7 +9,7 @@ const MAX_KEPT_STATES = 20_000;
 
 /**
  * @typedef {{ live: boolean, records: boolean, zmq: string | null, server: string, trial: boolean,
- *   strategies: { strategy: string, about: string }[], vehicles: string[], vehicle: string, own: string | null, opened: string[] }} PageInfo
+ *   strategies: { strategy: string, about: string }[], vehicles: string[], own: string | null, opened: string[] }} PageInfo
  * @typedef {{ path: string, maze: string, width: number | null, height: number | null,
  *   shortest_path: number | null, error: string | null }} MazeEntry
  * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, drawing: string, picture: string }} MazeReading
@@ -17,7 +17,7 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ mouse: string, own: boolean, kind: "mms" | "client" | null, reason: string, outcome: Outcome | null }} MouseStatus
  * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
  *   mouse_status: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
- * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number,
+ * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number, vehicle: string,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, route: number[], mouse: string | null, race_optimum: number | null, note: string | null }} Source
  * @typedef {{ steps: number, turns: number, wall_time_s: number }} RunReport

@@ -37,8 +37,6 @@ export class FastRun {
   #player;
   #chart;
   #vehicle;
-  /** The vehicle that is selected at first. */
-  #initial;
   /** @type {FastRunMap | null} */
   #map = null;
   /** The source whose runs are loaded. @type {api.Source | null} */
@@ -59,8 +57,7 @@ export class FastRun {
   #isLoadingKnown = false;
 
   /** @param {import("./panel.js").Panel} panel @param {api.PageInfo} info */
-  constructor(panel, { vehicles, vehicle }) {
-    this.#initial = vehicle;
+  constructor(panel, { vehicles }) {
     this.#panel = panel;
     this.#area = query(panel.element, ".drive");
     this.#details = query(panel.element, ".drive-details");
@@ -119,7 +116,7 @@ export class FastRun {
       this.#map = new FastRunMap(svg, source);
     }
     if (!source) return;
-    if (!this.#vehicle.dataset.chosen) this.#chooseVehicle();
+    this.#chooseVehicle(source);
     this.#draw("Planning…");
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
@@ -136,12 +133,11 @@ export class FastRun {
     }
   }
 
-  /** Selects the vehicle that was selected last in this tab, or the initial one. */
-  #chooseVehicle() {
-    this.#vehicle.dataset.chosen = "true";
+  /** Selects the vehicle that was selected last in this tab, or that of the source. @param {api.Source} source */
+  #chooseVehicle(source) {
     const names = [...this.#vehicle.options].map(({ value }) => value);
     const recalled = recall("vehicle") ?? "";
-    this.#vehicle.value = names.includes(recalled) ? recalled : this.#initial;
+    this.#vehicle.value = names.includes(recalled) ? recalled : source.vehicle;
   }
 
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */

@@ -179,7 +179,7 @@ fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) ->
     let mut responses = vec![
         ("/api/page".to_string(), json(&PageInfo::exported(ID, vehicles))?.to_string()),
         ("/drawing.json".into(), page_json()),
-        (path(""), json(&SourceInfo::new(ID.into(), source, None)?)?.to_string()),
+        (path(""), json(&SourceInfo::new(ID.into(), source, vehicles, None)?)?.to_string()),
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
         (path("/costs"), json(&source.bounds(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),

@@ -28,7 +28,7 @@ fn a_view_contains_the_figures_of_a_state() {
     let source = watched.get("/api/sources/live").json();
     assert_eq!(
         source,
-        json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "start": [0, 0],
+        json!({"id": "live", "run": 1, "title": "small", "maze": "small", "width": 3, "height": 2, "vehicle": "expert", "start": [0, 0],
             "goals": [[2, 0]], "states": 0, "state_bytes": 18, "truth": true, "shortest_path": 4, "route": [0, 3, 4, 5, 2],
             "mouse": null, "race_optimum": null, "integrity": null, "note": null})
     );

@@ -1,6 +1,6 @@
 //! The text output: the rules, the tables and the mice without a fast run.
 
-use mmsim_compare::{Attempt, Contest, ContestEntry, MazeResult, Rules, Standing};
+use mmsim_compare::{Attempt, Contest, ContestEntry, ContestVehicle, MazeResult, Rules, Standing};
 use mmsim_maze::{Escaped, counted};
 
 use crate::grid::{stacked, wrapped};
@@ -27,8 +27,7 @@ pub(super) fn text(contest: &Contest) -> String {
 }
 
 fn head(contest: &Contest) -> String {
-    let Contest { rules, search_speed_mm_s, search_turn_time_s, .. } = contest;
-    let Rules { name, time_limit, max_runs, search_share, touch_penalty } = rules;
+    let Rules { name, time_limit, max_runs, search_share, touch_penalty } = &contest.rules;
     let runs = match max_runs {
         Some(1) => "the search run".into(),
         Some(max) => format!("the best of {max} runs"),
@@ -42,14 +41,25 @@ fn head(contest: &Contest) -> String {
         penalty if penalty > 0.0 => format!(" + {penalty} s after a touch"),
         _ => String::new(),
     };
-    let vehicle = Escaped(&contest.vehicle);
     let text = format!(
         "Rules {name}: {runs} within {time_limit} s. Times in seconds.\n\
-         Score: time of the run{share}{penalty}.\n\
-         Vehicle {vehicle}; searches at {search_speed_mm_s} mm/s and {search_turn_time_s} s per \
-         quarter turn."
+         Score: time of the run{share}{penalty}."
     );
-    text.lines().map(|line| wrapped(line, " ", 2) + "\n").collect()
+    let vehicle = |vehicle: &ContestVehicle| {
+        let ContestVehicle { vehicle, search_speed_mm_s, search_turn_time_s } = vehicle;
+        let mazes = contest.mazes.iter().filter(|maze| maze.vehicle == *vehicle).count();
+        let mazes = match contest.vehicles.len() {
+            1 => String::new(),
+            _ => format!(" in {}", counted(mazes, "maze")),
+        };
+        format!(
+            "Vehicle {}{mazes}; searches at {search_speed_mm_s} mm/s and {search_turn_time_s} s per \
+             quarter turn.",
+            Escaped(vehicle)
+        )
+    };
+    let lines = text.lines().map(String::from).chain(contest.vehicles.iter().map(vehicle));
+    lines.map(|line| wrapped(&line, " ", 2) + "\n").collect()
 }
 
 /// Returns the ranking. A mouse without rivals gets no points.

@@ -67,10 +67,10 @@ impl<'a> RunResult<'a> {
     /// Plans and drives the run along each route.
     pub(crate) fn each_route(
         maze: &'a NamedMaze,
-        vehicle: &'a Vehicle,
-        planner: &mut Planner,
+        planner: &'a Planner,
         routes: &[RouteChoice],
     ) -> Vec<Self> {
+        let (vehicle, mut planner) = (planner.vehicle(), planner.clone());
         let (walls, start, goals) = (maze.maze.walls(), maze.maze.start().cell, maze.maze.goals());
         let mut drive = |route| -> Result<_, Box<dyn Error>> {
             let run = match route {

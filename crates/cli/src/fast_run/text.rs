@@ -109,14 +109,20 @@ fn row(maze: String, vehicle: &str, route: Option<&str>, figures: String) -> Vec
 
 /// Returns the rows with the means of each vehicle and route, or none if there is only one maze.
 fn mean_rows(results: &[RunResult], has_routes: bool) -> Vec<Vec<String>> {
-    // The first maze has each vehicle and route once, and all mazes have the same ones.
-    let is_first = |result: &&RunResult| result.maze.path == results[0].maze.path;
-    let first: Vec<&RunResult> = results.iter().take_while(is_first).collect();
-    if first.len() == results.len() {
+    if results.iter().all(|result| result.maze.path == results[0].maze.path) {
         return Vec::new();
     }
-    let mean = |(index, result): (usize, &&RunResult)| {
-        let same = results.iter().skip(index).step_by(first.len());
+    let is_same = |one: &RunResult, other: &RunResult| {
+        (one.vehicle.name(), one.route) == (other.vehicle.name(), other.route)
+    };
+    let mut kinds: Vec<&RunResult> = Vec::new();
+    for result in results {
+        if !kinds.iter().any(|kind| is_same(kind, result)) {
+            kinds.push(result);
+        }
+    }
+    let mean = |result: &RunResult| {
+        let same = results.iter().filter(|other| is_same(other, result));
         let driven = same.filter_map(|result| result.driven.as_ref().ok());
         let driven: Vec<[f64; 5]> = driven.map(figures).collect();
         let count = u32::try_from(driven.len()).ok().filter(|&count| count > 0)?;
@@ -126,7 +132,7 @@ fn mean_rows(results: &[RunResult], has_routes: bool) -> Vec<Vec<String>> {
         let route = has_routes.then_some(result.route.name());
         Some(row(maze, result.vehicle.name(), route, text(means, 1, has_routes)))
     };
-    first.iter().enumerate().filter_map(mean).collect()
+    kinds.into_iter().filter_map(mean).collect()
 }
 
 /// Returns a line with the number of mazes without a run, or an empty text if all have one.

@@ -200,7 +200,7 @@ async fn describe_source(
     run_blocking(move || {
         let live = state.config.live.as_ref().filter(|_| state.config.is_trial && id == "live");
         let robot = live.and_then(|live| Some(live.control.own()?.to_string()));
-        Ok(Json(SourceInfo::new(id.clone(), &*state.source(&id)?, robot)?))
+        Ok(Json(SourceInfo::new(id.clone(), &*state.source(&id)?, &state.config.vehicles, robot)?))
     })
     .await
 }

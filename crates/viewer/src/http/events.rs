@@ -36,8 +36,6 @@ pub(crate) struct PageInfo {
     strategies: Vec<StrategyInfo>,
     /// The names of the vehicles whose fast runs the page shows.
     vehicles: Vec<String>,
-    /// The name of the vehicle that the page selects.
-    vehicle: String,
     /// The name of the user's own mouse, if the simulator runs one.
     own: Option<String>,
     /// True if the live simulation is a two-run trial, so the page can neither load mazes nor run
@@ -67,7 +65,6 @@ impl PageInfo {
                 .map(|strategy| StrategyInfo { strategy: strategy.name(), about: strategy.about() })
                 .collect(),
             vehicles: vehicles.names(),
-            vehicle: vehicles.selected.clone(),
             own: live.as_ref().and_then(|live| live.control.own().map(String::from)),
             is_trial: *is_trial,
             opened: state.open_recordings(),

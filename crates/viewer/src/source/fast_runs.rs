@@ -3,14 +3,15 @@
 use mmsim_fastrun::{
     FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
-use mmsim_maze::{CellSet, Maze, Unknown};
+use mmsim_maze::{CellSet, Maze, MazeSize, Unknown};
 use mmsim_run::DRIVEN_RUN;
 use serde::Serialize;
 
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::StateSource;
 
-/// The presets, and vehicles of the user. The page selects the user's first one, or the default.
+/// The presets, and vehicles of the user. The page selects the user's first one, or
+/// the [default](Vehicle::default_for) of the maze.
 ///
 /// ```
 /// use mmsim_fastrun::Vehicle;
@@ -23,8 +24,6 @@ use crate::source::StateSource;
 #[derive(Clone, Debug)]
 pub struct Vehicles {
     pub(crate) all: Vec<Vehicle>,
-    /// The name of the vehicle that the page selects.
-    pub(crate) selected: String,
 }
 
 /// The error for two different vehicles with the same name.
@@ -39,7 +38,6 @@ impl Vehicles {
     /// Returns an error if two different vehicles, including the presets, have the same name.
     pub fn new(own: impl IntoIterator<Item = Vehicle>) -> Result<Self, SameName> {
         let mut vehicles = Self::default();
-        let presets = vehicles.all.len();
         for vehicle in own {
             match vehicles.get(vehicle.name()) {
                 None => vehicles.all.push(vehicle),
@@ -47,10 +45,13 @@ impl Vehicles {
                 Some(_) => return Err(SameName(vehicle.name().into())),
             }
         }
-        if let Some(first) = vehicles.all.get(presets) {
-            vehicles.selected = first.name().into();
-        }
         Ok(vehicles)
+    }
+
+    /// Returns the vehicle that the page selects for a maze of this size.
+    pub(crate) fn selected(&self, size: MazeSize) -> Vehicle {
+        let own = self.all.get(Vehicle::PRESETS.len());
+        own.cloned().unwrap_or_else(|| Vehicle::default_for(size))
     }
 
     /// Returns the names of all vehicles.
@@ -73,8 +74,7 @@ impl Vehicles {
 
 impl Default for Vehicles {
     fn default() -> Self {
-        let all = Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect();
-        Self { all, selected: Vehicle::DEFAULT.into() }
+        Self { all: Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect() }
     }
 }
 
@@ -283,13 +283,14 @@ mod tests {
 
     #[test]
     fn vehicles_have_different_names() {
-        assert_eq!(Vehicles::default().selected, Vehicle::default().name());
+        assert_eq!(Vehicles::default().selected(MazeSize::HALF_SIZE), Vehicle::kerise());
         let file =
             |name: &str| Vehicle::from_toml("turns.l90.speed = 1500\nbase = \"expert\"", name);
         let (mine, other) = (file("mine").unwrap(), file("expert").unwrap());
         let vehicles = Vehicles::new([Vehicle::ares(), mine.clone(), mine.clone()]).unwrap();
         assert_eq!(vehicles.names(), ["ukmars", "ares", "expert", "kerise", "mine"]);
-        assert_eq!((vehicles.find("mine").unwrap(), &*vehicles.selected), (mine, "mine"));
+        assert_eq!(vehicles.find("mine").unwrap(), mine);
+        assert_eq!(vehicles.selected(MazeSize::CLASSIC), mine);
         let Err(error) = Vehicles::new([other]) else { panic!("expected an error") };
         assert_eq!(
             error.to_string(),

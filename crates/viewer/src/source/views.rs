@@ -11,6 +11,7 @@ use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
 use crate::http::jobs::{ApiResult, CancelToken};
+use crate::source::fast_runs::Vehicles;
 use crate::source::{RECORDED_RUN, StateSource};
 
 /// The message that the page shows for a recording that was not closed.
@@ -26,6 +27,8 @@ pub(crate) struct SourceInfo {
     maze: String,
     width: u8,
     height: u8,
+    /// The name of the vehicle that the page selects.
+    vehicle: String,
     start: [u8; 2],
     goals: Vec<[u8; 2]>,
     states: usize,
@@ -49,7 +52,12 @@ pub(crate) struct SourceInfo {
 impl SourceInfo {
     /// Describes a source. `mouse` is the name of the robot if the source is known to be a two-run
     /// trial.
-    pub(crate) fn new(id: String, source: &StateSource, mouse: Option<String>) -> ApiResult<Self> {
+    pub(crate) fn new(
+        id: String,
+        source: &StateSource,
+        vehicles: &Vehicles,
+        mouse: Option<String>,
+    ) -> ApiResult<Self> {
         let (run, description, states) = source.current_run()?;
         let info = &description.info;
         let (integrity, note) = match source.integrity() {
@@ -74,6 +82,7 @@ impl SourceInfo {
             maze: info.maze.clone(),
             width: info.width,
             height: info.height,
+            vehicle: vehicles.selected(description.size).name().into(),
             start: info.start,
             goals: info.goals.clone(),
             states,
