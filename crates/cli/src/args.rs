@@ -13,7 +13,7 @@ use mmsim_recording::NewMessages;
 use mmsim_solvers::Tolerance;
 
 use crate::recordings::messages_unless;
-use crate::vehicle::parse_vehicle;
+use crate::vehicle::{parse_vehicle, timing_vehicle_help};
 
 /// The default pace of a mouse that somebody watches, in milliseconds per step.
 pub(crate) const WATCHED_PACE_MS: u64 = 50;
@@ -36,13 +36,12 @@ pub(crate) struct ViewerArgs {
     #[arg(long, value_name = "PORT")]
     pub(crate) viewer_port: Option<u16>,
     /// Do not serve the viewer page
-    #[arg(long, conflicts_with_all = ["viewer_port", "open", "vehicle"])]
+    #[arg(long, conflicts_with_all = ["viewer_port", "open"])]
     pub(crate) no_viewer: bool,
     /// Open the viewer page in a browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Offer the vehicle in FILE (TOML) for fast runs on the viewer page; may be repeated
-    #[arg(long, value_name = "FILE", value_parser = parse_vehicle)]
+    #[arg(long, value_name = "NAME|FILE", value_parser = parse_vehicle, help = timing_vehicle_help())]
     pub(crate) vehicle: Vec<Vehicle>,
 }
 

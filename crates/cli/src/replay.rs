@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use mmsim_fastrun::Vehicle;
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{IgnoredRecords, Integrity, LogLine, MemoryBudget, Recording};
@@ -21,7 +21,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{goal_away, print, print_json};
 use crate::recordings::{self, is_undamaged, no_state, recording_budget};
 use crate::screen::fitting;
-use crate::vehicle::parse_vehicle;
+use crate::vehicle::{parse_vehicle, timing_vehicle_help};
 use crate::{page, stderr};
 use state_report::{PoseAt, StateReport};
 
@@ -49,8 +49,12 @@ pub(crate) struct ReplayArgs {
     /// Open the viewer page in a browser
     #[arg(long, requires = "serving")]
     open: bool,
-    /// Offer the vehicle in FILE (TOML) for fast runs on the viewer page; may be repeated
-    #[arg(long, value_name = "FILE", value_parser = parse_vehicle, requires = "serving")]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        value_parser = parse_vehicle,
+        help = timing_vehicle_help()
+    )]
     vehicle: Vec<Vehicle>,
 }
 
@@ -61,7 +65,9 @@ pub(crate) fn run(args: &ReplayArgs) -> CommandResult {
         return serve(args, recording, budget);
     }
     let index = args.at.or(recording.history().len().checked_sub(1));
-    let shown = index.and_then(|index| StateReport::read(&recording, index));
+    let default = || Vehicle::default_for(recording.size());
+    let mut planner = Planner::new(args.vehicle.first().cloned().unwrap_or_else(default));
+    let shown = index.and_then(|index| StateReport::read(&recording, index, &mut planner));
     if let (Some(index), None) = (args.at, &shown) {
         return Err(no_state(&args.file, &recording, index).into());
     }

@@ -2,6 +2,7 @@
 
 mod button;
 mod serving;
+mod times;
 
 use std::cell::Cell;
 use std::error::Error;
@@ -36,6 +37,7 @@ use crate::selection::{DEFAULT_MAZES, MAZE_HELP};
 use crate::trial::{DEFAULT_ANSWER_LIMIT, ResultForm, run_watched};
 use button::press_on_input;
 use serving::{Serving, control, serve};
+use times::note_times;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -324,7 +326,7 @@ fn run_once(
         let started = MouseProcess::start(program, run.address());
         let not_started = |error: StartError| ExitCause::NotStarted(error.into());
         let cause = started.map_or_else(not_started, |mut mouse| mouse.wait(control));
-        return end_client(args, name, &info.maze, cause, run, control);
+        return end_client(args, name, (&info.maze, monitor), cause, run, control);
     }
     let prints_result = args.json || args.mms.score;
     let copy: Box<dyn Write + Send> =
@@ -348,20 +350,27 @@ fn run_once(
             has_annotations: true,
         };
         let sensor = WallSensor::new(misreadings, &maze);
-        return drive(args, name, in_process(monitor), &known, (mouse, Some(&sensor)), control);
+        return drive(
+            args,
+            name,
+            in_process(monitor),
+            &known,
+            (mouse, Some(&sensor), Some(monitor)),
+            control,
+        );
     }
     if let Ok(Some(_)) = kind {
         note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
     }
     let cause = mouse.map_or_else(ExitCause::NotStarted, |mouse| mouse.wait(control));
-    end_client(args, name, &info.maze, cause, run, control)
+    end_client(args, name, (&info.maze, monitor), cause, run, control)
 }
 
 /// Ends the run of a mouse that is a client, or that was not recognized, and reports the outcome.
 fn end_client(
     args: &RunArgs,
     name: &str,
-    maze: &str,
+    (maze, monitor): (&str, &Monitor),
     cause: ExitCause,
     run: GatewayRun<'_>,
     control: &MouseControl,
@@ -376,8 +385,11 @@ fn end_client(
     {
         warn(format_args!("{option} has no effect: {name} is not a mouse for mms"));
     }
+    let times = times::of_run(monitor, args.server.viewer.vehicle.first());
     if args.json {
-        print_json(&exit.report(Some(maze), name))?;
+        print_json(&exit.report(Some(maze), name).with_times(times))?;
+    } else {
+        times.iter().for_each(note_times);
     }
     Ok(exit.end())
 }
@@ -395,24 +407,24 @@ fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32
     Runs::new(&control, endpoint, |text| note(text)).run(|| {
         let (size, has_log) = (known.map.size(), known.has_annotations);
         let mouse = PipedMouse::start(program, None, size, has_log, &control, io::sink());
-        drive(args, &program.name, &mut transport, &known, (mouse, None), &control)
+        drive(args, &program.name, &mut transport, &known, (mouse, None, None), &control)
     })
 }
 
 /// Runs a mouse for mms once in the maze, and reports the outcome. The mouse may have a sensor that
-/// misreads walls.
+/// misreads walls. `monitor` is that of a simulator in this process.
 fn drive(
     args: &RunArgs,
     name: &str,
     transport: impl Transport,
     known: &KnownSimulator,
-    (mouse, sensor): (Result<PipedMouse, String>, Option<&WallSensor>),
+    (mouse, sensor, monitor): (Result<PipedMouse, String>, Option<&WallSensor>, Option<&Monitor>),
     control: &MouseControl,
 ) -> Result<RunEnd, Box<dyn Error>> {
-    let own_vehicle = args.server.viewer.vehicle.first().cloned();
+    let own_vehicle = args.server.viewer.vehicle.first();
     let session = Session {
         name,
-        vehicle: &own_vehicle.unwrap_or_else(|| Vehicle::default_for(known.map.size())),
+        vehicle: &own_vehicle.cloned().unwrap_or_else(|| Vehicle::default_for(known.map.size())),
         maze: &known.map,
         sensor,
         rules: args.mms.scores.unwrap_or(ScoreRules::Mms12),
@@ -425,9 +437,13 @@ fn drive(
     let exit = session.run(transport, mouse)?;
     report_cause(&exit.cause);
     let end = exit.end();
+    let times = monitor.and_then(|monitor| times::of_run(monitor, own_vehicle));
     if args.json {
-        print_json(&exit.report(known.name.as_deref(), name))?;
-    } else if args.mms.score && end.was_started {
+        print_json(&exit.report(known.name.as_deref(), name).with_times(times))?;
+        return Ok(end);
+    }
+    times.iter().for_each(note_times);
+    if args.mms.score && end.was_started {
         print(&exit.scores())?;
     }
     Ok(end)

@@ -66,7 +66,7 @@ impl Screen {
         self.replace(&map, &status)
     }
 
-    /// Shows the final map, a summary line and, if there are several phases, their figures.
+    /// Shows the final map, a summary line and the figures of the phases.
     pub(crate) fn finish<S: Strategy>(
         &mut self,
         mouse: &Mouse<S>,
@@ -78,7 +78,6 @@ impl Screen {
         // The map does not become larger than during the search.
         let is_smaller = self.is_live && !fits(&pictures[0], terminal());
         let map = fitting(&pictures[usize::from(is_smaller)..]);
-        let phases = phases.filter(|report| report.rows().len() > 1);
         let phases = phases.map(|report| phase_table::table(report.rows())).unwrap_or_default();
         let visited = counted(mouse.map().visited().len(), "cell");
         let requests = counted(run.requests, "request");

@@ -13,10 +13,8 @@ use mmsim_fastrun::Vehicle;
 use mmsim_maze::Pose;
 use mmsim_protocol::Info;
 use mmsim_recording::Clock;
-use mmsim_run::{Ending, MovementRules, PhaseReport, Verdict};
-use mmsim_solvers::{
-    BundledStrategy, Mouse, SearchDriver, Strategy, TimeBounds, Tolerance, WallVotes,
-};
+use mmsim_run::{Ending, FastestRun, MovementRules, PhaseReport, Verdict};
+use mmsim_solvers::{BundledStrategy, Mouse, SearchDriver, Strategy, Tolerance, WallVotes};
 use serde::Serialize;
 
 use crate::args::{
@@ -56,7 +54,8 @@ pub(crate) struct SolveArgs {
         value_name = "NAME|FILE",
         value_parser = parse_vehicle,
         help = format!(
-            "Vehicle whose fastest run fastest-path-search explores for: {VEHICLES} [default: {}]",
+            "Vehicle that times the runs, and whose fastest run fastest-path-search explores for: \
+             {VEHICLES} [default: {}]",
             Vehicle::DEFAULTS
         )
     )]
@@ -86,14 +85,11 @@ pub(crate) struct SolveArgs {
 }
 
 impl SolveArgs {
-    /// Returns the vehicle and the tolerance, or an error if the strategy uses neither.
+    /// Returns the vehicle and the tolerance, or an error if the strategy does not use the tolerance.
     fn exploration(&self) -> Result<Exploration, UsageError> {
-        let options =
-            [("--vehicle", self.vehicle.is_some()), ("--tolerance", self.tolerance.is_some())];
-        let given = options.iter().find(|(_, is_given)| *is_given);
-        if let Some((option, _)) = given.filter(|_| !self.strategy.uses_vehicle()) {
+        if self.tolerance.is_some() && !self.strategy.uses_vehicle() {
             let message =
-                format!("{} has no {option}; only fastest-path-search does", self.strategy);
+                format!("{} has no --tolerance; only fastest-path-search does", self.strategy);
             return Err(UsageError::new("solve", message));
         }
         Ok(Exploration::new(self.vehicle.clone(), self.tolerance.unwrap_or_default()))
@@ -167,7 +163,10 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let (run, error) =
         result.map_or_else(|BrokenRun { run, error }| (run, Some(error)), |run| (run, None));
     let recorded = recording.close().map_err(|error| format!("incomplete recording: {error}"));
-    let bounds = strategy.uses_vehicle().then(|| exploration.bounds(mouse.map()));
+    let size = mouse.map().size();
+    let mut planner = exploration.planner(size).clone();
+    let fastest_run = FastestRun::new(mouse.map(), &mut planner);
+    let phases = times.report(&mut planner, size);
     let ending = match &error {
         Some(error) if error.is_given_up() => Ending::GaveUp,
         Some(_) => Ending::Failed,
@@ -179,18 +178,12 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
     let has_succeeded = verdict.ending == Ending::Finished && recorded.is_ok();
     if args.json {
         verdict.error = verdict.error.or_else(|| recorded.clone().err());
-        let mut report = SolveReport::new(strategy.name(), &run, &mouse, times.report(), verdict);
-        report.fast_run = bounds
-            .map(|bounds| TimeBoundsReport::new(exploration.vehicle(mouse.map().size()), bounds));
-        print_json(&report)?;
+        let fastest_run = Some(fastest_run);
+        print_json(&SolveReport::new(strategy.name(), &run, &mouse, phases, fastest_run, verdict))?;
     } else {
         if run.states > 0 {
-            screen.finish(&mouse, &run, &goal_text(&run), times.report())?;
-            if let Some(summary) =
-                bounds.and_then(|bounds| exploration.summary(bounds, mouse.map().size()))
-            {
-                print(&(wrapped(&summary, " ", 2) + "\n"))?;
-            }
+            screen.finish(&mouse, &run, &goal_text(&run), phases)?;
+            print(&(wrapped(&fastest_run.to_string(), " ", 2) + "\n"))?;
         }
         if let Err(error) = &recorded {
             warn(error);
@@ -226,29 +219,9 @@ struct SolveReport<'a> {
     cell: Option<[u8; 2]>,
     heading: Option<char>,
     map: Option<String>,
-    /// The bounds on the time of the fastest run, for strategies that explore for it.
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    fast_run: Option<TimeBoundsReport>,
+    #[serde(flatten)]
+    fastest_run: Option<FastestRun>,
     error: Option<String>,
-}
-
-/// The time of the best known run, and the time of the fastest run if all unknown walls were open.
-/// Null if no run is known.
-#[derive(Serialize)]
-struct TimeBoundsReport {
-    vehicle: String,
-    fast_run_time_s: Option<f64>,
-    fast_run_lower_bound_s: Option<f64>,
-}
-
-impl TimeBoundsReport {
-    fn new(vehicle: &Vehicle, bounds: TimeBounds) -> Self {
-        Self {
-            vehicle: vehicle.name().into(),
-            fast_run_time_s: bounds.pessimistic,
-            fast_run_lower_bound_s: bounds.optimistic,
-        }
-    }
 }
 
 impl<'a> SolveReport<'a> {
@@ -257,6 +230,7 @@ impl<'a> SolveReport<'a> {
         run: &SearchRun,
         mouse: &Mouse<S>,
         phases: Option<PhaseReport>,
+        fastest_run: Option<FastestRun>,
         verdict: Verdict,
     ) -> Self {
         let Pose { cell, heading } = mouse.pose();
@@ -276,7 +250,7 @@ impl<'a> SolveReport<'a> {
             cell: Some([cell.x, cell.y]),
             heading: Some(heading.letter()),
             map: Some(mouse.map().picture().to_string()),
-            fast_run: None,
+            fastest_run,
             error: verdict.error,
         }
     }

@@ -12,6 +12,15 @@ use crate::output::warn;
 pub(crate) const VEHICLES: &str =
     "ukmars (beginner), ares (hobby), expert (contest), kerise (half-size), or a TOML file";
 
+/// Returns the help of the vehicles of a command that also shows the viewer page.
+pub(crate) fn timing_vehicle_help() -> String {
+    let default = Vehicle::DEFAULTS;
+    format!(
+        "Vehicle that times the runs, also on the viewer page: {VEHICLES}; may be repeated to add \
+         further ones to the page [default: {default}]"
+    )
+}
+
 const NOT_TOML: &str = "expected the name of a vehicle or a TOML file, found another file";
 
 /// Parses a value of `--vehicle`: the name of a preset, or a TOML file.

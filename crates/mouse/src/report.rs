@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mmsim_fastrun::FastRun;
 use mmsim_maze::counted;
 use mmsim_mms::{ScoreRules, Scores, SimulatedMouse, TravelStats};
-use mmsim_run::{Verdict, tenth_of_ms};
+use mmsim_run::{FastestRun, PhaseReport, Verdict, tenth_of_ms};
 use serde::Serialize;
 
 use crate::ENDPOINT_VARIABLE;
@@ -28,9 +28,22 @@ pub struct MouseReport<'m> {
     refused_requests: u64,
     exit_code: Option<i32>,
     signal: Option<i32>,
+    /// The times of the runs, unless the simulator is another process.
+    #[serde(flatten)]
+    times: Option<RunTimes>,
     /// The report on a mouse for mms.
     #[serde(flatten)]
     mms: Option<MmsReport>,
+}
+
+/// The times of the runs of a mouse. The field names are JSON keys.
+#[derive(Serialize)]
+pub struct RunTimes {
+    /// The steps, turns and times of the phases.
+    pub phases: PhaseReport,
+    /// What the known walls prove about the fastest run.
+    #[serde(flatten)]
+    pub fastest_run: FastestRun,
 }
 
 /// What is reported only on a mouse for mms.
@@ -74,7 +87,6 @@ impl<'m> MouseReport<'m> {
             _ => (None, None),
         };
         let verdict = end.outcome.verdict.clone();
-        let mms = None;
         Self {
             maze,
             mouse,
@@ -85,8 +97,15 @@ impl<'m> MouseReport<'m> {
             refused_requests,
             exit_code,
             signal,
-            mms,
+            times: None,
+            mms: None,
         }
+    }
+
+    /// Adds the times of the runs.
+    #[must_use]
+    pub fn with_times(self, times: Option<RunTimes>) -> Self {
+        Self { times, ..self }
     }
 
     /// Adds the scores of a mouse for mms, and the fast run that took the least time in s.

@@ -221,7 +221,8 @@ impl PyMaze {
 
     /// Plans the fastest run of a vehicle, in seconds.
     ///
-    /// `vehicle` is ukmars, ares, expert (the default), kerise, or the path of a TOML file.
+    /// `vehicle` is ukmars, ares, expert, kerise, or the path of a TOML file. The default is expert,
+    /// and kerise in mazes larger than 16×16.
     /// Raises `SearchError` if the goal is unreachable.
     #[pyo3(signature = (vehicle = None))]
     fn fastest_run(&self, py: Python<'_>, vehicle: Option<&str>) -> PyResult<PyFastRun> {

@@ -7,18 +7,20 @@ use std::time::Instant;
 use mmsim_client::{
     BUNDLED_MOUSE_NAME, BrokenRun, InMemory, Named, RunError, SearchRun, search_run,
 };
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Misreadings};
 use mmsim_protocol::State;
 use mmsim_recording::History;
-use mmsim_run::Goal;
-use mmsim_solvers::{BundledStrategy, Mouse, PathBounds};
+use mmsim_run::{FastestRun, Goal, MovementRules, PhaseLog, PhaseReport, RunReport};
+use mmsim_solvers::{BundledStrategy, Mouse, PathBounds, Tolerance};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
+use pyo3::types::PyDict;
 
 use crate::animation::{self, AnimatedState};
 use crate::connection::lock;
 use crate::convert::limit;
 use crate::error::{Error, run_error, type_error, value_error};
+use crate::fast_run::vehicle;
 use crate::history::{HistoryStates, PyHistory, PyState, SearchedMaze};
 use crate::known::PyKnownMaze;
 use crate::maze::PyMaze;
@@ -36,6 +38,8 @@ pub(crate) struct PySearch {
     mouse: &'static str,
     run: SearchRun,
     known: KnownMaze,
+    phases: PhaseReport,
+    fastest_run: FastestRun,
     /// The reason why the strategy could not continue.
     #[pyo3(get)]
     error: Option<String>,
@@ -44,13 +48,16 @@ pub(crate) struct PySearch {
 }
 
 /// Runs a bundled strategy, by default until it stops or has reported its usual limit of states.
+///
+/// `vehicle` times the runs, as in `Maze.fastest_run`, and `fastest-path-search` explores for it.
 #[pyfunction]
-#[pyo3(signature = (maze, strategy = "flood-fill", max_states = None))]
+#[pyo3(signature = (maze, strategy = "flood-fill", max_states = None, vehicle = None))]
 pub(crate) fn search(
     py: Python<'_>,
     maze: &Bound<'_, PyAny>,
     strategy: &str,
     max_states: Option<&Bound<'_, PyAny>>,
+    vehicle: Option<&str>,
 ) -> PyResult<PySearch> {
     let strategy: BundledStrategy = strategy.parse().map_err(value_error)?;
     let simulator = if let Ok(simulator) = maze.cast::<PySimulator>() {
@@ -64,7 +71,8 @@ pub(crate) fn search(
         return Err(type_error("a Maze or a Simulator", maze));
     };
     let max_states = limit(max_states)?.unwrap_or_else(|| strategy.max_states());
-    simulate(&simulator, strategy, max_states)
+    let vehicle = vehicle.map(|text| self::vehicle(py, text)).transpose()?;
+    simulate(&simulator, strategy, max_states, vehicle)
 }
 
 /// Runs a strategy in a simulator, and copies the states. Checks for signals in the meantime.
@@ -72,13 +80,14 @@ fn simulate(
     simulator: &Bound<'_, PySimulator>,
     strategy: BundledStrategy,
     max_states: u32,
+    vehicle: Option<Vehicle>,
 ) -> PyResult<PySearch> {
     let py = simulator.py();
     let PySimulator { maze, searched, simulated } = simulator.get();
     let unexplored = &searched.unexplored;
     // A simulation that is locked here must be free of earlier failures.
     drop(lock(simulated, py)?);
-    let (run, error, known, history) = py.detach(|| {
+    let (run, error, known, history, phases, fastest_run) = py.detach(|| {
         let mut history = History::new(unexplored.size());
         let mut transport = InMemory::new(|request: &[u8], reply: &mut Vec<u8>| {
             // The lock is free again before Python code runs.
@@ -94,9 +103,14 @@ fn simulate(
         let mut named =
             Named::new(&mut transport, BUNDLED_MOUSE_NAME, strategy.name()).map_err(value_error)?;
         let start = unexplored.start();
-        let mut mouse = Mouse::new(strategy.strategy(), unexplored.clone(), start);
+        let size = unexplored.size();
+        let mut planner = Planner::new(vehicle.unwrap_or_else(|| Vehicle::default_for(size)));
+        let searching = strategy.strategy_for(&planner, Tolerance::ZERO);
+        let mut mouse = Mouse::new(searching, unexplored.clone(), start);
+        let mut log = PhaseLog::new(MovementRules::from_map(unexplored, None));
         let (mut checked, mut interrupted) = (Instant::now(), Ok(()));
-        let result = search_run(&mut named, &mut mouse, max_states, |_, _| {
+        let result = search_run(&mut named, &mut mouse, max_states, |mouse, _| {
+            log.add(mouse.pose());
             if checked.elapsed() >= signals::INTERVAL {
                 checked = Instant::now();
                 interrupted = signals::check();
@@ -111,10 +125,13 @@ fn simulate(
             }
             Err(BrokenRun { error, .. }) => return Err(run_error(error)),
         };
-        Ok((run, error, mouse.map().clone(), Arc::new(history)))
+        let phases = log.report(&mut planner, size, |_, _| 0.0).unwrap_or_default();
+        let fastest_run = FastestRun::new(mouse.map(), &mut planner);
+        Ok((run, error, mouse.map().clone(), Arc::new(history), phases, fastest_run))
     })?;
     let (maze, searched) = (maze.clone_ref(py), Arc::clone(searched));
-    Ok(PySearch { maze, mouse: strategy.name(), run, known, error, history, searched })
+    let mouse = strategy.name();
+    Ok(PySearch { maze, mouse, run, known, phases, fastest_run, error, history, searched })
 }
 
 impl PySearch {
@@ -173,15 +190,46 @@ impl PySearch {
         self.bounds().pessimistic
     }
 
-    /// The steps and turns of the search run, the return run and the fast run.
+    /// The `steps`, `turns` and `time_s` of `search_run`, `return_run`, `fast_run` and `total`.
+    ///
+    /// The times are those of the vehicle in seconds, or None for a run that did not take place.
     #[getter]
     fn phases<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let phases = PyDict::new(py);
-        for (name, figures) in self.run.stats.phases() {
-            let phase = [("steps", figures.steps), ("turns", figures.turns)].into_py_dict(py)?;
-            phases.set_item(name.replace(' ', "_"), phase)?;
+        let PhaseReport { search_run, return_run, fast_run, total, .. } = self.phases;
+        let runs = [
+            ("search_run", Some(search_run)),
+            ("return_run", return_run),
+            ("fast_run", fast_run),
+            ("total", Some(total)),
+        ];
+        for (name, run) in runs {
+            let RunReport { steps, turns, time_s, .. } = run.unwrap_or_default();
+            let phase = PyDict::new(py);
+            phase.set_item("steps", steps)?;
+            phase.set_item("turns", turns)?;
+            phase.set_item("time_s", time_s)?;
+            phases.set_item(name, phase)?;
         }
         Ok(phases)
+    }
+
+    /// The name of the vehicle that times the runs.
+    #[getter]
+    fn vehicle(&self) -> &str {
+        &self.fastest_run.vehicle
+    }
+
+    /// The time in seconds of the fastest run through the walls that the mouse knows.
+    #[getter]
+    fn known_run_time_s(&self) -> Option<f64> {
+        self.fastest_run.known_run_time_s
+    }
+
+    /// True if the known walls prove that no run of the vehicle is faster.
+    #[getter]
+    fn fastest_run_proven(&self) -> bool {
+        self.fastest_run.fastest_run_proven
     }
 
     /// The map of the mouse at the end.

@@ -67,8 +67,11 @@ def test_a_search_has_figures() -> None:
     search = mm.search(mm.Maze.bundled("01"), "shortest-path-search")
     phases = search.phases
     assert search.goal_reached and search.proven and search.path_found == 52
-    assert sum(phase["steps"] for phase in phases.values()) == search.steps
-    assert sum(phase["turns"] for phase in phases.values()) == search.turns
+    total = phases["total"]
+    assert (total["steps"], total["turns"]) == (search.steps, search.turns)
+    runs = [phases[name] for name in ("search_run", "return_run", "fast_run")]
+    for key in total:
+        assert sum(run[key] for run in runs) == pytest.approx(total[key])
     assert search.steps_to_goal == phases["search_run"]["steps"]
     assert len(search.states) == search.steps + 1 and search.visited_cells == len(search.known.visited)
     assert search.requests == 2 * len(search.states) + 1
@@ -140,3 +143,18 @@ def test_ctrl_c_interrupts(call: str) -> None:
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=LIMIT)
     assert errors.splitlines()[-1] == b"KeyboardInterrupt"
+
+
+def test_the_vehicle_times_a_search(tmp_path: Path) -> None:
+    maze = mm.Maze.parse("o---o---o---o---o\n| S           G |\no---o---o---o---o\n")
+    slow = tmp_path / "slow.toml"
+    slow.write_text("base = 'expert'\nsearch_speed = 180\nsearch_turn_time = 0.5\n")
+    # crates/cli/tests/clock.rs expects the same seconds of the commands and the page.
+    for vehicle, times in [
+        (None, [1.1, 1.3, 0.3991, 2.7991]),
+        (str(slow), [3.5, 4.0, 0.3991, 7.8991]),
+    ]:
+        search = mm.search(maze, "shortest-path-search", vehicle=vehicle)
+        assert [run["time_s"] for run in search.phases.values()] == times
+        assert search.known_run_time_s == 0.3991 and search.fastest_run_proven
+    assert mm.search(maze).vehicle == "expert"

@@ -1,11 +1,12 @@
 //! Judges what a mouse did in a maze from its poses and the walls that it has read.
 
-use mmsim_fastrun::FastRun;
+use mmsim_fastrun::{FastRun, Planner};
 #[cfg(feature = "recording")]
 use mmsim_maze::Wall;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState};
 use mmsim_solvers::{PathBounds, steps_between};
 
+use crate::fastest_run::FastestRun;
 use crate::figures::{SearchFigures, SearchOutcome};
 use crate::movement::{MovementRules, Transition};
 use crate::phases::{Phases, RunPhase};
@@ -34,6 +35,8 @@ pub struct Judge {
     rules: MovementRules,
     /// The walls that the mouse has read or run into.
     known: KnownMaze,
+    /// The walls that the mouse knows, each with the number of steps before it, in order.
+    readings: Vec<(u32, Cell, Heading)>,
     /// True if walls have become known since the shortest path was last examined.
     has_new_walls: bool,
     path: Vec<Cell>,
@@ -62,6 +65,7 @@ impl Judge {
             rules: MovementRules::from_maze(maze),
             known: KnownMaze::unexplored(maze),
             maze: maze.clone(),
+            readings: Vec::new(),
             has_new_walls: true,
             path: Vec::new(),
             visited: CellSet::EMPTY,
@@ -82,6 +86,11 @@ impl Judge {
         &self.maze
     }
 
+    /// Returns the walls that the mouse has read or run into.
+    pub const fn known(&self) -> &KnownMaze {
+        &self.known
+    }
+
     /// Returns the phases of the mouse, which decide whether it has reached the goal.
     pub const fn phases(&self) -> &Phases {
         &self.phases
@@ -93,6 +102,7 @@ impl Judge {
         if self.known.wall(cell, heading) == WallState::Unknown {
             let state = if is_present { WallState::Present } else { WallState::Absent };
             self.known.set_wall(cell, heading, state);
+            self.readings.push((saturate(self.phases.total.steps), cell, heading));
             self.has_new_walls = true;
         }
         is_present
@@ -200,6 +210,28 @@ impl Judge {
             let is_proven = PathBounds::new(&self.known).is_proven();
             self.steps_until_proven = is_proven.then(|| saturate(self.phases.total.steps));
         }
+    }
+
+    /// Returns the number of steps after which the known walls proved that the fastest known run of the
+    /// planner's vehicle is the fastest of the maze, or `None` if they do not prove it.
+    pub fn steps_until_fastest_run_proven(&self, planner: &mut Planner) -> Option<u32> {
+        let mut is_proven = |count: usize| {
+            let mut map = KnownMaze::unexplored(&self.maze);
+            for &(_, cell, heading) in &self.readings[..count] {
+                map.set_wall(cell, heading, self.known.wall(cell, heading));
+            }
+            FastestRun::new(&map, planner).fastest_run_proven
+        };
+        // Walls that prove it still do when more are known.
+        let (mut low, mut high) = (0, self.readings.len());
+        if !is_proven(high) {
+            return None;
+        }
+        while low < high {
+            let middle = usize::midpoint(low, high);
+            if is_proven(middle) { high = middle } else { low = middle + 1 }
+        }
+        Some(low.checked_sub(1).map_or(0, |last| self.readings[last].0))
     }
 
     fn exploration_at(&self, steps: u64, turns: u64, last_cell: Cell) -> SearchFigures {

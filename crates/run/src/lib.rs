@@ -12,6 +12,7 @@
 
 #[cfg(feature = "recording")]
 mod events;
+mod fastest_run;
 mod figures;
 mod judge;
 #[cfg(feature = "recording")]
@@ -33,20 +34,23 @@ mod verdict;
 
 #[cfg(feature = "recording")]
 pub use events::{EventFinder, EventKind, EventList, RunEvents};
+pub use fastest_run::FastestRun;
 pub use figures::{SearchFigures, SearchOutcome};
 pub use judge::Judge;
 #[cfg(feature = "recording")]
 pub use messages::messages;
 pub use movement::{MovementRules, Transition};
 pub use paths::{BoundsHistory, bounds, planned_path, shortest_path};
-pub use phase_report::{PhaseReport, RunReport};
+pub use phase_report::{PhaseLog, PhaseReport, RunReport};
 pub use phases::{LegProgress, MotionCount, Phases, RunFigures, RunPhase};
 #[cfg(feature = "recording")]
 pub use run_index::RunIndex;
 pub use search::{Senses, search};
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
-pub use times::{DRIVEN_RUN, SearchTimes, loss, plan, return_time, tenth_of_ms, time_at_start};
+pub use times::{
+    DRIVEN_RUN, MouseClock, SearchTimes, loss, plan, return_time, tenth_of_ms, time_at_start,
+};
 pub use trail::Trail;
 pub use verdict::{Ending, Goal, Verdict};
 

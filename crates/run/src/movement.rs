@@ -161,6 +161,14 @@ impl MovementRules {
         side(from, corner) && side(corner, to)
     }
 
+    /// Adds the cells from the last one of a path to another one, or the first cell of the path.
+    pub fn extend_path(&self, path: &mut Vec<Cell>, to: Cell) {
+        match path.last() {
+            Some(&from) => path.extend(self.cells_between(from, to)),
+            None => path.push(to),
+        }
+    }
+
     /// Returns the cells that a mouse enters when it moves from one cell to another, in a straight
     /// line or past a cell to a diagonal neighbour.
     ///

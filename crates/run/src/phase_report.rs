@@ -1,12 +1,16 @@
 //! The figures of each phase for reports.
 
+use mmsim_fastrun::Planner;
+use mmsim_maze::{Cell, MazeSize, Pose};
 use serde::Serialize;
 
+use crate::movement::MovementRules;
 use crate::phases::{Phases, RunFigures, RunPhase};
+use crate::times::{MouseClock, tenth_of_ms};
 
 /// The steps, turns and times of the phases up to a state. The field names are JSON keys. See
 /// [`Phases`] for the meaning of the runs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PhaseReport {
     /// The search run.
     pub search_run: RunReport,
@@ -33,29 +37,61 @@ pub struct RunReport {
     pub steps: u64,
     /// The number of quarter turns.
     pub turns: u64,
-    /// The time of the computer, in s.
+    /// The time of the mouse in s. `None` in a two-run trial, which counts time steps, if the vehicle
+    /// cannot drive the run, and for all runs together after a second fast run.
+    pub time_s: Option<f64>,
+    /// The time of the computer in s.
     pub wall_time_s: f64,
 }
 
 impl PhaseReport {
-    /// Creates the report on the phases up to a state. `seconds` returns the time in s between two
+    /// Creates the report on the phases up to a state. Without a clock, no run has a time of the mouse.
+    /// `cells` returns the cells of a run, and `wall_time_s` the time of the computer in s between two
     /// states, which are numbered from 0.
-    pub fn new(phases: &Phases, seconds: impl Fn(usize, usize) -> f64) -> Self {
-        let run = |run: RunFigures| RunReport {
+    pub fn new(
+        phases: &Phases,
+        mut clock: Option<MouseClock<'_>>,
+        cells: impl Fn(RunFigures) -> Vec<Cell>,
+        wall_time_s: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let report = |run: RunFigures, time_s| RunReport {
             steps: run.steps.into(),
             turns: run.turns.into(),
-            wall_time_s: seconds(run.first as usize, run.last as usize),
+            time_s,
+            wall_time_s: wall_time_s(run.first as usize, run.last as usize),
         };
-        let nonempty = |figures: RunFigures| (!figures.is_empty()).then(|| run(figures));
+        let search = |run: RunFigures, clock: &Option<MouseClock<'_>>| {
+            let time = clock.as_ref().map(|it| it.search_time(run.steps.into(), run.turns.into()));
+            report(run, time)
+        };
+        let mut fast =
+            |run| report(run, clock.as_mut().and_then(|it| it.fast_run_time(&cells(run))));
+        let fast_run = Some(phases.fast_run).filter(|run| !run.is_empty()).map(&mut fast);
+        let best_run = phases.best_run.map(|run| match fast_run {
+            Some(report) if run == phases.fast_run => report,
+            _ => fast(run),
+        });
+        let total = phases.total;
+        let explored = fast_run.map_or([total.steps, total.turns], |run| {
+            [total.steps - run.steps, total.turns - run.turns]
+        });
+        let explored = clock.as_ref().map(|it| it.search_time(explored[0], explored[1]));
+        let last = fast_run.map_or(Some(0.0), |run| run.time_s);
         Self {
-            search_run: run(phases.search_run),
-            return_run: nonempty(phases.return_run),
-            fast_run: nonempty(phases.fast_run),
-            best_run: phases.best_run.map(run),
+            search_run: search(phases.search_run, &clock),
+            return_run: Some(phases.return_run)
+                .filter(|run| !run.is_empty())
+                .map(|run| search(run, &clock)),
+            fast_run,
+            best_run,
             total: RunReport {
-                steps: phases.total.steps,
-                turns: phases.total.turns,
-                wall_time_s: seconds(0, phases.states.saturating_sub(1) as usize),
+                steps: total.steps,
+                turns: total.turns,
+                time_s: explored
+                    .zip(last)
+                    .filter(|_| phases.fast_runs <= 1)
+                    .map(|(explored, last)| tenth_of_ms(explored + last)),
+                wall_time_s: wall_time_s(0, phases.states.saturating_sub(1) as usize),
             },
             fast_runs: phases.fast_runs,
             restarts: phases.restarts,
@@ -83,37 +119,90 @@ impl PhaseReport {
     }
 }
 
+/// The poses and the phases of a mouse, state by state.
+#[derive(Clone, Debug)]
+pub struct PhaseLog {
+    rules: MovementRules,
+    phases: Phases,
+    poses: Vec<Pose>,
+}
+
+impl PhaseLog {
+    /// Creates the log of a mouse that has not begun.
+    pub fn new(rules: MovementRules) -> Self {
+        Self { rules, phases: Phases::default(), poses: Vec::new() }
+    }
+
+    /// Adds the pose in the next state.
+    pub fn add(&mut self, pose: Pose) {
+        self.poses.push(pose);
+        self.phases.add(&self.rules, pose, false);
+    }
+
+    /// Returns the report on the phases in a maze of this size, or `None` before the first state. The
+    /// vehicle of the planner times the runs. See [`PhaseReport::new`] for `wall_time_s`.
+    pub fn report(
+        &self,
+        planner: &mut Planner,
+        size: MazeSize,
+        wall_time_s: impl Fn(usize, usize) -> f64,
+    ) -> Option<PhaseReport> {
+        let cells = |run: RunFigures| {
+            let mut cells = Vec::new();
+            for pose in &self.poses[run.first as usize..=run.last as usize] {
+                self.rules.extend_path(&mut cells, pose.cell);
+            }
+            cells
+        };
+        let clock = Some(MouseClock::new(planner, size));
+        (!self.poses.is_empty()).then(|| PhaseReport::new(&self.phases, clock, cells, wall_time_s))
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use mmsim_fastrun::Vehicle;
+
     use super::*;
 
     #[test]
-    fn each_run_has_its_time() {
+    fn each_run_has_its_times() {
         let times = [5., 5.5, 7., 17., 20.];
-        let seconds = |first: usize, last: usize| times[last] - times[first];
         let run = |first, last, steps, turns| RunFigures { first, last, steps, turns };
+        let mut planner = Planner::new(Vehicle::expert());
+        // All fast runs lead three cells to the north.
+        let cells = |_| (0..4).map(|y| Cell::new(0, y)).collect::<Vec<_>>();
+        let mut report = |phases: &Phases| {
+            let clock = Some(MouseClock::new(&mut planner, MazeSize::CLASSIC));
+            PhaseReport::new(phases, clock, cells, |first, last| times[last] - times[first])
+        };
+        let text = |report: &PhaseReport| {
+            let rows = report.rows().into_iter().map(|(name, run)| {
+                let time = run.time_s.map_or("-".into(), |time| format!("{time:.4}"));
+                format!("{name} {time} {}", run.wall_time_s)
+            });
+            rows.collect::<Vec<_>>().join(", ")
+        };
         let mut phases = Phases::default();
         (phases.states, phases.search_run) = (3, run(0, 1, 3, 1));
-        phases.total.steps = 9;
-        let text = |report: &PhaseReport| {
-            let rows = report.rows().into_iter();
-            rows.map(|(name, run)| format!("{name} {}", run.wall_time_s))
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        let searched = PhaseReport::new(&phases, seconds);
-        assert_eq!(searched.search_run, RunReport { steps: 3, turns: 1, wall_time_s: 0.5 });
-        assert_eq!(text(&searched), "search run 0.5");
-        (phases.return_run, phases.fast_run) = (run(1, 2, 3, 0), run(3, 4, 3, 0));
+        (phases.total.steps, phases.total.turns) = (3, 1);
+        // 3 cells of 0.3 s and a quarter turn of 0.2 s.
+        assert_eq!(text(&report(&phases)), "search run 1.1000 0.5");
+        (phases.return_run, phases.fast_run) = (run(1, 2, 3, 2), run(3, 4, 3, 2));
         (phases.best_run, phases.fast_runs) = (Some(phases.fast_run), 1);
-        phases.states = 5;
-        let report = PhaseReport::new(&phases, seconds);
-        assert_eq!(text(&report), "search run 0.5, return run 1.5, fast run 3, total 15");
-        phases.fast_runs = 2;
-        let report = PhaseReport::new(&phases, seconds);
+        (phases.states, phases.total.steps, phases.total.turns) = (5, 9, 5);
+        // 3 cells and 90 mm with 17 m/s² and at most 2.5 m/s: 2.5 / 17 s + 630 mm / 2.5 m/s.
         assert_eq!(
-            text(&report),
-            "search run 0.5, return run 1.5, fast run 2 3, best fast run 3, total 15"
+            text(&report(&phases)),
+            "search run 1.1000 0.5, return run 1.3000 1.5, fast run 0.3991 3, total 2.7991 15"
         );
+        phases.fast_runs = 2;
+        assert_eq!(
+            text(&report(&phases)),
+            "search run 1.1000 0.5, return run 1.3000 1.5, fast run 2 0.3991 3, \
+             best fast run 0.3991 3, total - 15"
+        );
+        let untimed = PhaseReport::new(&phases, None, cells, |_, _| 0.0);
+        assert!(untimed.rows().iter().all(|(_, run)| run.time_s.is_none()));
     }
 }

@@ -3,12 +3,15 @@
 use std::borrow::Borrow;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use mmsim_maze::{MazeSize, Pose};
+use mmsim_maze::{Cell, MazeSize, Pose};
 use mmsim_recording::{Block, States};
 
 use crate::movement::MovementRules;
-use crate::phases::Phases;
+use crate::phases::{Phases, RunFigures};
 use crate::trail::Trail;
+
+/// The cells of runs with more states are not read.
+const MAX_RUN_STATES: usize = 4096;
 
 /// The maximum number of stored trails of a run.
 const MAX_TRAILS: usize = 256;
@@ -114,6 +117,30 @@ impl RunIndex {
             self.add(&mut phases, pose, has_restart);
         }
         Ok(phases)
+    }
+
+    /// Returns the cells of a run in order, or none of a run with more than 4096 states. `block` returns
+    /// the block that contains a state.
+    ///
+    /// # Errors
+    /// Returns the error of `block`.
+    pub fn cells<B: Borrow<States>, E>(
+        &self,
+        run: RunFigures,
+        mut block: impl FnMut(usize) -> Result<B, E>,
+    ) -> Result<Vec<Cell>, E> {
+        let (mut next, end, mut cells) = (run.first as usize, run.last as usize + 1, Vec::new());
+        if end.saturating_sub(next) > MAX_RUN_STATES {
+            return Ok(cells);
+        }
+        while next < end {
+            let stop = ((next / Block::STATES + 1) * Block::STATES).min(end);
+            for (pose, _) in block(next)?.borrow().poses(next).take(stop - next) {
+                pose.inspect(|pose| self.rules.extend_path(&mut cells, pose.cell));
+            }
+            next = stop;
+        }
+        Ok(cells)
     }
 
     fn add(&self, phases: &mut Phases, pose: Option<Pose>, has_restart: bool) {

@@ -2,17 +2,20 @@
 
 use std::borrow::Borrow;
 
-use mmsim_maze::{KnownMaze, counted};
+use mmsim_fastrun::{FastRun, Planner};
+use mmsim_maze::{Cell, KnownMaze, counted};
 use mmsim_recording::{Notes, States, Times};
 use mmsim_solvers::PathBounds;
 use mmsim_trial::{Score, TrialProgress, TrialStatus};
 use serde::Serialize;
 
+use crate::fastest_run::FastestRun;
 use crate::movement::Transition;
 use crate::paths::bounds;
 use crate::phase_report::{PhaseReport, RunReport};
-use crate::phases::{Phases, RunPhase};
+use crate::phases::{Phases, RunFigures, RunPhase};
 use crate::run_index::RunIndex;
+use crate::times::MouseClock;
 use crate::verdict::Goal;
 
 /// The figures of a mouse in one state. The field names are JSON keys.
@@ -24,6 +27,8 @@ pub struct StateFigures {
     /// The phase in which the mouse is.
     #[serde(skip)]
     pub phase: RunPhase,
+    /// What the known walls prove about the fastest run. `None` in a two-run trial.
+    pub fastest_run: Option<FastestRun>,
     /// True if the mouse has reached the goal. See [`Phases`].
     pub goal_reached: bool,
     /// The first jump, in words, or `None` if the mouse has not jumped.
@@ -63,16 +68,24 @@ pub enum StateEvent {
 
 impl StateFigures {
     /// Computes the figures from the phases up to a state, and from the map that the mouse claims to
-    /// know and that of the walls that it knows. `trial` is given if the state belongs to a two-run
-    /// trial.
+    /// know and that of the walls that it knows. The vehicle of `planner` times the runs. `driven` is
+    /// the latest fast run that the mouse has driven with slalom turns, and `cells` returns the cells of
+    /// a run. `trial` is given if the state belongs to a two-run trial.
     pub fn new(
         phases: &Phases,
+        planner: &mut Planner,
+        (driven, cells): (Option<FastRun>, impl Fn(RunFigures) -> Vec<Cell>),
         times: &Times,
         [claimed, known]: [&KnownMaze; 2],
         trial: Option<TrialReport>,
     ) -> Self {
+        let fastest_run = trial.is_none().then(|| FastestRun::new(known, planner));
+        let clock = MouseClock::new(planner, known.size()).with_driven(driven);
+        let clock = Some(clock).filter(|_| trial.is_none());
+        let wall_time_s = |first, last| times.seconds(first, last);
         Self {
-            phases: PhaseReport::new(phases, |first, last| times.seconds(first, last)),
+            phases: PhaseReport::new(phases, clock, cells, wall_time_s),
+            fastest_run,
             phase: phases.phase,
             goal_reached: phases.is_goal_reached(),
             error: phases.jump_error(),
@@ -196,6 +209,7 @@ impl TrialReport {
         let report = |steps: u32, turns, from, to| RunReport {
             steps: steps.into(),
             turns,
+            time_s: None,
             wall_time_s: times.seconds(from, to),
         };
         let has_raced = status == TrialStatus::Race || progress.steps.race_steps > 0;

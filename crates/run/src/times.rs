@@ -1,7 +1,7 @@
 //! The times of a search and of the fast run after it.
 
 use mmsim_fastrun::{FastRun, Planner, Route, Vehicle};
-use mmsim_maze::{Cell, Maze, Walls};
+use mmsim_maze::{Cell, Maze, MazeSize, Walls};
 use serde::Serialize;
 
 use crate::figures::{SearchFigures, SearchOutcome};
@@ -63,6 +63,63 @@ impl SearchTimes {
     /// Returns true if the fast run takes as little time as the fastest run of the true maze.
     pub fn is_optimal(&self) -> bool {
         self.fast_run_loss_percent == Some(0.0)
+    }
+}
+
+/// The clock of a mouse: its search and return runs take the time of the vehicle's search speed and turns,
+/// and its fast runs the least time in which the vehicle drives the same way.
+///
+/// ```
+/// use mmsim_fastrun::{Planner, Vehicle};
+/// use mmsim_maze::{Cell, MazeSize};
+/// use mmsim_run::MouseClock;
+/// let mut planner = Planner::new(Vehicle::expert());
+/// let mut clock = MouseClock::new(&mut planner, MazeSize::CLASSIC);
+/// // 3 cells of 180 mm at 600 mm/s, and a quarter turn of 0.2 s.
+/// assert_eq!(clock.search_time(3, 1), 1.1);
+/// // 810 mm with 17 m/s² and at most 2.5 m/s: 2.5 / 17 s + 810 mm / 2.5 m/s.
+/// let cells: Vec<Cell> = (0..5).map(|y| Cell::new(0, y)).collect();
+/// assert_eq!(clock.fast_run_time(&cells), Some(0.4711));
+/// ```
+pub struct MouseClock<'a> {
+    planner: &'a mut Planner,
+    size: MazeSize,
+    driven: Option<FastRun>,
+}
+
+impl<'a> MouseClock<'a> {
+    /// Creates the clock for the vehicle of a planner, in a maze of this size.
+    pub const fn new(planner: &'a mut Planner, size: MazeSize) -> Self {
+        Self { planner, size, driven: None }
+    }
+
+    /// Adds the latest fast run that the mouse has driven with slalom turns. It decides the time of runs
+    /// through the same cells.
+    #[must_use]
+    pub fn with_driven(self, driven: Option<FastRun>) -> Self {
+        Self { driven, ..self }
+    }
+
+    /// Returns the vehicle.
+    pub const fn vehicle(&self) -> &Vehicle {
+        self.planner.vehicle()
+    }
+
+    /// Returns the time in s of steps and quarter turns in a search or a return, rounded to 0.1 ms.
+    pub fn search_time(&self, steps: u64, turns: u64) -> f64 {
+        tenth_of_ms(self.vehicle().search_time(saturate(steps), saturate(turns)))
+    }
+
+    /// Returns the least time in s from rest to rest along the cells of a fast run, rounded to 0.1 ms, or
+    /// `None` if the vehicle cannot drive along them.
+    pub fn fast_run_time(&mut self, cells: &[Cell]) -> Option<f64> {
+        let driven = self.driven.as_ref().filter(|run| run.cells().starts_with(cells));
+        let run = if let Some(run) = driven {
+            run.with_fastest_speeds(self.planner.vehicle()).ok()?
+        } else {
+            self.planner.plan_along(self.size, cells).ok()?.clone()
+        };
+        run.time(self.planner.vehicle()).ok().map(tenth_of_ms)
     }
 }
 

@@ -20,13 +20,14 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number, vehicle: string,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,
  *   shortest_path: number | null, route: number[], mouse: string | null, race_optimum: number | null, note: string | null }} Source
- * @typedef {{ steps: number, turns: number, wall_time_s: number }} RunReport
+ * @typedef {{ steps: number, turns: number, time_s: number | null, wall_time_s: number }} RunReport
+ * @typedef {{ vehicle: string, known_run_time_s: number | null, fastest_run_lower_bound_s: number | null, fastest_run_proven: boolean }} FastestRun
  * @typedef {{ search_run: RunReport, return_run: RunReport | null, fast_run: RunReport | null, best_run: RunReport | null,
  *   total: RunReport, fast_runs: number, restarts: number, jumps: number }} PhaseReport
  * @typedef {{ mouse: string | null, status: string, run_1: RunReport, run_2: RunReport | null,
  *   score: number | null }} TrialReport
  * @typedef {{ at: number, states: number, annotations: number | null, state: number[], phases: PhaseReport, leg: [number, number],
- *   trial: TrialReport | null, sentence: string,
+ *   fastest_run: FastestRun | null, trial: TrialReport | null, sentence: string,
  *   goal_reached: boolean, error: string | null, event: "restart" | "jump" | null, visited_cells: number,
  *   optimistic_distance: number | null, pessimistic_distance: number | null, proven: boolean,
  *   unknown_walls: [number, number][], trail: number[], plan: number[],
@@ -50,7 +51,9 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ name: string, bytes: number, modified: string, being_written: boolean }} RecordingEntry
  * @typedef {{ mouse: string | null, maze: string | null, result: string }} RecordingSummary
  * @typedef {{ steps_to_goal: number | null, repeated_steps: number, steps_until_proven: number | null, path_found: number | null,
- *   shortest_path: number | null }} RunResult
+ *   shortest_path: number | null, steps_until_fastest_run_proven: number | null, vehicle: string, search_time_s: number,
+ *   fast_run_time_s: number | null, fast_run_loss_percent: number | null, total_time_s: number | null,
+ *   known_run_time_s: number | null, optimal_time_s: number | null }} RunResult
  * @typedef {{ at: number, reached: boolean }} FoundState
  * @typedef {{ lines: [number, string][], first: number, last: number, has_later: boolean }} LogLines
  */
@@ -184,14 +187,14 @@ export function sourceUrl({ id, run }, resource, parameters = {}) {
 const get = (source, resource, signal, parameters) => getJson(sourceUrl(source, resource, parameters), signal);
 /** @param {Source} source @param {AbortSignal} signal */
 export const drawing = async (source, signal) => (await request(sourceUrl(source, "drawing.svg"), { signal })).text();
-/** @param {Source} source @param {number} at the index of the state @param {AbortSignal} signal @returns {Promise<StateView>} */
-export const stateView = (source, at, signal) => get(source, "moment", signal, { at });
+/** @param {Source} source @param {number} at the index of the state @param {AbortSignal} signal @param {string} [vehicle] that times the runs @returns {Promise<StateView>} */
+export const stateView = (source, at, signal, vehicle) => get(source, "moment", signal, { at, vehicle });
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<BoundsHistory>} */
 export const distances = (source, signal) => get(source, "costs", signal);
 /** @param {Source} source @param {AbortSignal} signal @returns {Promise<RunEvents>} */
 export const runEvents = (source, signal) => get(source, "events", signal);
-/** Returns null if the true maze is unknown. @param {Source} source @param {AbortSignal} signal @returns {Promise<RunResult | null>} */
-export const result = (source, signal) => get(source, "result", signal);
+/** Returns null if the true maze is unknown. @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RunResult | null>} */
+export const result = (source, vehicle, signal) => get(source, "result", signal, { vehicle });
 /** @param {Source} source @param {string} vehicle @param {AbortSignal} signal @returns {Promise<RouteRun[]>} */
 export const fastRuns = (source, vehicle, signal) => get(source, `fast-runs/${encodeURIComponent(vehicle)}`, signal);
 /**

@@ -69,11 +69,10 @@ export function formatBytes(bytes) {
   return `${number.toFixed(number < 9.95 ? 1 : 0)} ${["kB", "MB", "GB"][power - 1]}`;
 }
 
-/** Formats a duration: `12 ms`, `1.23 s`, `45.6 s`, `7:08` or `1:02:03`. @param {number} ms */
-export function formatTime(ms) {
-  if (ms < 999.5) return `${Math.round(ms)} ms`;
-  if (ms < 99_950) return `${(ms / 1000).toFixed(ms < 9_995 ? 2 : 1)} s`;
-  const seconds = Math.round(ms / 1000);
+/** Formats a time: `0.012 s`, `145.600 s`, `17:08` or `1:02:03`. @param {number} time in s */
+export function formatTime(time) {
+  if (time < 999.9995) return `${time.toFixed(3)} s`;
+  const seconds = Math.round(time);
   const [hours, minutes] = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60];
   /** @param {number} number */
   const twoDigits = (number) => `${number}`.padStart(2, "0");

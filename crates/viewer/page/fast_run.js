@@ -67,6 +67,7 @@ export class FastRun {
     this.#vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
     this.#vehicle.onchange = () => {
       remember("vehicle", this.#vehicle.value);
+      this.#panel.retime();
       void this.#load();
     };
     drawScale(query(this.#details, ".scale svg", SVGElement));
@@ -116,7 +117,7 @@ export class FastRun {
       this.#map = new FastRunMap(svg, source);
     }
     if (!source) return;
-    this.#chooseVehicle(source);
+    this.#vehicle.value = this.vehicleFor(source);
     this.#draw("Planning…");
     try {
       const runs = source.truth ? await api.fastRuns(source, this.#vehicle.value, signal) : [];
@@ -133,11 +134,11 @@ export class FastRun {
     }
   }
 
-  /** Selects the vehicle that was selected last in this tab, or that of the source. @param {api.Source} source */
-  #chooseVehicle(source) {
+  /** Returns the vehicle that was selected last in this tab, or that of the source. @param {api.Source} source */
+  vehicleFor(source) {
     const names = [...this.#vehicle.options].map(({ value }) => value);
     const recalled = recall("vehicle") ?? "";
-    this.#vehicle.value = names.includes(recalled) ? recalled : source.vehicle;
+    return names.includes(recalled) ? recalled : source.vehicle;
   }
 
   /** Loads the run over the walls that the mouse knows in the shown state, one request at a time. */

@@ -23,9 +23,11 @@ export function showFigures(panel, source, view) {
   show("steps", trialSteps ?? view?.phases.total.steps);
   show("turns", trialTurns ?? view?.phases.total.turns);
   show("visited", view?.visited_cells);
-  setText(panel, ".time dd", view ? formatTime(1000 * view.phases.total.wall_time_s) : "–");
+  showTime(query(panel, ".time dd"), view?.phases.total);
+  query(panel, ".time").hidden = isTrial;
   if (isTrial) showTrial(panel, view?.trial, source?.mouse);
   else showPhases(panel, view?.phases);
+  query(panel, ".phases").classList.toggle("untimed", isTrial);
   for (const part of [".trial", ".trial-runs"]) query(panel, part).hidden = !isTrial;
   query(panel, ".runs").hidden = isTrial;
   const isSeveral = (view?.phases.fast_runs ?? 0) > 1;
@@ -38,6 +40,8 @@ export function showFigures(panel, source, view) {
   show("actual", isTrial ? source?.race_optimum : source?.shortest_path, source?.truth ? "no path" : "–");
   setText(panel, ".proven", proof(view));
   setText(panel, ".sentence", view?.sentence ?? "");
+  showFastestRun(panel, view?.fastest_run);
+  query(panel, ".fastest-run").hidden = isTrial;
   setAttributes(panel, { "data-event": view?.event ?? "", "data-proven": view?.proven ?? false });
 }
 
@@ -47,10 +51,29 @@ function proof(view) {
   return view?.proven ? "proven" : "not proven";
 }
 
+/** Shows the time of the mouse, and that of the computer as a tooltip. @param {HTMLElement} element @param {RunReport | null | undefined} run */
+function showTime(element, run) {
+  element.textContent = run?.time_s == null ? "–" : formatTime(run.time_s);
+  element.title = run ? `This computer took ${formatTime(run.wall_time_s)}` : "";
+}
+
 /** Shows a row of the table of phases. @param {HTMLElement} panel @param {string} name @param {RunReport | null | undefined} run */
 function showRun(panel, name, run) {
-  const values = run ? [formatCount(run.steps), formatCount(run.turns), formatTime(1000 * run.wall_time_s)] : ["–", "–", "–"];
-  values.forEach((value, i) => setText(panel, `.phases .${name.replace("_", "-")} td:nth-of-type(${i + 1})`, value));
+  const row = query(panel, `.phases .${name.replace("_", "-")}`);
+  const values = run ? [formatCount(run.steps), formatCount(run.turns)] : ["–", "–"];
+  values.forEach((value, i) => setText(row, `td:nth-of-type(${i + 1})`, value));
+  showTime(query(row, "td:nth-of-type(3)"), run);
+}
+
+/** Shows what is known about the fastest run. @param {HTMLElement} panel @param {import("./api.js").FastestRun | null | undefined} run */
+function showFastestRun(panel, run) {
+  const time = run?.known_run_time_s == null ? "no run known" : formatTime(run.known_run_time_s);
+  setText(panel, ".fastest-run .known", run ? time : "–");
+  setText(panel, ".fastest-run .run-proven", run?.fastest_run_proven ? "proven" : "not proven");
+  setText(panel, ".phases .vehicle", run ? `Times of ${run.vehicle}` : "");
+  const bound = run?.fastest_run_lower_bound_s;
+  query(panel, ".fastest-run").title = bound == null ? "" : `No run of ${run?.vehicle} is faster than ${formatTime(bound)}`;
+  setAttributes(query(panel, ".fastest-run"), { "data-proven": run?.fastest_run_proven ?? false });
 }
 
 /**
@@ -73,15 +96,23 @@ function showPhases(panel, phases) {
 }
 
 /** Shows what the mouse has achieved until the last state. @param {HTMLElement} panel @param {import("./api.js").RunResult} result @param {StateView} view */
-export function showResult(panel, result, { optimistic_distance: possible }) {
+export function showResult(panel, result, { optimistic_distance: possible, fastest_run: bounds }) {
   const { steps_to_goal: goal, repeated_steps: repeated, steps_until_proven: proven, path_found: found, shortest_path: optimum } = result;
   const lines = [goal === null ? "Goal not found" : `Goal found after ${pluralize(goal, "step")}`];
   if (repeated > 0) lines.push(`${pluralize(repeated, "step")} of the search through known cells`);
   if (proven !== null) lines.push(`Shortest path proven after ${pluralize(proven, "step")}`);
   else if (possible !== null) lines.push(`Shortest path not proven: unknown walls leave room for a path of ${pluralize(possible, "step")}`);
+  const { steps_until_fastest_run_proven: runProven, vehicle, fast_run_time_s: time, fast_run_loss_percent: loss, total_time_s: total } = result;
+  const bound = bounds?.fastest_run_lower_bound_s;
+  if (runProven !== null) lines.push(`Fastest run of ${vehicle} proven after ${pluralize(runProven, "step")}`);
+  else if (bound != null) lines.push(`Fastest run of ${vehicle} not proven: unknown walls leave room for a run of ${formatTime(bound)}`);
   if (found !== null && optimum) {
     const excess = (100 * (found - optimum)) / optimum;
     lines.push(`Path found: ${pluralize(found, "step")}, ${excess > 0 ? `${excess.toFixed(1)} % above the optimum of ${optimum}` : "the optimum"}`);
+  }
+  if (time !== null && total !== null) {
+    const excess = loss ? `${loss.toFixed(1)} % above the optimum of ${formatTime(result.optimal_time_s ?? 0)}` : "the optimum";
+    lines.push(`Fast run: ${formatTime(time)}, ${excess}; ${formatTime(total)} with the search and the return`);
   }
   const items = lines.map((textContent) => Object.assign(document.createElement("li"), { textContent }));
   query(panel, ".outcome ul").replaceChildren(...items);

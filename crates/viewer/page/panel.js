@@ -51,6 +51,8 @@ export class Panel {
   /** The shown state, or null. @type {import("./figures.js").Shown | null} */
   shown = null;
   #drawing = false;
+  /** True if another vehicle must time the shown state. */
+  #mustRetime = false;
   /** When the next live state may be drawn. */
   #nextDraw = 0;
   /** Ends the pause before the next draw. */
@@ -109,8 +111,15 @@ export class Panel {
     return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
   }
 
-  /** True if the mouse has annotated the last state after it was shown. */
+  /** Requests the shown state again, with the times of another vehicle. */
+  retime() {
+    this.#mustRetime = true;
+    void this.#draw();
+  }
+
+  /** True if the vehicle has changed, or the mouse has annotated the last state, after it was shown. */
   get #isOutdated() {
+    if (this.#mustRetime) return true;
     const { shown } = this;
     const isLast = shown !== null && shown.index === this.timeline.states - 1;
     return isLast && (shown.view.annotations ?? 0) < (this.#latest?.annotations ?? 0);
@@ -218,7 +227,8 @@ export class Panel {
         source = this.source;
         const index = this.timeline.target;
         if (!source || index < 0 || (index === this.shown?.index && !this.#isOutdated)) break;
-        const view = await api.stateView(source, index, signal);
+        this.#mustRetime = false;
+        const view = await api.stateView(source, index, signal, this.#fastRun.vehicleFor(source));
         if (source !== this.source) continue;
         this.timeline.grow(view.states);
         this.#nextDraw = performance.now() + DRAW_INTERVAL * drawFactor();
@@ -329,7 +339,7 @@ export class Panel {
   async #showResult() {
     const { source, shown } = this;
     if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES) return;
-    const result = await api.result(source, this.#abort.signal).catch(api.showUnlessOver);
+    const result = await api.result(source, this.#fastRun.vehicleFor(source), this.#abort.signal).catch(api.showUnlessOver);
     if (!result || shown !== this.shown) return;
     showResult(this.element, result, shown.view);
     query(this.element, ".outcome").hidden = false;

@@ -21,6 +21,7 @@ use base64::write::EncoderWriter;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mmsim_drawing::page_json;
+use mmsim_fastrun::Planner;
 use mmsim_recording::{Block, LogEnd, Recording};
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
@@ -123,7 +124,8 @@ fn write(
     cancel: &CancelToken,
     mut on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
-    let (run, _, states) = source.current_run()?;
+    let (run, description, states) = source.current_run()?;
+    let mut planner = Planner::new(vehicles.selected(description.size));
     let (head, tail) = match content {
         Content::Page => assets::document(&title(source)?)?,
         Content::Data => Default::default(),
@@ -141,7 +143,7 @@ fn write(
             let mut block = block.serialize_seq(Some(end - first))?;
             let mut previous = Value::Null;
             for index in first..end {
-                let view = json(&StateView::new(source, run, index)?)?;
+                let view = json(&StateView::new(source, run, index, &mut planner)?)?;
                 let change = patch::change(&previous, &view).unwrap_or_else(|| json!({}));
                 block.serialize_element(&change)?;
                 previous = view;
@@ -176,6 +178,7 @@ fn element<W: Write>(
 fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) -> ApiResult<Value> {
     let (run, _, states) = source.current_run()?;
     let path = |resource: &str| format!("/api/sources/{ID}{resource}");
+    let size = source.describe(run)?.size;
     let mut responses = vec![
         ("/api/page".to_string(), json(&PageInfo::exported(ID, vehicles))?.to_string()),
         ("/drawing.json".into(), page_json()),
@@ -183,7 +186,7 @@ fn responses(source: &StateSource, vehicles: &Vehicles, cancel: &CancelToken) ->
         (path("/drawing.svg"), pictures::page_svg(source, run)?),
         (path("/costs"), json(&source.bounds(run, cancel)?)?.to_string()),
         (path("/events"), json(&source.events(run, cancel)?)?.to_string()),
-        (path("/result"), json(&source.result(run, cancel)?)?.to_string()),
+        (path("/result"), json(&source.result(run, vehicles.selected(size), cancel)?)?.to_string()),
     ];
     let description = source.describe(run)?;
     for vehicle in &vehicles.all {
@@ -239,6 +242,7 @@ pub(crate) mod tests {
     use base64::Engine as _;
     use flate2::read::GzDecoder;
     use mmsim_client::{InMemory, search_run};
+    use mmsim_fastrun::Vehicle;
     use mmsim_maze::{KnownMaze, Maze};
     use mmsim_recording::save;
     use mmsim_server::Simulation;
@@ -346,12 +350,13 @@ pub(crate) mod tests {
         let states = source.states(0).unwrap();
         assert!(states > 3 * Block::STATES, "{states}");
         assert_eq!(progress, &[256, 512, 768, states]);
-        let mut index = 0;
+        let (mut index, mut planner) = (0, Planner::new(Vehicle::kerise()));
         for block in embedded(page, "states") {
             let mut view = Value::Null;
             for change in block.as_array().unwrap() {
                 view = patch(&view, change);
-                assert_eq!(view, json(&StateView::new(&source, 0, index).unwrap()).unwrap());
+                let expected = StateView::new(&source, 0, index, &mut planner).unwrap();
+                assert_eq!(view, json(&expected).unwrap());
                 index += 1;
             }
         }

@@ -11,6 +11,7 @@ use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Maze, MazeSize};
 use mmsim_protocol::{Info, State};
 use mmsim_recording::{
@@ -19,7 +20,7 @@ use mmsim_recording::{
 };
 use mmsim_run::{
     BoundsHistory, EventFinder, Judge, MovementRules, Phases, RunEvents, RunIndex, SearchFigures,
-    Trail, bounds, trial_status,
+    SearchTimes, Trail, bounds, trial_status,
 };
 use mmsim_server::{Monitor, MonitorError, Status};
 use serde::Serialize;
@@ -50,6 +51,12 @@ pub(crate) struct RunResult {
     #[serde(flatten)]
     figures: SearchFigures,
     repeated_steps: usize,
+    /// The number of steps after which the fastest run was proven, or `None`.
+    steps_until_fastest_run_proven: Option<u32>,
+    /// The name of the vehicle of the times.
+    vehicle: String,
+    #[serde(flatten)]
+    times: SearchTimes,
 }
 
 /// A source of states with a cache of recently read data.
@@ -340,8 +347,14 @@ impl StateSource {
         }
     }
 
-    /// Returns the result of the search so far, or `None` if the true maze is unknown.
-    pub(crate) fn result(&self, run: u32, cancel: &CancelToken) -> ApiResult<Option<RunResult>> {
+    /// Returns the result of the search so far with the times of a vehicle, or `None` if the true maze is
+    /// unknown.
+    pub(crate) fn result(
+        &self,
+        run: u32,
+        vehicle: Vehicle,
+        cancel: &CancelToken,
+    ) -> ApiResult<Option<RunResult>> {
         let (description, states) = (self.describe(run)?, self.states(run)?);
         let Some(maze) = &description.truth else { return Ok(None) };
         let mut failure = Ok(());
@@ -350,8 +363,19 @@ impl StateSource {
             read.map_err(|error| failure = Err(error)).ok()
         };
         let blocks = (0..states).step_by(Block::STATES).map_while(&mut read);
-        let figures = Judge::from_blocks(maze, blocks, &[], false).figures();
-        failure.map(|()| Some(RunResult { repeated_steps: figures.repeated_steps(), figures }))
+        let mut judge = Judge::from_blocks(maze, blocks, &[], false);
+        failure?;
+        let (mut planner, figures) = (Planner::new(vehicle), judge.figures());
+        let [times] = SearchTimes::measure(&mut planner, maze, [&figures].into_iter())[..] else {
+            return Ok(None);
+        };
+        Ok(Some(RunResult {
+            repeated_steps: figures.repeated_steps(),
+            steps_until_fastest_run_proven: judge.steps_until_fastest_run_proven(&mut planner),
+            vehicle: planner.vehicle().name().into(),
+            times,
+            figures,
+        }))
     }
 
     /// Returns the index of a run.

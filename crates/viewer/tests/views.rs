@@ -37,13 +37,16 @@ fn a_view_contains_the_figures_of_a_state() {
     // From (2, 1), the mouse is put back at the start.
     let ms = &view["phases"]["total"]["wall_time_s"];
     assert!(ms.as_f64().unwrap() >= 0., "{ms}");
-    let run = json!({"steps": 3 + 2, "turns": 0, "wall_time_s": ms});
+    // 5 cells of 180 mm at 600 mm/s.
+    let run = json!({"steps": 3 + 2, "turns": 0, "time_s": 1.5, "wall_time_s": ms});
     assert_eq!(
         view,
         json!({"at": 6, "states": 700, "annotations": 0, "state": sent[6],
             "phases": {"search_run": run, "return_run": null, "fast_run": null, "best_run": null,
                 "total": run, "fast_runs": 0, "restarts": 1, "jumps": 0},
             "leg": [0, 5], "sentence": "Searching for the goal. The shortest path has at least 4 steps.",
+            "fastest_run": {"vehicle": "expert", "known_run_time_s": null, "fastest_run_lower_bound_s": view["fastest_run"]["fastest_run_lower_bound_s"],
+                "fastest_run_proven": false},
             "goal_reached": false, "error": null, "trial": null, "event": null, "visited_cells": 1, "unknown_walls": [],
             "optimistic_distance": 4, "pessimistic_distance": null, "proven": false,
             // Passages from (1, 1) to the east, (0, 0) to the north and (0, 1) to the east. Being put

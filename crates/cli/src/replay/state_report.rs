@@ -1,10 +1,12 @@
 //! The report on one state of a recording.
 
+use mmsim_fastrun::{FastRun, Planner};
 use mmsim_maze::{Cell, Escaped, MazeSize, Pose, counted};
 use mmsim_protocol::{Matrix, State};
 use mmsim_recording::{Block, Recording};
 use mmsim_run::{
-    MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent, StateFigures, TrialReport,
+    DRIVEN_RUN, MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent, StateFigures,
+    TrialReport,
 };
 use serde::Serialize;
 
@@ -34,7 +36,8 @@ pub(super) struct StateReport {
 }
 
 impl StateReport {
-    pub(super) fn read(recording: &Recording, index: usize) -> Option<Self> {
+    /// Reads a state. The vehicle of `planner` times the runs.
+    pub(super) fn read(recording: &Recording, index: usize, planner: &mut Planner) -> Option<Self> {
         let block = |index: usize| recording.history().block(index / Block::STATES)?.unpack();
         let states = block(index)?;
         let state = State::decode(states.get(index)?, recording.size()).ok()?;
@@ -47,7 +50,16 @@ impl StateReport {
         let known = context.known_maze(&state, &unexplored, recording.maze());
         let times = recording.times();
         let trial = TrialReport::new(context.notes(), &run, index, times, block);
-        let figures = StateFigures::new(&phases, times, [&map, &known], trial);
+        let lines = if phases.fast_runs > 0 { recording.log() } else { Vec::new() };
+        // The lines after the last state belong to the number of states.
+        let end = index + usize::from(index + 1 == recording.history().len());
+        let driven = lines.iter().take_while(|line| line.state <= end).filter_map(|line| {
+            FastRun::parse(unexplored.start().cell, line.text.strip_prefix(DRIVEN_RUN)?).ok()
+        });
+        let cells = |figures| run.cells(figures, |state| block(state).ok_or(()));
+        let way = (driven.last(), |run| cells(run).unwrap_or_default());
+        let maps = [&map, &known];
+        let figures = StateFigures::new(&phases, planner, way, times, maps, trial);
         let here = match figures.event {
             Some(StateEvent::Restart) => ", put back at the start",
             Some(StateEvent::Jump) => ", jumped to this cell",
@@ -65,9 +77,10 @@ impl StateReport {
         let runs = figures.trial.as_ref().map_or_else(|| phases_text(&figures), trial_text);
         let text = format!(
             "state {index} after {:.3} ms: {cell} heading {heading}{here}, {visited} visited{wrong}\n\
-             {runs}{}\n{picture}",
+             {runs}{}\n{}{picture}",
             1e3 * pose_at.wall_time_s,
             bounds_text(figures.map, figures.trial.is_some()),
+            figures.fastest_run.as_ref().map(|run| format!("{run}\n")).unwrap_or_default(),
         );
         let (notes, cells) = (context.notes(), || recording.size().cells());
         let texts = cells().map(|cell| (cell, notes.text(cell)));

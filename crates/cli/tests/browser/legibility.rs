@@ -16,7 +16,7 @@ const LONG_NUMBERS: &str = "
         const response = await original(url, ...rest);
         if (!String(url).includes('/moment')) return response;
         const { phases, ...view } = await response.json();
-        const run = { steps: 999_999, turns: 9_999_999, wall_time_s: 3_599_999 };
+        const run = { steps: 999_999, turns: 9_999_999, time_s: 3_599_999, wall_time_s: 3_599_999 };
         for (const name of ['search_run', 'return_run', 'fast_run', 'best_run', 'total']) phases[name] = run;
         return new Response(JSON.stringify({ ...view, phases: { ...phases, fast_runs: 99_999 } }));
     };";

@@ -233,7 +233,15 @@ for line in [
         "error": null,
     });
     report.as_object_mut().unwrap().extend(by_mms.as_object().unwrap().clone());
-    assert_eq!(ended.json(), report);
+    let mut found = ended.json();
+    let mut take = |key: &str| found.as_object_mut().unwrap().remove(key).unwrap();
+    // 5 cells of 0.3 s and 5 turns of 0.2 s; 450 mm with 17 m/s² and at most 2.5 m/s.
+    let phases = take("phases");
+    let times = ["search_run", "fast_run", "total"].map(|run| phases[run]["time_s"].clone());
+    assert_eq!(times, [2.5, 0.3271, 2.8271].map(|time| json!(time)));
+    assert_eq!([take("vehicle"), take("fastest_run_proven")], [json!("expert"), json!(true)]);
+    assert_eq!(take("known_run_time_s"), take("fastest_run_lower_bound_s"));
+    assert_eq!(found, report);
     let recording = recording(&home.path().join("seen"));
     let last = states(&recording, |state| {
         let wall = |x, y, heading| state.cell_walls(Cell::new(x, y)).unwrap().wall(heading);

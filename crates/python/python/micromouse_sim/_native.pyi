@@ -523,8 +523,23 @@ class Search:
         """The length in steps of the shortest path that the mouse knows."""
 
     @property
-    def phases(self) -> dict[str, dict[str, int]]:
-        """The steps and turns of the search run, the return run and the fast run."""
+    def phases(self) -> dict[str, dict[str, Any]]:
+        """The `steps`, `turns` and `time_s` of `search_run`, `return_run`, `fast_run` and `total`.
+
+        The times are those of the vehicle in seconds, or None for a run that did not take place.
+        """
+
+    @property
+    def vehicle(self) -> str:
+        """The name of the vehicle that times the runs."""
+
+    @property
+    def known_run_time_s(self) -> float | None:
+        """The time in seconds of the fastest run through the walls that the mouse knows."""
+
+    @property
+    def fastest_run_proven(self) -> bool:
+        """True if the known walls prove that no run of the vehicle is faster."""
 
     @property
     def error(self) -> str | None:
@@ -599,8 +614,12 @@ def search(
     maze: Maze | Simulator,
     strategy: str = "flood-fill",
     max_states: int | None = None,
+    vehicle: str | None = None,
 ) -> Search:
-    """Runs a bundled strategy, by default until it stops or has reported its usual limit of states."""
+    """Runs a bundled strategy, by default until it stops or has reported its usual limit of states.
+
+    `vehicle` times the runs, as in `Maze.fastest_run`, and `fastest-path-search` explores for it.
+    """
 
 def compare(competition: dict[str, object], rules: str | None = None) -> Any: ...
 def trial(

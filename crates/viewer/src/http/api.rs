@@ -11,6 +11,7 @@ use axum::routing::{MethodRouter, get, post};
 use axum::{Extension, Json, Router, middleware};
 use futures_util::stream;
 use mmsim_drawing::{Scene, thumbnail};
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_mouse::Pace;
 use mmsim_recording::Block;
 use mmsim_solvers::BundledStrategy;
@@ -27,7 +28,7 @@ use crate::http::{assets, events};
 use crate::source::fast_runs::RouteRun;
 use crate::source::pictures::{PictureOptions, download};
 use crate::source::views::{SourceInfo, StateView};
-use crate::source::{StateSource, fast_runs, pictures, recordings, search};
+use crate::source::{RunResult, StateSource, fast_runs, pictures, recordings, search};
 
 const SVG: &str = "image/svg+xml";
 pub(crate) const BINARY: &str = "application/octet-stream";
@@ -87,7 +88,7 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/sources/{id}/moment", get(state_view)),
         ("/api/sources/{id}/costs", get(|run: RequestedRun| run.read(StateSource::bounds))),
         ("/api/sources/{id}/events", get(|run: RequestedRun| run.read(StateSource::events))),
-        ("/api/sources/{id}/result", get(|run: RequestedRun| run.read(StateSource::result))),
+        ("/api/sources/{id}/result", get(run_result)),
         ("/api/sources/{id}/log", get(search::log_lines)),
         ("/api/sources/{id}/find", get(search::find_state)),
         ("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs)),
@@ -237,15 +238,45 @@ struct StateIndex {
     at: usize,
 }
 
+#[derive(Deserialize)]
+struct TimedState {
+    at: usize,
+    /// The name of the vehicle that times the runs, or `None` for that of the source.
+    vehicle: Option<String>,
+}
+
 async fn state_view(
     requested: RequestedRun,
-    Query(StateIndex { at }): Query<StateIndex>,
+    Query(TimedState { at, vehicle }): Query<TimedState>,
 ) -> ApiResult<Json<StateView>> {
+    let vehicle = vehicle_for(&requested, vehicle)?;
     if at < requested.source.states(requested.run)? {
         requested.index_to(at).await?;
     }
     let RequestedRun { source, run, .. } = requested;
-    run_blocking(move || Ok(Json(StateView::new(&source, run, at)?))).await
+    run_blocking(move || Ok(Json(StateView::new(&source, run, at, &mut Planner::new(vehicle))?)))
+        .await
+}
+
+#[derive(Deserialize)]
+struct TimedResult {
+    /// The name of the vehicle that times the runs, or `None` for that of the source.
+    vehicle: Option<String>,
+}
+
+async fn run_result(
+    run: RequestedRun,
+    Query(TimedResult { vehicle }): Query<TimedResult>,
+) -> ApiResult<Json<Option<RunResult>>> {
+    let vehicle = vehicle_for(&run, vehicle)?;
+    run.read(move |source, run, cancel| source.result(run, vehicle, cancel)).await
+}
+
+/// Returns the vehicle with a name, or that of the source.
+fn vehicle_for(requested: &RequestedRun, name: Option<String>) -> ApiResult<Vehicle> {
+    let vehicles = &requested.state.config.vehicles;
+    let size = requested.source.describe(requested.run)?.size;
+    name.map_or_else(|| Ok(vehicles.selected(size)), |name| vehicles.find(&name))
 }
 
 /// Returns the fastest run through the true maze, and the runs along other routes.

@@ -10,8 +10,8 @@ use serde::Serialize;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
 use crate::source::StateSource;
 
-/// The presets, and vehicles of the user. The page selects the user's first one, or
-/// the [default](Vehicle::default_for) of the maze.
+/// The presets, and vehicles of the user. The page selects the first given one, or the
+/// [default](Vehicle::default_for) of the maze.
 ///
 /// ```
 /// use mmsim_fastrun::Vehicle;
@@ -24,6 +24,7 @@ use crate::source::StateSource;
 #[derive(Clone, Debug)]
 pub struct Vehicles {
     pub(crate) all: Vec<Vehicle>,
+    first: Option<Vehicle>,
 }
 
 /// The error for two different vehicles with the same name.
@@ -39,6 +40,7 @@ impl Vehicles {
     pub fn new(own: impl IntoIterator<Item = Vehicle>) -> Result<Self, SameName> {
         let mut vehicles = Self::default();
         for vehicle in own {
+            vehicles.first.get_or_insert_with(|| vehicle.clone());
             match vehicles.get(vehicle.name()) {
                 None => vehicles.all.push(vehicle),
                 Some(other) if *other == vehicle => {}
@@ -50,8 +52,7 @@ impl Vehicles {
 
     /// Returns the vehicle that the page selects for a maze of this size.
     pub(crate) fn selected(&self, size: MazeSize) -> Vehicle {
-        let own = self.all.get(Vehicle::PRESETS.len());
-        own.cloned().unwrap_or_else(|| Vehicle::default_for(size))
+        self.first.clone().unwrap_or_else(|| Vehicle::default_for(size))
     }
 
     /// Returns the names of all vehicles.
@@ -74,7 +75,8 @@ impl Vehicles {
 
 impl Default for Vehicles {
     fn default() -> Self {
-        Self { all: Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect() }
+        let all = Vehicle::PRESETS.into_iter().filter_map(Vehicle::preset).collect();
+        Self { all, first: None }
     }
 }
 
@@ -142,29 +144,34 @@ pub(crate) fn of_mouse(
     cancel: &CancelToken,
 ) -> ApiResult<Vec<RouteRun>> {
     let known = over_known_walls(source, run, at, vehicle)?;
-    Ok([Some(known), driven(source, run, at, vehicle, cancel)?].into_iter().flatten().collect())
+    let goals = *source.describe(run)?.unexplored.goals();
+    let driven = driven(source, run, at, cancel)?.map(|run| {
+        // The vehicle chooses the speeds.
+        let run =
+            run.and_then(|run| run.with_fastest_speeds(vehicle).map_err(|error| error.to_string()));
+        RouteRun::new("driven", run.as_ref().map_err(String::clone), vehicle, &goals)
+    });
+    Ok([Some(known)].into_iter().chain([driven]).flatten().collect())
 }
 
-/// Returns the latest fast run in the log of the mouse. The vehicle chooses its speeds.
-fn driven(
+/// Returns the latest fast run in the log of the mouse until the state with the index `at`, or the
+/// reason why the line describes none.
+pub(crate) fn driven(
     source: &StateSource,
     run: u32,
     at: usize,
-    vehicle: &Vehicle,
     cancel: &CancelToken,
-) -> ApiResult<Option<RouteRun>> {
-    let description = source.describe(run)?;
-    let known = &description.unexplored;
+) -> ApiResult<Option<Result<FastRun, String>>> {
+    let start = source.describe(run)?.unexplored.start().cell;
     let is_run = |line: &str| line.starts_with(DRIVEN_RUN);
     let line = source.driven_run(run, at, cancel, is_run)?;
     let text = line.as_ref().and_then(|line| line.text.strip_prefix(DRIVEN_RUN));
     Ok(text.map(|text| {
-        let parsed = FastRun::parse(known.start().cell, text).map_err(|error| error.to_string());
-        let found = parsed.and_then(|run| match run.goal() {
-            Some(_) => run.with_fastest_speeds(vehicle).map_err(|error| error.to_string()),
+        let parsed = FastRun::parse(start, text).map_err(|error| error.to_string());
+        parsed.and_then(|run| match run.goal() {
+            Some(_) => Ok(run),
             None => Err("the run leaves the lattice".into()),
-        });
-        RouteRun::new("driven", found.as_ref().map_err(String::clone), vehicle, known.goals())
+        })
     }))
 }
 
@@ -290,7 +297,7 @@ mod tests {
         let vehicles = Vehicles::new([Vehicle::ares(), mine.clone(), mine.clone()]).unwrap();
         assert_eq!(vehicles.names(), ["ukmars", "ares", "expert", "kerise", "mine"]);
         assert_eq!(vehicles.find("mine").unwrap(), mine);
-        assert_eq!(vehicles.selected(MazeSize::CLASSIC), mine);
+        assert_eq!(vehicles.selected(MazeSize::HALF_SIZE), Vehicle::ares());
         let Err(error) = Vehicles::new([other]) else { panic!("expected an error") };
         assert_eq!(
             error.to_string(),

@@ -1,6 +1,7 @@
 //! What the page shows of a source and of each of its states.
 
 use mmsim_client::BUNDLED_MOUSE_NAME;
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Pose, Unknown, WallState};
 use mmsim_protocol::Colour;
 use mmsim_recording::{Integrity, Notes, ReadError, Recording};
@@ -11,7 +12,7 @@ use mmsim_solvers::MazeFacts;
 use serde::Serialize;
 
 use crate::http::jobs::{ApiResult, CancelToken};
-use crate::source::fast_runs::Vehicles;
+use crate::source::fast_runs::{Vehicles, driven};
 use crate::source::{RECORDED_RUN, StateSource};
 
 /// The message that the page shows for a recording that was not closed.
@@ -143,7 +144,13 @@ pub(crate) struct StateView {
 }
 
 impl StateView {
-    pub(crate) fn new(source: &StateSource, run: u32, index: usize) -> ApiResult<Self> {
+    /// Describes a state. The vehicle of `planner` times the runs.
+    pub(crate) fn new(
+        source: &StateSource,
+        run: u32,
+        index: usize,
+        planner: &mut Planner,
+    ) -> ApiResult<Self> {
         let (description, states) = (source.describe(run)?, source.block(run, index)?);
         let annotations = source.annotations();
         let decoded = description.decode(&states, index, &source.trailing(run, index)?)?;
@@ -158,8 +165,15 @@ impl StateView {
         let weight = |cell| decoded.state.weights().at(cell);
         let plan = planned_path(&decoded.map, decoded.state.pose(), weight);
         let truth = description.truth.as_ref();
+        let runs = source.index(run)?;
+        let cells = |figures| runs.cells(figures, |state| source.block(run, state));
+        let driven = match phases.fast_runs {
+            0 => None,
+            _ => driven(source, run, index, &CancelToken::default())?,
+        };
+        let way = (driven.and_then(Result::ok), |run| cells(run).unwrap_or_default());
         let maps = [&decoded.map, &decoded.known];
-        let figures = StateFigures::new(&phases, &times, maps, trial);
+        let figures = StateFigures::new(&phases, planner, way, &times, maps, trial);
         Ok(Self {
             at: index,
             states: source.states(run)?,
@@ -202,8 +216,9 @@ impl RecordingSummary {
             return Ok(Self { maze: Some(maze), result: "no states".into(), mouse: None });
         };
         let source = StateSource::recording(&maze, recording);
+        let mut planner = Planner::new(Vehicle::default_for(source.describe(RECORDED_RUN)?.size));
         let StateView { mouse, strategy, figures, .. } =
-            StateView::new(&source, RECORDED_RUN, last)?;
+            StateView::new(&source, RECORDED_RUN, last, &mut planner)?;
         let mouse = mouse.filter(|name| name != BUNDLED_MOUSE_NAME).or(strategy);
         Ok(Self { mouse, maze: Some(maze), result: figures.result() })
     }
