@@ -1,5 +1,7 @@
 //! `mmsim compare`: compare mice on collections of mazes.
 
+mod side_by_side;
+
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,19 +11,18 @@ use mmsim_compare::{MouseSummary, NamedMaze, SearchComparison, SearchRow};
 use mmsim_drawing::DrivenPath;
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::Escaped;
-use mmsim_report::MousePath;
+use mmsim_report::{MeasureStatistics, MousePath};
 use mmsim_run::plan;
 use serde::Serialize;
 
 use crate::args::CommandResult;
-use crate::grid::aligned;
+use crate::grid::{stacked, wrapped};
 use crate::output::{
-    check_folder, create_folder, csv_text, list_reasons, print, print_pretty_json, replace,
-    write_charts,
+    check_folder, create_folder, csv_text, print, print_pretty_json, replace, write_charts,
 };
 use crate::searches::SearchArgs;
 use crate::selection::Inputs;
-use crate::vehicle::{VEHICLES, parse_vehicle, warn_about};
+use crate::vehicle::{GivenVehicle, VEHICLES, parse_given_vehicle, warn_about};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -30,7 +31,10 @@ Examples:
   mmsim compare mazes/ --mouse new=./mouse --mouse \"old=python3 old.py\" --strategies none
   mmsim compare mazes/ --html report.html         write a report with charts and pictures
   mmsim compare harbour my-maze.txt --strategies flood-fill,swing
-  mmsim compare mazes/ --vehicle expert           add the times of fast runs in seconds
+  mmsim compare --open harbour --strategies flood-fill,swing
+                                                  show both searches side by side in a browser
+  mmsim compare mazes/ --vehicle ares             let all mice search and run as a hobby mouse
+  mmsim compare mazes/ --tables                   add tables of all measures
   mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
   mmsim compare mazes/ --json                     print searches and statistics as JSON
 
@@ -39,10 +43,14 @@ environment variable MMSIM_ENDPOINT; {endpoint} in its arguments stands for the 
 mouse runs once in each maze, in parallel on all processors. It has finished if it has reached the
 goal and not moved for two seconds. Failures are counted and listed; the other searches continue.
 
-Means and medians cover the mazes in which all mice reached the goal. Differences, from the first
-mouse, cover the mazes in which both reached the goal; the middle half lies between the quartiles.
+Mice are ranked by the mazes that they solved, then by the time that they lose to the best possible:
+the shortest search of all mice in the maze, followed by the fastest run of the maze. A mouse that
+does not return to the start is carried back. docs/compare.md explains all figures.
 
 The exit code is 0 if all mazes could be read, regardless of the results.";
+
+/// The group of `--open`, which clap requires even beside arguments that conflict with it.
+const OPENING: &str = "opening";
 
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
@@ -52,17 +60,29 @@ pub(crate) struct CompareArgs {
     #[arg(
         long,
         value_name = "NAME|FILE",
-        value_parser = parse_vehicle,
-        help = format!(
-            "Calculate the times of fast runs for a vehicle: {VEHICLES}. Without it, \
-             fastest-path-search explores for {}",
-            Vehicle::DEFAULTS
-        )
+        value_parser = parse_given_vehicle,
+        help = format!("Vehicle: {VEHICLES} [default: {}]", Vehicle::DEFAULTS)
     )]
-    vehicle: Option<Vehicle>,
+    vehicle: Option<GivenVehicle>,
     /// Stop a mouse of your own when it reaches the goal
     #[arg(long, requires = "mouse")]
     stop_at_goal: bool,
+    /// Add tables of all measures, and name all mazes that a mouse did not solve
+    #[arg(long, conflicts_with_all = ["json", "csv"])]
+    tables: bool,
+    /// Show the searches in one maze side by side in a browser, until Ctrl-C
+    #[arg(
+        long,
+        group = OPENING,
+        conflicts_with_all = [
+            "misread", "misread_fixed", "misread_seed", "recover", "tables", "json", "csv", "html",
+            "charts",
+        ]
+    )]
+    open: bool,
+    /// Port of the viewer page; 0 picks a free port [default: 6575, or a free port if 6575 is in use]
+    #[arg(long, value_name = "PORT", requires = OPENING)]
+    viewer_port: Option<u16>,
     /// Write a report to FILE: one HTML page with tables, charts and pictures
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -83,16 +103,20 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     // Before searches that may take minutes.
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     args.html.as_deref().map_or(Ok(()), check_folder)?;
-    let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), args.stop_at_goal)?;
-    args.vehicle.iter().for_each(warn_about);
+    if args.open {
+        return side_by_side::open(args, &mice, &mazes);
+    }
+    let vehicle = args.vehicle.as_ref().map(|given| given.vehicle.clone());
+    let figures = args.search.run(&mice, &mazes, vehicle.clone(), args.stop_at_goal)?;
+    vehicle.iter().for_each(warn_about);
     let senses = args.search.senses();
-    let report = SearchComparison::new(&mice, &mazes, figures, args.vehicle.as_ref(), &senses);
+    let report = SearchComparison::new(&mice, &mazes, figures, vehicle.clone(), &senses);
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {
         print(&csv_text(|csv| report.mice.iter().try_for_each(|mouse| write_csv(mouse, csv)))?)?;
     } else if !mazes.is_empty() {
-        print(&text(&report))?;
+        print(&text(&report, args))?;
     }
     if mazes.is_empty() {
         return Ok(all_readable);
@@ -101,7 +125,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         write_charts(folder, &report.comparison)?;
     }
     if let Some(file) = &args.html {
-        replace(file, html(report, &mazes, args.vehicle.as_ref()).as_bytes())?;
+        replace(file, html(report, &mazes, vehicle).as_bytes())?;
     }
     Ok(all_readable)
 }
@@ -127,9 +151,9 @@ fn write_csv(mouse: &MouseSummary, csv: &mut csv::Writer<impl Write>) -> csv::Re
 
 /// Returns the report as an HTML page, with pictures of the searches or, if there is a vehicle, of the
 /// fast runs.
-fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<&Vehicle>) -> String {
-    let planner = vehicle.map(|vehicle| RefCell::new(Planner::new(vehicle.clone())));
-    let caption = match vehicle {
+fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<Vehicle>) -> String {
+    let planner = vehicle.map(|vehicle| RefCell::new(Planner::new(vehicle)));
+    let caption = match planner {
         Some(_) => "The lines are the fast runs.",
         None => {
             "The lines are whole searches: the search run and, if the mouse returns to the start, the \
@@ -149,26 +173,41 @@ fn html(report: SearchComparison, mazes: &[NamedMaze], vehicle: Option<&Vehicle>
     })
 }
 
-/// Returns the overview, the notes, the other tables, and the failures of each mouse.
-fn text(report: &SearchComparison) -> String {
-    let measures = report.measures.iter().zip(&report.statistics);
-    let tables = measures.filter(|(measure, _)| measure.is_in_text).map(|(_, statistics)| {
-        let differences = match statistics.candidates.len() {
-            0 | 1 => "",
-            _ => " Differences over the mazes that both mice solved.",
-        };
-        format!("{}{}{differences}\n", aligned(&statistics.table()), statistics.caption())
-    });
-    let notes = report.comparison.notes.iter().map(|note| format!("{note}\n"));
-    let failures = (0..report.mice.len()).filter_map(|mouse| failures(report, mouse));
-    let overview = aligned(&report.comparison.overview);
-    [overview].into_iter().chain(notes).chain(tables).chain(failures).collect::<Vec<_>>().join("\n")
+/// Returns the ranking, what each mouse loses where, and, if they were asked for, all tables.
+fn text(report: &SearchComparison, args: &CompareArgs) -> String {
+    let notes: String = report.notes.iter().map(|note| wrapped(note, " ", 2) + "\n").collect();
+    let ranking = stacked(&report.comparison.overview) + &notes;
+    let verdicts = report.ranked().into_iter().map(|mouse| verdict(report, mouse, args)).collect();
+    let tables = report.statistics.iter().map(table);
+    let tables = [stacked(&report.overview)].into_iter().chain(tables).filter(|_| args.tables);
+    [ranking, verdicts].into_iter().chain(tables).collect::<Vec<_>>().join("\n")
 }
 
-/// Lists the most frequent reasons why a mouse failed.
-fn failures(report: &SearchComparison, mouse: usize) -> Option<String> {
-    let MouseSummary { mouse: name, mazes, .. } = &report.mice[mouse];
-    let failures = report.comparison.failures().iter().filter(|one| one.candidate == mouse);
-    let reasons = failures.map(|one| (&*one.reason, &*mazes[one.maze].maze.path));
-    list_reasons(&format!("{name} failed"), reasons)
+/// Returns why a mouse loses time, in which mazes, and the command that shows one of them.
+fn verdict(report: &SearchComparison, mouse: &MouseSummary, args: &CompareArgs) -> String {
+    let MouseSummary { mouse: name, ranking, .. } = mouse;
+    let why = wrapped(&format!("{}: {}", Escaped(name), ranking.why()), " ", 2);
+    let mazes = ranking.mazes(args.tables);
+    let mazes = mazes.iter().map(|line| wrapped(&format!("  {line}"), " ", 4));
+    let misreads = args.search.senses().misreadings.probability > 0.0;
+    let command = side_by_side::command(report, args, mouse).filter(|_| !misreads);
+    [why].into_iter().chain(mazes).chain(command).map(|line| line + "\n").collect()
+}
+
+/// Returns the table of a measure, without the columns that only the report and the JSON have: the
+/// middle half, and the numbers of mazes in which the mouse is better, equal and worse.
+fn table(statistics: &MeasureStatistics) -> String {
+    let mut rows = statistics.table();
+    for row in &mut rows {
+        row.truncate(7);
+        row.remove(4);
+    }
+    let (mut caption, reference) = (statistics.caption(), statistics.reference.as_deref());
+    if let (Some(head), Some(reference)) = (rows[0].get_mut(4), reference) {
+        *head = "difference".into();
+        let reference = Escaped(reference);
+        caption = format!("{caption} Differences from {reference}, where both have a value.");
+    }
+    let title = std::mem::replace(&mut rows[0][0], "mouse".into());
+    format!("{title}\n{}{}\n", stacked(&rows), wrapped(&caption, " ", 2))
 }

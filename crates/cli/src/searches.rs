@@ -46,7 +46,7 @@ pub(crate) struct SearchArgs {
     tolerance: Option<Tolerance>,
     /// Stop the program of a mouse of your own after S seconds in a maze
     #[arg(long, value_name = "S", default_value = "10", requires = "mouse", value_parser = parse_seconds)]
-    time_limit: Duration,
+    pub(crate) time_limit: Duration,
     /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
     /// each turn
     #[arg(long, value_name = "N", default_value_t = 10_000, requires = "mouse", value_parser = clap::value_parser!(u32).range(1..))]

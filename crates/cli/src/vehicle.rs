@@ -49,8 +49,8 @@ pub(crate) fn parse_vehicle(text: &str) -> Result<Vehicle, String> {
 /// A vehicle with the argument of `--vehicle` that names it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GivenVehicle {
-    argument: String,
-    vehicle: Vehicle,
+    pub(crate) argument: String,
+    pub(crate) vehicle: Vehicle,
 }
 
 /// Parses a value of `--vehicle`, and keeps the argument.

@@ -206,3 +206,36 @@ mod on_linux {
         });
     }
 }
+
+/// The command is run as it is printed. It finds no browser.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_command_of_a_comparison_shows_both_searches() {
+    let home = Home::new();
+    home.write(
+        "my mazes/a.txt",
+        "o---o---o---o---o\n|         G |   |\no   o---o---o   o\n| S |           |\no---o---o---o---o\n",
+    );
+    let mine = format!("mine={} solve swing --goal server", env!("CARGO_BIN_EXE_mmsim"));
+    let compare = ["compare", "my mazes", "--mouse", &mine, "--strategies", "flood-fill"];
+    let ended = home.run(&compare);
+    let (_, shown) = ended.stdout.split_once("  mmsim compare --open ").expect("a command");
+    let mmsim = std::path::Path::new(env!("CARGO_BIN_EXE_mmsim"));
+    let shown = shown.split("\n\n").next().unwrap();
+    let shell = format!("exec mmsim compare --open {} --viewer-port 0", shown.trim_end());
+    let mut command = std::process::Command::new("/bin/sh");
+    command.args(["-c", &shell]).current_dir(home.path()).env("HOME", home.path());
+    command.env("PATH", mmsim.parent().unwrap()).env_remove("BROWSER");
+    let serving = harness::Serving::start(command, "watch at http://");
+    for (source, title) in [("1", "mine"), ("2", "flood-fill")] {
+        let reply = get(&serving.messages, &format!("/api/sources/{source}"));
+        assert!(reply.contains(&format!("\"{title}\"")), "{reply}");
+    }
+}
+
+#[test]
+fn a_comparison_shows_one_maze() {
+    let ended = Home::new().run(&["compare", "--open"]);
+    assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""));
+    assert!(ended.stderr.contains("--open takes one maze, found 19"), "{ended:?}");
+}

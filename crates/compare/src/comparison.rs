@@ -1,17 +1,23 @@
-//! The comparison of searches: rows, statistics and an overview.
+//! The comparison of searches: rows, the ranking, statistics and an overview.
 
 use std::collections::BTreeMap;
 
-use mmsim_fastrun::{Vehicle, VehicleParameters};
-use mmsim_maze::{Escaped, counted};
+use mmsim_fastrun::{Planners, Vehicle, VehicleParameters};
+use mmsim_maze::Escaped;
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
 use mmsim_run::{Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
-use crate::measures::{MEASURES, SearchMeasure, TIMED_MEASURES};
+use crate::measures::{MEASURES, SearchMeasure};
 use crate::named_maze::{NamedMaze, unique_names};
+use crate::ranking::Ranking;
 use crate::searches::measure_times;
+
+/// The explanation of the ranking.
+const CAPTION: &str = "\
+Lost: mean time beyond the shortest search of these mice and the fastest run of the maze. In \
+brackets: the best rival and its loss.";
 
 /// A search of a mouse in a maze. The field names are JSON keys and CSV column names.
 #[derive(Clone, Debug, Serialize)]
@@ -22,13 +28,13 @@ pub struct SearchRow {
     /// The figures of the search.
     #[serde(flatten)]
     pub figures: SearchFigures,
-    /// The times of a vehicle, if one was given.
+    /// The times with a vehicle, if they have been measured.
     #[serde(flatten)]
     pub times: Option<SearchTimes>,
 }
 
 /// The maze of a row. The field names are JSON keys and CSV column names.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MazeColumns {
     /// The path of the file, or an empty string.
     pub path: String,
@@ -57,11 +63,13 @@ impl SearchRow {
 
 /// The comparison of several mice in several mazes.
 pub struct SearchComparison {
-    /// The values, the notes and the overview, for tables, charts and HTML.
+    /// The values, the ranking and why each mouse loses time, for charts and HTML.
     pub comparison: Comparison,
-    /// The measures, those of a vehicle first.
-    pub measures: Vec<SearchMeasure>,
-    /// The statistics of each measure.
+    /// What the ranking means, the vehicles, and how mice misread walls.
+    pub notes: Vec<String>,
+    /// A table of how often each mouse succeeded, with a header.
+    pub overview: Vec<Vec<String>>,
+    /// The statistics of the measures in tables.
     pub statistics: Vec<MeasureStatistics>,
     /// The summary of each mouse.
     pub mice: Vec<MouseSummary>,
@@ -73,9 +81,10 @@ pub struct MouseSummary {
     /// The name of the mouse.
     pub mouse: String,
     /// The command of a mouse of the user.
-    command: Option<String>,
-    /// The number of mazes with a reachable goal.
-    reachable: usize,
+    pub command: Option<String>,
+    /// The rank, and why the mouse loses time.
+    #[serde(flatten)]
+    pub ranking: Ranking,
     goal_reached: usize,
     /// The number of mazes in which the mouse correctly reported that the goal is unreachable.
     gave_up_rightly: usize,
@@ -87,9 +96,8 @@ pub struct MouseSummary {
     /// shortest path in the true maze.
     shortest_path_found: usize,
     /// The number of mazes in which the fast run takes as little time as the fastest run of the true
-    /// maze, if a vehicle was given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fastest_run_found: Option<usize>,
+    /// maze.
+    fastest_run_found: usize,
     /// The number of searches with each ending.
     endings: BTreeMap<Ending, usize>,
     /// The mean of each measure over the mazes in which all mice have a value.
@@ -104,18 +112,17 @@ pub struct MouseSummary {
 }
 
 impl SearchComparison {
-    /// Compares the figures of each mouse in each maze. With a vehicle, also compares the times. The
-    /// overview of mice that misread walls counts fast runs and crashes.
+    /// Compares the figures of each mouse in each maze, and its times with one vehicle or with the
+    /// default vehicle of each maze. The overview of mice that misread walls counts fast runs and crashes.
     pub fn new(
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         mut figures: Vec<Vec<SearchFigures>>,
-        vehicle: Option<&Vehicle>,
+        vehicle: Option<Vehicle>,
         senses: &Senses,
     ) -> Self {
-        if let Some(vehicle) = vehicle {
-            measure_times(&mut figures, mazes, vehicle);
-        }
+        let planners = Planners::new(vehicle);
+        measure_times(&mut figures, mazes, &planners);
         let searches = figures.into_iter().map(|figures| {
             let searches = mazes.iter().zip(figures);
             searches.map(|(maze, figures)| SearchRow::new(maze, figures)).collect()
@@ -125,28 +132,18 @@ impl SearchComparison {
             name: mouse.name().into(),
             description: mouse.about().into(),
         });
-        let mut comparison =
-            Comparison::new("Comparison of mice", described.collect(), unique_names(mazes))
-                .with_failures(|mouse, maze| searches[mouse][maze].figures.failure());
-        let mut measures = MEASURES.to_vec();
-        if let Some(vehicle) = vehicle {
-            measures.splice(..0, TIMED_MEASURES);
-            let VehicleParameters { name, search_speed, search_turn_time, .. } =
-                vehicle.parameters();
-            comparison.notes.push(format!(
-                "Vehicle {}; searches at {search_speed} mm/s and {search_turn_time} s per quarter turn.",
-                Escaped(name)
-            ));
-        }
-        for SearchMeasure { key, name, unit, verb, value, .. } in &measures {
-            let measure = Measure::new(*key, *name, *unit).with_verb(*verb);
+        let maze_names = unique_names(mazes);
+        let columns = mazes.iter().zip(&maze_names);
+        let columns: Vec<_> = columns.map(|(maze, name)| MazeColumns::new(maze, name)).collect();
+        let mut comparison = Comparison::new("Comparison of mice", described.collect(), maze_names)
+            .with_failures(|mouse, maze| searches[mouse][maze].figures.failure());
+        for SearchMeasure { key, name, unit, verb, value, .. } in MEASURES {
+            let measure = Measure::new(key, name, unit).with_verb(verb);
             comparison = comparison.with_measure(measure, |mouse, maze| {
                 let figures = &searches[mouse][maze].figures;
                 value(figures).filter(|_| figures.goal_reached)
             });
         }
-        let misreads = senses.misreadings.probability > 0.0;
-        comparison.notes.extend(misreads.then(|| senses.to_string()));
         let statistics = comparison.statistics();
         let to_goal = comparison.measures().iter().find(|(one, _)| one.key == "steps_to_goal");
         let solved = to_goal.map(|(_, values)| values.common_mazes());
@@ -155,24 +152,54 @@ impl SearchComparison {
             .into_iter()
             .filter_map(|maze| searches.first()?[maze].figures.shortest_path.map(f64::from));
         let shortest_path = Distribution::new(shortest_paths.collect()).map(|paths| paths.mean);
-        let mice = mice.iter().zip(searches).enumerate();
-        let mice = mice.map(|(index, (mouse, searches))| {
-            let statistics = measures.iter().zip(&statistics);
+        let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();
+        let rankings = Ranking::all(&names, &columns, &searches);
+        let mice = mice.iter().zip(rankings).zip(searches).enumerate();
+        let mice = mice.map(|(index, ((mouse, ranking), searches))| {
+            let statistics = MEASURES.iter().zip(&statistics);
             let statistics = statistics.map(|(measure, statistics)| {
                 (measure.key, statistics.candidates[index].statistics.clone())
             });
-            MouseSummary::new(mouse, statistics.collect(), shortest_path, searches)
+            MouseSummary::new(mouse, ranking, statistics.collect(), shortest_path, searches)
         });
         let mice: Vec<MouseSummary> = mice.collect();
-        comparison.overview = MouseSummary::rows(&mice, misreads);
-        comparison.notes.extend(mice.iter().filter_map(MouseSummary::unfinished));
-        Self { comparison: comparison.with_limiting_candidate(), measures, statistics, mice }
+        let misreads = senses.misreadings.probability > 0.0;
+        let drives = |vehicle: &&Vehicle| {
+            mazes.iter().any(|it| planners.for_size(it.maze.size()).vehicle() == *vehicle)
+        };
+        let vehicles = planners.vehicles().filter(drives).map(vehicle_note);
+        let shown = MEASURES.iter().zip(statistics).filter(|(measure, _)| measure.is_in_text);
+        let statistics = shown.map(|(_, statistics)| statistics).collect();
+        let notes = [CAPTION.into()].into_iter().chain(vehicles);
+        let notes = notes.chain(misreads.then(|| senses.to_string())).collect();
+        let overview = MouseSummary::rows(&mice, misreads);
+        let mut report = Self { comparison, notes, overview, statistics, mice };
+        let verdicts = report.ranked().into_iter().map(MouseSummary::verdict);
+        report.comparison.notes = report.notes.iter().cloned().chain(verdicts).collect();
+        report.comparison.overview = Ranking::rows(&report.ranked());
+        report
     }
+
+    /// Returns the mice, best ones first.
+    pub fn ranked(&self) -> Vec<&MouseSummary> {
+        let mut mice: Vec<_> = self.mice.iter().collect();
+        mice.sort_by_key(|mouse| mouse.ranking.rank);
+        mice
+    }
+}
+
+fn vehicle_note(vehicle: &Vehicle) -> String {
+    let VehicleParameters { name, search_speed, search_turn_time, .. } = vehicle.parameters();
+    format!(
+        "Vehicle {}; searches at {search_speed} mm/s and {search_turn_time} s per quarter turn.",
+        Escaped(name)
+    )
 }
 
 impl MouseSummary {
     fn new(
         mouse: &ComparedMouse,
+        ranking: Ranking,
         statistics: BTreeMap<&'static str, Statistics>,
         shortest_path: Option<f64>,
         mazes: Vec<SearchRow>,
@@ -186,15 +213,13 @@ impl MouseSummary {
         Self {
             mouse: mouse.name().into(),
             command: mouse.command().map(String::from),
-            reachable: searches().filter(|search| search.shortest_path.is_some()).count(),
+            ranking,
             goal_reached: reached().count(),
             gave_up_rightly: searches().filter(|search| search.is_rightly_given_up).count(),
             failed: searches().filter(|search| search.failure().is_some()).count(),
             proven: count(|search| search.steps_until_proven.is_some()),
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
-            fastest_run_found: searches()
-                .all(|search| search.times.is_some())
-                .then(|| count(|search| search.times.is_some_and(|times| times.is_optimal()))),
+            fastest_run_found: count(|search| search.times.is_some_and(|it| it.is_optimal())),
             endings: Ending::ALL.into_iter().map(ending).collect(),
             means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
             shortest_path,
@@ -203,27 +228,16 @@ impl MouseSummary {
         }
     }
 
-    /// Returns a note on the mazes in which the mouse has reached the goal but did not finish.
-    fn unfinished(&self) -> Option<String> {
-        let unfinished = self
-            .mazes
-            .iter()
-            .filter_map(|search| Some((&search.maze.path, search.figures.unfinished()?)));
-        let unfinished: Vec<_> = unfinished.collect();
-        let (maze, reason) = unfinished.first()?;
-        let (name, count) = (Escaped(&self.mouse), counted(unfinished.len() as u64, "maze"));
-        let [maze, reason] = [*maze, *reason].map(Escaped);
-        Some(format!(
-            "{name} reached the goal but did not finish in {count}, such as {maze}: {reason}."
-        ))
+    /// Returns why the mouse loses time, and in which mazes.
+    fn verdict(&self) -> String {
+        let lines = [format!("{}: {}", self.mouse, self.ranking.why())].into_iter();
+        lines.chain(self.ranking.mazes(true)).collect::<Vec<_>>().join("; ") + "."
     }
 
     /// Returns the overview of all mice, with a header.
     fn rows(mice: &[Self], misreads: bool) -> Vec<Vec<String>> {
-        let has_times = mice.iter().any(|one| one.fastest_run_found.is_some());
         let mut head = vec!["mouse", "mazes", "goal reached", "correctly gave up", "failed"];
-        head.extend(["shortest path found", "shortest path proven"]);
-        head.extend(has_times.then_some("fastest run found"));
+        head.extend(["shortest path found", "shortest path proven", "fastest run found"]);
         head.extend(misreads.then_some(["fast runs", "crashes"]).into_iter().flatten());
         head.push("processor time (µs)");
         let head = head.into_iter().map(String::from).collect();
@@ -231,14 +245,14 @@ impl MouseSummary {
     }
 
     fn row(&self, misreads: bool) -> Vec<String> {
-        let Self { reachable, goal_reached, gave_up_rightly, .. } = self;
+        let Self { goal_reached, gave_up_rightly, ranking: Ranking { reachable, .. }, .. } = self;
         let (mazes, time) =
             (self.mazes.len(), self.means.get("processor_time_us").copied().flatten());
         let mut row = vec![self.mouse.clone(), mazes.to_string()];
         row.push(format!("{goal_reached}/{reachable}"));
         row.push(format!("{gave_up_rightly}/{}", mazes - reachable));
-        let counts = [self.failed, self.shortest_path_found, self.proven];
-        row.extend(counts.into_iter().chain(self.fastest_run_found).map(|count| count.to_string()));
+        let counts = [self.failed, self.shortest_path_found, self.proven, self.fastest_run_found];
+        row.extend(counts.map(|count| count.to_string()));
         if misreads {
             let searches = || self.mazes.iter().map(|search| &search.figures);
             let runs = searches().filter(|search| search.fast_run_steps.is_some()).count();

@@ -19,6 +19,7 @@ mod exploration;
 mod measures;
 mod named_maze;
 mod parallel;
+mod ranking;
 mod searches;
 mod trial;
 
@@ -29,9 +30,9 @@ pub use contest::{
     RunKind, Standing,
 };
 pub use exploration::Exploration;
-pub use measures::SearchMeasure;
 pub use named_maze::NamedMaze;
 pub use parallel::{Slot, map_each, map_waiting};
+pub use ranking::{Loss, MazeLoss, Ranking, Reason, UnsolvedMaze};
 pub use searches::{Searches, measure_times, own_figures};
 pub use trial::{
     Means, OwnRobot, RobotKind, RunContext, TableRow, TrialJob, TrialResult, TrialRobot, TrialRow,

@@ -4,7 +4,7 @@ use mmsim_run::SearchFigures;
 
 /// A measure of a search in which the mouse reached the goal.
 #[derive(Clone, Copy, Debug)]
-pub struct SearchMeasure {
+pub(crate) struct SearchMeasure {
     /// The JSON key, which is also that of [`SearchFigures`] or [`SearchTimes`](mmsim_run::SearchTimes).
     pub(crate) key: &'static str,
     pub(crate) name: &'static str,
@@ -12,7 +12,7 @@ pub struct SearchMeasure {
     /// What a mouse has done in a maze in which it has a value.
     pub(crate) verb: &'static str,
     /// True if the text output has a table of this measure.
-    pub is_in_text: bool,
+    pub(crate) is_in_text: bool,
     pub(crate) value: Value,
 }
 
@@ -32,7 +32,19 @@ const fn hidden([key, name, unit, verb]: [&'static str; 4], value: Value) -> Sea
     SearchMeasure { key, name, unit, verb, is_in_text: false, value }
 }
 
-pub(crate) const MEASURES: [SearchMeasure; 7] = [
+/// All measures. Those of a vehicle come first.
+pub(crate) const MEASURES: [SearchMeasure; 12] = [
+    shown("total_time_s", "time until the end of the fast run", "s", |it| it.times?.total_time_s),
+    shown("search_time_s", "time of the search", "s", |it| {
+        Some(it.times?.search_time_s).filter(|_| it.is_complete)
+    }),
+    shown("fast_run_time_s", "time of the fast run", "s", |it| it.times?.fast_run_time_s),
+    shown("fast_run_loss_percent", "loss of the fast run", "%", |it| {
+        it.times?.fast_run_loss_percent
+    }),
+    shown("known_run_time_s", "time of the fastest known run", "s", |it| {
+        it.times?.known_run_time_s
+    }),
     shown("steps_to_goal", "steps to the goal", "steps", |it| it.steps_to_goal.map(f64::from)),
     shown("search_steps", "steps in all", "steps", |it| {
         it.is_complete.then(|| it.search_steps.into())
@@ -53,20 +65,5 @@ pub(crate) const MEASURES: [SearchMeasure; 7] = [
     ),
     hidden(["processor_time_us", "processor time", "µs", "had a time in"], |it| {
         it.processor_time_us
-    }),
-];
-
-/// The measures of a vehicle, which come before [`MEASURES`].
-pub(crate) const TIMED_MEASURES: [SearchMeasure; 5] = [
-    shown("fast_run_time_s", "time of the fast run", "s", |it| it.times?.fast_run_time_s),
-    shown("total_time_s", "time until the end of the fast run", "s", |it| it.times?.total_time_s),
-    shown("search_time_s", "time of the search", "s", |it| {
-        Some(it.times?.search_time_s).filter(|_| it.is_complete)
-    }),
-    shown("fast_run_loss_percent", "loss of the fast run", "%", |it| {
-        it.times?.fast_run_loss_percent
-    }),
-    shown("known_run_time_s", "time of the fastest known run", "s", |it| {
-        it.times?.known_run_time_s
     }),
 ];

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use mmsim_fastrun::{Planner, Vehicle};
+use mmsim_fastrun::Planners;
 use mmsim_maze::{Maze, counted};
 use mmsim_mouse::{
     ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
@@ -192,13 +192,14 @@ fn thread_time() -> Duration {
     BEGIN.elapsed()
 }
 
-/// Adds the times of all searches to their figures. Each mouse has figures in each maze.
-pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], vehicle: &Vehicle) {
-    let planner = Planner::new(vehicle.clone());
+/// Adds the times of all searches to their figures, with the vehicle for the size of each maze. Each
+/// mouse has figures in each maze.
+pub fn measure_times(figures: &mut [Vec<SearchFigures>], mazes: &[NamedMaze], planners: &Planners) {
     let indices: Vec<usize> = (0..mazes.len()).collect();
     let times = map_each(&indices, |&maze| {
         let searches = figures.iter().map(|figures| &figures[maze]);
-        SearchTimes::measure(&mut planner.clone(), &mazes[maze].maze, searches)
+        let maze = &mazes[maze].maze;
+        SearchTimes::measure(&mut planners.for_size(maze.size()).clone(), maze, searches)
     });
     for (maze, times) in times.into_iter().enumerate() {
         for (figures, times) in figures.iter_mut().zip(times) {
@@ -232,7 +233,7 @@ mod tests {
             count.fetch_add(1, Ordering::Relaxed);
         };
         let mut figures = searches.run(&mice, &mazes, &progress, || is_stopped).unwrap();
-        measure_times(&mut figures, &mazes, &Vehicle::expert());
+        measure_times(&mut figures, &mazes, &Planners::new(None));
         (figures, count.into_inner())
     }
 

@@ -13,7 +13,7 @@ use mmsim_compare::{
     RunContext, SearchRow, Searches, TrialRobot, TrialTable, TrialTables, measure_times,
     own_figures,
 };
-use mmsim_fastrun::Vehicle;
+use mmsim_fastrun::{Planners, Vehicle};
 use mmsim_formats::Catalogue;
 use mmsim_maze::Misreadings;
 use mmsim_mouse::{Program, SearchLimits};
@@ -94,9 +94,8 @@ pub(crate) fn compare<'py>(
         let hold = |_: &_| Contest::new(&names, &mazes, &figures, vehicle.clone(), rules.rules());
         return to_python(py, &signals::interruptible(py, hold)?);
     }
-    if let Some(vehicle) = &vehicle {
-        signals::interruptible(py, |_| measure_times(&mut figures, &mazes, vehicle))?;
-    }
+    let planners = Planners::new(vehicle);
+    signals::interruptible(py, |_| measure_times(&mut figures, &mazes, &planners))?;
     let row = |(maze, mouse): (usize, usize)| {
         let search = SearchRow::new(&mazes[maze], figures[mouse][maze].clone());
         MouseSearchRow { mouse: names[mouse], search }

@@ -44,7 +44,7 @@ def test_the_figures_are_those_of_the_command(
     ]
     for row in rows + expected:
         assert row.pop("processor_time_us") is None or row["goal_reached"] in (True, False)
-        assert ("total_time_s" in row) == (vehicle is not None)
+        assert "total_time_s" in row
     assert rows == expected
 
 

@@ -2,7 +2,6 @@
 
 use std::cmp::Reverse;
 
-use mmsim_maze::Escaped;
 use serde::Serialize;
 
 use crate::statistics::Values;
@@ -169,43 +168,6 @@ impl Comparison {
             |(candidate, maze)| Some(Failure { candidate, maze, reason: reason(candidate, maze)? });
         self.failures = runs.filter_map(failure).collect();
         self
-    }
-
-    /// Adds a note that names the candidate without which the means of the first measure would cover
-    /// at least twice as many mazes, if there is such a candidate.
-    ///
-    /// ```
-    /// use mmsim_report::{Comparison, Measure};
-    /// let names = ["a", "b", "c"].map(Into::into).into();
-    /// let mazes = ["one", "two", "three"].map(Into::into).into();
-    /// let comparison = Comparison::new("Mice", names, mazes)
-    ///     .with_measure(Measure::new("turns", "turns", "turns"), |mouse, maze| {
-    ///         (mouse < 2 || maze == 0).then_some(7.0)
-    ///     })
-    ///     .with_limiting_candidate();
-    /// assert_eq!(comparison.notes, ["Without c, the means would cover 3 mazes instead of 1."]);
-    /// ```
-    pub fn with_limiting_candidate(mut self) -> Self {
-        self.notes.extend(self.limiting_candidate());
-        self
-    }
-
-    fn limiting_candidate(&self) -> Option<String> {
-        let (_, values) = self.measures.first()?;
-        let rows = values.rows().iter().enumerate();
-        let rows: Vec<_> = rows.filter(|(_, row)| row.iter().any(Option::is_some)).collect();
-        let common_without = |ignored: usize| {
-            let rows = rows.iter().filter(|(index, _)| *index != ignored);
-            let is_common = |&maze: &usize| rows.clone().all(|(_, row)| row[maze].is_some());
-            (0..self.mazes.len()).filter(is_common).count()
-        };
-        let counts = rows.iter().map(|&(index, _)| (common_without(index), Reverse(index)));
-        let (count, Reverse(index)) = counts.max()?;
-        let (now, name) = (values.common_mazes().len(), Escaped(&self.candidates[index].name));
-        let is_limiting = rows.len() > 2 && count >= 2 * now.max(1);
-        is_limiting.then(|| {
-            format!("Without {name}, the means would cover {count} mazes instead of {now}.")
-        })
     }
 
     /// Sets the sentences that state which paths the pictures of a report show.

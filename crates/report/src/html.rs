@@ -45,8 +45,9 @@ impl<'a> MousePath<'a> {
 impl Comparison {
     /// Returns a report as an HTML page without scripts that needs no other files.
     ///
-    /// The report contains the statistics as tables and sentences, charts, failures, the values in
-    /// each maze, and pictures of the mazes with the largest differences in the first measure.
+    /// The report begins with the overview and the notes. It contains pictures of the mazes with the
+    /// largest differences in the first measure, the statistics as tables and sentences, charts,
+    /// failures, and the values in each maze.
     /// `path` returns the path of a candidate in a maze for these pictures. If it returns `None`,
     /// the picture is omitted.
     ///
@@ -82,11 +83,11 @@ impl Comparison {
                 }
                 body {
                     main {
-                        (self.introduction(&statistics))
+                        (self.introduction())
+                        (self.pictures_section(path))
                         @for (index, measure) in statistics.iter().enumerate() {
                             (self.measure_section(index, measure))
                         }
-                        (self.pictures_section(path))
                         (self.failures_section())
                         (self.mazes_section())
                         (explanations())
@@ -97,15 +98,14 @@ impl Comparison {
         page.into_string() + "\n"
     }
 
-    /// Returns the title, the notes, the differences in the first measure, and the candidates.
-    fn introduction(&self, statistics: &[MeasureStatistics]) -> Markup {
+    /// Returns the title, the overview, the notes and the candidates.
+    fn introduction(&self) -> Markup {
         let described = self.candidates().iter().filter(|one| !one.description.is_empty());
         let described: Vec<&Candidate> = described.collect();
         html! {
             h1 { (clean(&self.title)) }
-            @for note in &self.notes { p { (clean(note)) } }
-            @if let Some(first) = statistics.first() { (sentences(first)) }
             (self.overview_table())
+            @for note in &self.notes { p { (clean(note)) } }
             @if !described.is_empty() {
                 (tables::table(
                     None,
@@ -139,7 +139,7 @@ impl Comparison {
         let (distribution, pairs) = charts.split_at(charts.len().min(1));
         let (visible, more) = pairs.split_at(pairs.len().min(OPEN_CHARTS));
         let content = html! {
-            @if index > 0 { (sentences(statistics)) }
+            (sentences(statistics))
             (tables::statistics(statistics))
             (figures("figures wide", distribution))
             (figures("figures", visible))
@@ -202,8 +202,8 @@ fn explanations() -> Markup {
             ul {
                 li {
                     "Lower values are better. Means, medians and quartiles refer to the mazes in which every "
-                    "mouse has a value, so that all mice are compared in the same mazes. Mice without "
-                    "values are ignored."
+                    "mouse has a value, so that all mice are compared in the same mazes. Mice with values in "
+                    "fewer than half as many mazes as another one are ignored."
                 }
                 li {
                     "Half of the values are in the middle half, which lies between the first and the third "

@@ -45,13 +45,20 @@ impl Values {
         &self.0
     }
 
-    /// Returns the indices of the mazes in which every candidate has a value. Candidates without
-    /// any value are ignored: otherwise, one candidate that fails in every maze would leave no maze
-    /// to compare the others in.
+    /// Returns the indices of the mazes in which every candidate has a value. Candidates with values in
+    /// fewer than half as many mazes as another one are ignored: otherwise, one candidate that fails in
+    /// most mazes would leave few mazes to compare the others in.
     pub fn common_mazes(&self) -> Vec<usize> {
-        let rows = || self.0.iter().filter(|row| has_values(row));
+        let rows = || self.0.iter().filter(|row| self.is_compared(row));
         let mazes = rows().next().map_or(0, Vec::len);
         (0..mazes).filter(|&maze| rows().all(|row| row[maze].is_some())).collect()
+    }
+
+    /// Returns true unless a row has no values, or values in fewer than half as many mazes as another.
+    fn is_compared(&self, row: &[Option<f64>]) -> bool {
+        let count = |row: &[Option<f64>]| row.iter().flatten().count();
+        let most = self.0.iter().map(|row| count(row)).max().unwrap_or(0);
+        has_values(row) && 2 * count(row) >= most
     }
 
     /// Returns the index of the first candidate that has any value. The other candidates are
@@ -87,7 +94,8 @@ impl Values {
     pub fn statistics(&self) -> Vec<Statistics> {
         let (common, reference) = (self.common_mazes(), self.reference());
         let statistics = |(candidate, row): (usize, &Vec<Option<f64>>)| {
-            let numbers = common.iter().filter_map(|&maze| row[maze]).collect();
+            let is_compared = self.is_compared(row);
+            let numbers = common.iter().filter(|_| is_compared).filter_map(|&maze| row[maze]);
             let reference = reference.filter(|&reference| reference != candidate);
             let difference = reference.and_then(|reference| {
                 let differences = self.differences(candidate, reference).into_iter();
@@ -96,7 +104,8 @@ impl Values {
             Statistics {
                 mazes: row.iter().flatten().count(),
                 common_mazes: common.len(),
-                distribution: Distribution::new(numbers),
+                is_compared,
+                distribution: Distribution::new(numbers.collect()),
                 difference,
             }
         };
@@ -110,11 +119,15 @@ pub struct Statistics {
     /// The number of mazes in which the candidate has a value.
     #[serde(rename = "maze_count")]
     pub mazes: usize,
-    /// The number of mazes in which all candidates have a value (see [`Values::common_mazes`]).
+    /// The number of mazes in which all compared candidates have a value (see
+    /// [`Values::common_mazes`]).
     #[serde(rename = "common_maze_count")]
     pub common_mazes: usize,
+    /// True unless the candidate has values in so few mazes that it is ignored there.
+    #[serde(skip)]
+    pub is_compared: bool,
     /// The distribution of the candidate's values in the common mazes, or `None` if there are no
-    /// common mazes or if the candidate has no value.
+    /// common mazes or if the candidate has too few values.
     pub distribution: Option<Distribution>,
     /// The difference to the [reference](Values::reference), or `None` for the reference itself
     /// and for a candidate without a maze in which both have a value.
@@ -488,6 +501,24 @@ mod tests {
         let values = Values::new(1, numbers.len(), |_, maze| Some(numbers[maze]));
         assert_eq!(values.row(0), [None, None, None, None, Some(-1e15), Some(0.0)]);
         assert!(values.row(1).is_empty());
+    }
+
+    #[test]
+    fn a_candidate_with_few_values_has_only_differences() {
+        // The first candidate has a value in 2 of 5 mazes, the third one in 3.
+        let rows = [[1, 2, 0, 0, 0], [3, 3, 3, 3, 3], [4, 0, 4, 4, 0]];
+        let values = Values::new(3, 5, |candidate, maze| {
+            Some(f64::from(rows[candidate][maze])).filter(|&value| value > 0.0)
+        });
+        assert_eq!(values.common_mazes(), [0, 2, 3]);
+        let statistics = values.statistics();
+        assert!(statistics[0].distribution.is_none() && statistics[2].distribution.is_some());
+        let compared: Vec<_> = statistics.iter().map(|one| one.is_compared).collect();
+        assert_eq!(compared, [false, true, true]);
+        assert_eq!(
+            statistics[1].difference.as_ref().map(|one| (one.mazes, one.mean)),
+            Some((2, 1.5))
+        );
     }
 
     #[test]

@@ -123,20 +123,24 @@ impl MeasureStatistics {
     /// ```
     pub fn caption(&self) -> String {
         let verb = &self.measure.verb;
-        let names = |is: fn(&Statistics) -> bool| -> Vec<String> {
-            let candidates = self.candidates.iter().filter(|one| is(&one.statistics));
-            candidates.map(|one| Escaped(&one.candidate).to_string()).collect()
-        };
-        let (with, without) = (names(|one| one.mazes > 0), names(|one| one.mazes == 0));
+        let (with, without): (Vec<_>, Vec<_>) =
+            self.candidates.iter().partition(|one| one.statistics.is_compared);
         let who = match &with[..] {
             [] => return format!("No mouse {verb} a maze."),
-            [one] => one,
+            [one] => &Escaped(&one.candidate).to_string(),
             [_, _] => "both",
             _ => "all",
         };
+        let few = |one: &&CandidateStatistics| {
+            let count = match one.statistics.mazes {
+                0 => "none".into(),
+                count => format!("only {count}"),
+            };
+            format!("{} {verb} {count}", Escaped(&one.candidate))
+        };
         let without = match without.len() {
             0 => String::new(),
-            _ => format!(" ({} {verb} none)", without.join(", ")),
+            _ => format!(" ({})", without.iter().map(few).collect::<Vec<_>>().join(", ")),
         };
         match self.candidates.first().map_or(0, |one| one.statistics.common_mazes) {
             0 => {
@@ -286,8 +290,11 @@ mod tests {
     fn a_caption_names_the_mazes_and_the_candidates_without_any() {
         let b = [Some(12.0), None, None, None];
         let c = [None, Some(1.0), None, None];
+        let d = [Some(12.0), Some(1.0), None, None];
         let captions = [
             steps(&[&A]).caption(),
+            steps(&[&A, &d]).caption(),
+            steps(&[&A, &NONE_SOLVED, &d, &b]).caption(),
             steps(&[&A, &b]).caption(),
             steps(&[&A, &A, &A]).caption(),
             steps(&[&A, &NONE_SOLVED, &b, &NONE_SOLVED]).caption(),
@@ -298,9 +305,11 @@ mod tests {
         ];
         insta::assert_snapshot!(captions.join("\n"), @"
         Means over the 4 mazes that a solved.
-        Means over the 1 of 4 mazes that both solved.
+        Means over the 2 of 4 mazes that both solved.
+        Means over the 2 of 4 mazes that both solved (b solved none, d solved only 1).
+        Means over the 4 mazes that a solved (b solved only 1).
         Means over the 4 mazes that all solved.
-        Means over the 1 of 4 mazes that both solved (b, d solved none).
+        Means over the 4 mazes that a solved (b solved none, c solved only 1, d solved none).
         Means over the 4 mazes that b solved (a solved none).
         There are no means, because there is no maze that both solved.
         No mouse solved a maze.
@@ -373,21 +382,18 @@ mod tests {
                 {
                     "candidate": "a",
                     "maze_count": 4,
-                    "common_maze_count": 1,
+                    "common_maze_count": 4,
                     "distribution": {
-                        "mean": 10.0, "median": 10.0, "lower_quartile": 10.0, "upper_quartile": 10.0,
-                        "standard_deviation": null, "minimum": 10.0, "maximum": 10.0,
+                        "mean": 26.0, "median": 25.0, "lower_quartile": 17.5, "upper_quartile": 33.5,
+                        "standard_deviation": 14.514_360_704_718_161, "minimum": 10.0, "maximum": 44.0,
                     },
                     "difference": null,
                 },
                 {
                     "candidate": "b",
                     "maze_count": 1,
-                    "common_maze_count": 1,
-                    "distribution": {
-                        "mean": 9.0, "median": 9.0, "lower_quartile": 9.0, "upper_quartile": 9.0,
-                        "standard_deviation": null, "minimum": 9.0, "maximum": 9.0,
-                    },
+                    "common_maze_count": 4,
+                    "distribution": null,
                     "difference": {
                         "maze_count": 1, "mean": -1.0, "confidence_interval": null,
                         "better": 1, "equal": 0, "worse": 0,

@@ -27,7 +27,12 @@ fn expected(reports: &[Value], key: &str) -> Vec<f64> {
     numbers
 }
 
-const MEASURES: [&str; 7] = [
+const MEASURES: [&str; 12] = [
+    "total_time_s",
+    "search_time_s",
+    "fast_run_time_s",
+    "fast_run_loss_percent",
+    "known_run_time_s",
     "steps_to_goal",
     "search_steps",
     "search_turns",

@@ -238,7 +238,6 @@ impl<'a> TrialTables<'a> {
                 let result = &results[robot][maze];
                 (!result.succeeded()).then(|| result.reason().to_string())
             })
-            .with_limiting_candidate()
     }
 }
 

@@ -40,7 +40,8 @@ def compare(
     reports. The keys of a row are the columns of `mmsim compare --csv`. The figures are those before
     the fast run, unless their name says otherwise.
 
-    With a `vehicle`, which is a preset or a TOML file, rows also contain times in seconds.
+    Rows contain the times of a `vehicle` in seconds: a preset or a TOML file, by default expert, or
+    kerise in mazes larger than 16×16.
 
     An exception of a function becomes the error of its row. Unreadable files of a folder are
     skipped with a warning. A search ends after `max_states` states: the simulator of a function

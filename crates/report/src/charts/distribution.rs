@@ -25,7 +25,8 @@ pub(super) fn chart(comparison: &Comparison, measure: &Measure, values: &Values)
     let common = values.common_mazes();
     let rows = || statistics.candidates.iter().enumerate();
     let numbers = |candidate| common.iter().filter_map(move |&maze| values.row(candidate)[maze]);
-    let all = rows().flat_map(|(candidate, _)| numbers(candidate));
+    let compared = rows().filter(|(_, one)| one.statistics.is_compared);
+    let all = compared.flat_map(|(candidate, _)| numbers(candidate));
     let axis = Axis::new(all, 7.0, (MARGIN + 8.0, WIDTH - MARGIN - 8.0));
     let top = MARGIN + 2.0 * LINE + 8.0;
     let bottom = top + ROW * count(statistics.candidates.len());

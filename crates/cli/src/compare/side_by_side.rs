@@ -1,0 +1,122 @@
+//! The searches of several mice in one maze, side by side on the viewer page.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::{env, fs};
+
+use mmsim_compare::{
+    ComparedMouse, MazeColumns, MouseSummary, NamedMaze, Ranking, SearchComparison,
+};
+use mmsim_maze::Escaped;
+use mmsim_viewer::ViewerConfig;
+use unicode_width::UnicodeWidthStr as _;
+
+use super::CompareArgs;
+use crate::args::{CommandResult, ReadingArgs, UsageError, ViewerArgs};
+use crate::interrupt::Interrupt;
+use crate::local_server::HOST;
+use crate::output::warn;
+use crate::recordings::{self, recording_budget};
+use crate::terminal::columns;
+use crate::{page, stderr};
+
+/// Returns the command that shows a mouse beside its best rival: in the first maze that only the rival
+/// solved, or else where the mouse lost most. Returns `None` if it has lost nothing or has no rival.
+pub(super) fn command(
+    report: &SearchComparison,
+    args: &CompareArgs,
+    mouse: &MouseSummary,
+) -> Option<String> {
+    let Ranking { worst_mazes, unsolved_mazes, .. } = &mouse.ranking;
+    let unsolved = unsolved_mazes.iter().map(|it| (&it.maze, &it.rival));
+    let worst = worst_mazes.iter().map(|it| (&it.maze, &it.rival)).take(1);
+    let (maze, rival) = unsolved.chain(worst).find(|(_, rival)| rival.is_some())?;
+    let rival = report.mice.iter().find(|it| rival.as_ref() == Some(&it.mouse))?;
+    let quoted = |text: &str| Some(Escaped(shlex::try_quote(text).ok()?).to_string());
+    let MazeColumns { path, maze: name, .. } = maze;
+    // A bundled maze has a short name.
+    let maze = if Path::new(path).exists() { path } else { name };
+    let mut parts = vec![format!("mmsim compare --open {}", quoted(maze)?)];
+    let (mut strategies, mice) = (Vec::new(), [mouse, rival]);
+    for mouse in mice {
+        match &mouse.command {
+            None => strategies.push(&*mouse.mouse),
+            Some(command) => {
+                let mouse = format!("{}={command}", mouse.mouse);
+                parts.push(format!("--mouse {}", quoted(&mouse)?));
+            }
+        }
+    }
+    let strategies = if strategies.is_empty() { "none".into() } else { strategies.join(",") };
+    parts.push(format!("--strategies {strategies}"));
+    if let Some(vehicle) = &args.vehicle {
+        parts.push(format!("--vehicle {}", quoted(&vehicle.argument)?));
+    }
+    let line = format!("  {}", parts.join(" "));
+    Some(if line.width() <= columns() { line } else { format!("  {}", parts.join(" \\\n    ")) })
+}
+
+/// Runs each mouse in the maze, and shows the recordings in a browser until Ctrl-C.
+pub(super) fn open(
+    args: &CompareArgs,
+    mice: &[ComparedMouse],
+    mazes: &[NamedMaze],
+) -> CommandResult {
+    let [maze] = mazes else {
+        return Err(UsageError::not_one("compare", "--open", "maze", mazes.len()).into());
+    };
+    let folder = tempfile::tempdir()?;
+    let budget = recording_budget(&ReadingArgs::default());
+    let mut config = ViewerConfig::default().with_budget(Arc::clone(&budget));
+    for (index, mouse) in mice.iter().enumerate() {
+        match record(args, mouse, maze, &folder.path().join(index.to_string()))? {
+            Some(file) => {
+                config = config.with_recording(mouse.name(), recordings::open(&file, &budget)?);
+            }
+            None => warn(format_args!("{} has reported no state", Escaped(mouse.name()))),
+        }
+    }
+    let viewer_args =
+        ViewerArgs { viewer_port: args.viewer_port, open: true, ..ViewerArgs::default() };
+    let viewer = page::bind(&viewer_args, HOST, true)?;
+    let interrupt = Interrupt::catch()?;
+    stderr::write_in_background();
+    page::serve(viewer, config, &viewer_args)?;
+    interrupt.wait();
+    Ok(true)
+}
+
+/// Runs a mouse in the maze with `mmsim run`, which records it to the folder. Returns the recording of
+/// its first run, or `None` if the mouse has reported no state.
+fn record(
+    args: &CompareArgs,
+    mouse: &ComparedMouse,
+    maze: &NamedMaze,
+    folder: &Path,
+) -> Result<Option<PathBuf>, Box<dyn Error>> {
+    let mmsim = env::current_exe()?;
+    let mut command = Command::new(&mmsim);
+    command.args(["run", "-q", "--no-viewer", "--port", "0", "--maze"]).arg(&maze.path);
+    command.arg("--record").arg(folder);
+    match mouse {
+        ComparedMouse::Bundled(strategy) => {
+            command.arg(&mmsim).args(["solve", strategy.name(), "--goal", "server"]);
+            if let Some(vehicle) = args.vehicle.as_ref().filter(|_| strategy.uses_vehicle()) {
+                command.arg("--vehicle").arg(&vehicle.argument);
+            }
+        }
+        ComparedMouse::Own(mouse) => {
+            let program = mouse.program.command();
+            command.arg("--time-limit").arg(args.search.time_limit.as_secs_f64().to_string());
+            command.args(args.stop_at_goal.then_some("--stop-at-goal"));
+            command.arg(program.get_program()).args(program.get_args());
+        }
+    }
+    let null = Stdio::null;
+    command.stdin(null()).stdout(null()).stderr(null()).status()?;
+    let files = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+    let files = files.collect::<Result<Vec<_>, std::io::Error>>()?;
+    Ok(files.into_iter().filter(|file| file.extension().is_some_and(|it| it == "mcap")).min())
+}
