@@ -139,14 +139,16 @@ fn write_csv(mouse: &MouseSummary, csv: &mut csv::Writer<impl Write>) -> csv::Re
     }
     let name = MouseColumn { mouse: &mouse.mouse };
     let escaped = |text: &String| Escaped(text).to_string();
-    mouse.mazes.iter().cloned().try_for_each(|SearchRow { mut maze, mut figures, times }| {
-        (maze.path, maze.maze) = (escaped(&maze.path), escaped(&maze.maze));
-        figures.error = figures.error.as_ref().map(escaped);
-        match times {
-            Some(times) => csv.serialize((&name, maze, figures, times)),
-            None => csv.serialize((&name, maze, figures)),
-        }
-    })
+    mouse.mazes.iter().cloned().try_for_each(
+        |SearchRow { mut maze, mut figures, times, .. }| {
+            (maze.path, maze.maze) = (escaped(&maze.path), escaped(&maze.maze));
+            figures.error = figures.error.as_ref().map(escaped);
+            match times {
+                Some(times) => csv.serialize((&name, maze, figures, times)),
+                None => csv.serialize((&name, maze, figures)),
+            }
+        },
+    )
 }
 
 /// Returns the report as an HTML page, with pictures of the searches or, if there is a vehicle, of the

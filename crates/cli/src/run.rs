@@ -23,6 +23,8 @@ use mmsim_mouse::{
     ClientExit, ExitCause, Gateway, GatewayRun, MouseControl, MouseKind, MouseProcess, PipedMouse,
     Program, RunEnd, Runs, Session, StartError,
 };
+use mmsim_protocol::{Annotation, AnnotationWriter};
+use mmsim_run::{EndFacts, Judge, Phases};
 use mmsim_server::{Monitor, Served, listen};
 use mmsim_trial::Settings;
 
@@ -378,7 +380,11 @@ fn end_client(
     let progress = run.finish();
     // The last request may have been answered after the mouse exited.
     let kind = control.kind();
-    let exit = ClientExit { cause, kind, progress };
+    let judge = judge(monitor, &progress.phases);
+    let exit = ClientExit { cause, kind, progress, judge };
+    if exit.judge.is_some() {
+        log_end(monitor, &exit.facts());
+    }
     report_cause(&exit.cause);
     if kind == Some(MouseKind::Client)
         && let Some(option) = args.mms.first_set()
@@ -411,6 +417,30 @@ fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32
     })
 }
 
+/// Returns the judge of the states of the current run, unless the mouse has reached the goal or another
+/// maze was loaded.
+fn judge(monitor: &Monitor, phases: &Phases) -> Option<Judge> {
+    if phases.is_goal_reached() {
+        return None;
+    }
+    let Served { run, maze, .. } = monitor.served().ok()?;
+    let blocks = (0..).map_while(|index| monitor.block(run, index).ok()??.unpack());
+    let judge = Judge::from_blocks(&maze, blocks, &[], false);
+    Some(judge).filter(|judge| judge.phases().states > 0 || phases.states == 0)
+}
+
+/// Logs how a run ended, so that its recording shows why the mouse failed.
+fn log_end(monitor: &Monitor, facts: &EndFacts) {
+    let (line, mut buffer) = (facts.to_log_line(), [0; 256]);
+    let mut writer = AnnotationWriter::new(&mut buffer);
+    if writer.push(Annotation::Log(&line)).is_ok()
+        && let Some(request) = writer.finish()
+    {
+        // A server that has stopped records nothing.
+        let _ = monitor.answer(None, request, 1);
+    }
+}
+
 /// Runs a mouse for mms once in the maze, and reports the outcome. The mouse may have a sensor that
 /// misreads walls. `monitor` is that of a simulator in this process.
 fn drive(
@@ -434,7 +464,11 @@ fn drive(
         control,
         warn: |text| warn(text),
     };
-    let exit = session.run(transport, mouse)?;
+    let mut exit = session.run(transport, mouse)?;
+    exit.judge = monitor.and_then(|monitor| judge(monitor, exit.phases()));
+    if let Some(monitor) = monitor.filter(|_| exit.judge.is_some()) {
+        log_end(monitor, &exit.facts());
+    }
     report_cause(&exit.cause);
     let end = exit.end();
     let times = monitor.and_then(|monitor| times::of_run(monitor, own_vehicle));

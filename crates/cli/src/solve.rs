@@ -174,7 +174,7 @@ pub(crate) fn run(args: &SolveArgs) -> CommandResult {
         None => Ending::Finished,
     };
     let reason = error.as_ref().map(ToString::to_string);
-    let mut verdict = Verdict::from_goal(run.stats.goal_reached(), ending, reason);
+    let mut verdict = Verdict::from_goal(run.stats.goal_reached(), ending, reason, None);
     let has_succeeded = verdict.ending == Ending::Finished && recorded.is_ok();
     if args.json {
         verdict.error = verdict.error.or_else(|| recorded.clone().err());

@@ -308,7 +308,7 @@ fn failures_are_named_and_stop_nothing() {
     for line in [
         "\nfails made no fast run in 1 maze:\n  a: exited with code 1: a bad day\n",
         "\nlate made no fast run in 1 maze:\n  a: after reaching the goal: exited with code 1: too happy\n",
-        "\nlost made no fast run in 1 maze:\n  a: exited without reaching the goal\n",
+        "\nlost made no fast run in 1 maze:\n  a: exited without reaching the goal: gave up in (0, 1) at state 1, 3 steps\n    from the goal\n",
         "\nmissing made no fast run in 1 maze:\n  a: cannot start the mouse no-such-mouse: ",
     ] {
         assert!(ended.stdout.contains(line), "{line}: {}", ended.stdout);

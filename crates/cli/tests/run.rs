@@ -177,7 +177,7 @@ fn the_pace_holds_the_mouse_after_each_state() {
     serving.signal("TERM");
     let (status, messages) = serving.wait();
     assert_eq!(status.code(), Some(130), "{messages}");
-    let end = "mouse stopped by Ctrl-C; goal not reached, 1 state\n";
+    let end = "mouse stopped by Ctrl-C; goal not reached, 1 state: never moved\n";
     assert!(messages.ends_with(end), "{messages}");
     assert_eq!(Recording::open(&recorded(&runs)).unwrap().history().len(), 1);
 }
@@ -220,7 +220,7 @@ fn another_client_cannot_disturb_a_run() {
     serving.signal("TERM");
     let (_, messages) = serving.wait();
     assert!(
-        messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state\n"),
+        messages.ends_with("mouse stopped by Ctrl-C; goal not reached, 1 state: never moved\n"),
         "{messages}"
     );
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mmsim_fastrun::{Planners, Vehicle, VehicleParameters};
 use mmsim_maze::Escaped;
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
-use mmsim_run::{Ending, SearchFigures, SearchTimes, Senses};
+use mmsim_run::{Cause, Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
@@ -31,6 +31,8 @@ pub struct SearchRow {
     /// The times with a vehicle, if they have been measured.
     #[serde(flatten)]
     pub times: Option<SearchTimes>,
+    /// The cause that the mouse has not reached the goal, if it is known.
+    pub cause: Option<Cause>,
 }
 
 /// The maze of a row. The field names are JSON keys and CSV column names.
@@ -57,7 +59,8 @@ impl MazeColumns {
 impl SearchRow {
     /// Creates the row for the search of a mouse in a maze.
     pub fn new(maze: &NamedMaze, figures: SearchFigures) -> Self {
-        Self { maze: MazeColumns::new(maze, &maze.name), times: figures.times, figures }
+        let (times, cause) = (figures.times, figures.cause);
+        Self { maze: MazeColumns::new(maze, &maze.name), times, cause, figures }
     }
 }
 

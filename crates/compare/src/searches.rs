@@ -8,9 +8,9 @@ use mmsim_fastrun::Planners;
 use mmsim_maze::{Maze, counted};
 use mmsim_mouse::{
     ENDPOINT_VARIABLE, MAX_INVALID_BYTES, MouseKind, Program, SearchEnd, SearchLimits,
-    SearchReport, Shortage, exit_text,
+    SearchReport, Shortage, exit_failure, exit_text,
 };
-use mmsim_run::{Ending, Judge, SearchFigures, SearchTimes, Senses, Verdict, search};
+use mmsim_run::{EndFacts, Ending, Judge, SearchFigures, SearchTimes, Senses, Verdict, search};
 
 use crate::compared_mouse::ComparedMouse;
 use crate::exploration::Exploration;
@@ -142,21 +142,25 @@ pub fn own_figures(judge: &mut Judge, verdict: Verdict) -> SearchFigures {
 
 /// Returns the verdict on the mouse. There is none if the system lacked something.
 fn verdict(report: &SearchReport, limits: SearchLimits) -> Result<Verdict, Shortage> {
-    let SearchReport { judge, end, kind, fault } = report;
+    let SearchReport { judge, end, kind, fault, sent } = report;
     let unheard =
         format!(" (it has neither written mms commands nor connected to {ENDPOINT_VARIABLE})");
     let unheard = if kind.is_none() { unheard } else { String::new() };
     let fault = fault.as_ref().filter(|_| !judge.phases().is_goal_reached());
-    let hint = unheard + &fault.map(|fault| format!("; {fault}")).unwrap_or_default();
+    let mut hint = unheard + &fault.map(|fault| format!("; {fault}")).unwrap_or_default();
     let (ending, error) = match end {
         SearchEnd::Exited(status, line) if !status.success() => {
-            let line = if line.is_empty() { hint } else { format!(": {line}") };
-            (Ending::Failed, format!("{}{line}", exit_text(*status)))
+            if !line.is_empty() {
+                hint = format!(": {line}");
+            }
+            (Ending::Failed, exit_text(*status))
         }
-        SearchEnd::Exited(..) | SearchEnd::Idle | SearchEnd::Goal => (Ending::Finished, hint),
+        SearchEnd::Exited(..) | SearchEnd::Idle | SearchEnd::Goal => {
+            (Ending::Finished, String::new())
+        }
         SearchEnd::TimeLimit => {
             let seconds = limits.time.as_secs_f64();
-            (Ending::TimeLimit, format!("stopped after {seconds} s{hint}"))
+            (Ending::TimeLimit, format!("stopped after {seconds} s"))
         }
         SearchEnd::StepLimit => {
             let limit = counted(judge.phases().states, "state");
@@ -164,13 +168,22 @@ fn verdict(report: &SearchReport, limits: SearchLimits) -> Result<Verdict, Short
         }
         SearchEnd::Flood => {
             let limit = MAX_INVALID_BYTES >> 20;
-            (Ending::Failed, format!("wrote {limit} MiB without a valid command{hint}"))
+            (Ending::Failed, format!("wrote {limit} MiB without a valid command"))
         }
         SearchEnd::Failed(reason) => (Ending::Failed, reason.clone()),
         SearchEnd::Shortage(shortage) => return Err(shortage.clone()),
         SearchEnd::Interrupted => (Ending::Stopped, "interrupted".into()),
     };
-    Ok(Verdict::new(judge.phases(), ending, Some(error)))
+    let exit = match end {
+        SearchEnd::Exited(status, _) => exit_failure(*status),
+        _ => None,
+    };
+    let cause = judge.cause(&EndFacts { ending, exit, ..*sent });
+    let verdict = Verdict::new(judge.phases(), ending, Some(error), cause);
+    let has_hint = judge.phases().first_jump.is_none()
+        && !matches!(end, SearchEnd::StepLimit | SearchEnd::Failed(_) | SearchEnd::Interrupted);
+    let error = verdict.error.map(|error| if has_hint { error + &hint } else { error });
+    Ok(Verdict { error, ..verdict })
 }
 
 /// Returns the processor time that this thread has used so far.

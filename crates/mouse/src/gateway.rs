@@ -37,6 +37,10 @@ pub struct Progress {
     pub refused: u64,
     /// The number of requests that the simulator refused because a wall blocked the mouse.
     pub crashes: u64,
+    /// True if the latest request was refused, except after a crash.
+    pub is_refused: bool,
+    /// The number of movements that a wall has blocked since the latest state.
+    pub blocked: u32,
     /// What the mouse did.
     pub phases: Phases,
 }
@@ -176,8 +180,11 @@ impl Tracker {
     /// Updates the progress after a request of the mouse and its reply.
     fn observe(&mut self, request: Option<Request<'_>>, reply: &[u8]) {
         self.progress.requests += 1;
+        self.progress.is_refused = false;
         if let Ok(error @ Reply::Error(_)) = Reply::decode(reply) {
-            let Progress { refused, crashes, .. } = &mut self.progress;
+            let Progress { refused, crashes, is_refused, blocked, .. } = &mut self.progress;
+            *is_refused = !error.is_crash();
+            *blocked += u32::from(error.is_crash());
             *if error.is_crash() { crashes } else { refused } += 1;
             return;
         }
@@ -185,6 +192,7 @@ impl Tracker {
             (Some(Request::Reset), _) => self.is_reset = true,
             (Some(Request::State(state)), Some((_, rules))) => {
                 let is_restart = mem::take(&mut self.is_reset);
+                self.progress.blocked = 0;
                 self.progress.phases.add(rules, state.pose(), is_restart);
                 if let Some(claims) = &mut self.claims {
                     claims.add_state();

@@ -47,7 +47,7 @@ pub use gateway::{Gateway, GatewayRun, Progress};
 pub use guard::{ONE_ARENA, guard_mice, use_guard};
 pub use kind::MouseKind;
 pub use pipes::PipedMouse;
-pub use process::{ExitCause, MouseProcess, RunEnd, Shortage, StartError, exit_text};
+pub use process::{ExitCause, MouseProcess, RunEnd, Shortage, StartError, exit_failure, exit_text};
 pub use program::Program;
 pub use published::PythonError;
 pub use report::{ClientExit, MouseReport, RunTimes};

@@ -10,7 +10,7 @@ use std::{env, thread};
 use mmsim_client::RunError;
 use mmsim_maze::Escaped;
 use mmsim_protocol::CRASH_PREFIX;
-use mmsim_run::{Ending, Goal, Phases, Verdict};
+use mmsim_run::{Cause, EndFacts, Ending, Exit, Goal, Judge, Phases, Verdict};
 
 use crate::commands::MAX_LINE_BYTES;
 use crate::control::{MouseControl, Outcome, StopReason};
@@ -220,9 +220,19 @@ impl ExitCause {
         control.wait_for_stop(Duration::ZERO).map_or(Ok(()), |reason| Err(Self::Stopped(reason)))
     }
 
-    /// Returns the end of the run of a mouse that did this. `details` follow the words about the goal.
-    pub fn end(&self, phases: &Phases, details: &str) -> RunEnd {
-        let (how, ending, code) = match self {
+    /// Adds how the run ended to what the mouse sent.
+    pub(crate) fn add_to(&self, sent: EndFacts) -> EndFacts {
+        let (_, ending, _) = self.describe();
+        let exit = match self {
+            Self::Exited(status) => exit_failure(*status),
+            _ => None,
+        };
+        EndFacts { ending, exit, ..sent }
+    }
+
+    /// Returns the reason in words, how the run ended, and the exit code.
+    fn describe(&self) -> (String, Ending, i32) {
+        match self {
             Self::Exited(status) => {
                 let ending = if status.success() { Ending::Finished } else { Ending::Failed };
                 (exit_text(*status), ending, exit_code(*status))
@@ -234,15 +244,33 @@ impl ExitCause {
             Self::LostSimulator(error) => (format!("stopped: {error}"), Ending::Failed, 1),
             Self::NotStarted(error) => (error.clone(), Ending::Failed, 1),
             Self::Failed(error) => (format!("stopped: {error}"), Ending::Failed, 1),
-        };
+        }
+    }
+
+    /// Returns the end of the run of a mouse that did this. `details` follow the words about the goal. The
+    /// judge, who has seen the same states, and the facts decide the cause of a failure.
+    pub fn end(
+        &self,
+        phases: &Phases,
+        details: &str,
+        judge: Option<&Judge>,
+        facts: &EndFacts,
+    ) -> RunEnd {
+        let (how, ending, code) = self.describe();
+        let cause = judge.and_then(|judge| judge.cause(facts));
         let error = Some(how.clone()).filter(|_| ending != Ending::Finished);
-        let verdict = Verdict::new(phases, ending, error);
+        let verdict = Verdict::new(phases, ending, error, cause);
         let was_started = !matches!(self, Self::NotStarted(_));
         let text = if was_started {
             let is_reached = verdict.goal_reached;
             let goal = Goal { is_reached, error: None };
-            let jump = phases.jump_error().map(|jump| format!(": {jump}")).unwrap_or_default();
-            format!("{how}; {goal}{details}{jump}")
+            let (how, why) = match (phases.jump_error(), verdict.cause) {
+                (Some(jump), _) => (how, format!(": {jump}")),
+                (None, Some(exited @ Cause::Exited { .. })) => (exited.to_string(), String::new()),
+                (None, Some(cause)) => (how, format!(": {cause}")),
+                (None, None) => (how, String::new()),
+            };
+            format!("{how}; {goal}{details}{why}")
         } else {
             how
         };
@@ -269,12 +297,22 @@ fn exit_code(status: ExitStatus) -> i32 {
     status.code().or_else(|| Some(128 + signal(status)?)).unwrap_or(1)
 }
 
+/// Returns how a process ended.
+fn exit(status: ExitStatus) -> Exit {
+    match signal(status) {
+        Some(signal) => Exit::Signal(signal),
+        None => Exit::ExitCode(exit_code(status)),
+    }
+}
+
+/// Returns how a process failed, or `None` if it succeeded.
+pub fn exit_failure(status: ExitStatus) -> Option<Exit> {
+    (!status.success()).then(|| exit(status))
+}
+
 /// Returns a description such as `exited with code 0`.
 pub fn exit_text(status: ExitStatus) -> String {
-    match signal(status) {
-        Some(signal) => format!("killed by signal {signal}"),
-        None => format!("exited with code {}", exit_code(status)),
-    }
+    exit(status).to_string()
 }
 
 /// Returns the signal that killed a process.

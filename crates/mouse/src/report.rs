@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mmsim_fastrun::FastRun;
 use mmsim_maze::counted;
 use mmsim_mms::{ScoreRules, Scores, SimulatedMouse, TravelStats};
-use mmsim_run::{FastestRun, PhaseReport, Verdict, tenth_of_ms};
+use mmsim_run::{EndFacts, FastestRun, Judge, Messages, PhaseReport, Verdict, tenth_of_ms};
 use serde::Serialize;
 
 use crate::ENDPOINT_VARIABLE;
@@ -147,12 +147,21 @@ pub struct ClientExit {
     pub kind: Option<MouseKind>,
     /// What the mouse has sent and done.
     pub progress: Progress,
+    /// The judge of the states since the last reset, unless the mouse has reached the goal.
+    pub judge: Option<Judge>,
 }
 
 impl ClientExit {
+    /// Returns how the run ended.
+    pub fn facts(&self) -> EndFacts {
+        let Progress { requests, is_refused, blocked, .. } = self.progress;
+        let messages = (requests > 0).then_some(Messages::Requests(requests));
+        self.cause.add_to(EndFacts { messages, is_refused, blocked, ..EndFacts::default() })
+    }
+
     /// Returns the outcome for the viewer page and the exit code.
     pub fn end(&self) -> RunEnd {
-        let Progress { requests, refused, crashes, phases } = &self.progress;
+        let Progress { requests, refused, crashes, phases, .. } = &self.progress;
         let details = match (requests, phases.states) {
             (0, _) if self.kind.is_none() => format!(
                 ", no command of mms and no request (a mouse for mms writes commands to stdout, a \
@@ -171,7 +180,8 @@ impl ClientExit {
         };
         let crashes = count(*crashes, "crashed movement", "");
         let refused = count(*refused, "request", " refused");
-        self.cause.end(phases, &(details + &crashes + &refused))
+        let details = details + &crashes + &refused;
+        self.cause.end(phases, &details, self.judge.as_ref(), &self.facts())
     }
 
     /// Returns the report on the run. `maze` is the name of the maze.

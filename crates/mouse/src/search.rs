@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use std::{io, mem};
 
 use mmsim_maze::{Maze, Misreadings, WallSensor};
-use mmsim_run::Judge;
+use mmsim_run::{EndFacts, Judge};
 use mmsim_server::{Simulation, listen};
 
 pub use self::messages::{MAX_INVALID_BYTES, SearchEnd};
@@ -55,6 +55,8 @@ pub struct SearchReport {
     pub kind: Option<MouseKind>,
     /// The latest invalid line or refused request.
     pub fault: Option<String>,
+    /// What the mouse has sent.
+    pub sent: EndFacts,
 }
 
 /// Runs a mouse in the maze until it exits or reaches a limit. The mouse may write commands of mms or
@@ -91,12 +93,12 @@ pub fn search(
     });
     let mut progress = lock(&progress);
     let judge = progress.judge.take().unwrap_or_else(|| Judge::new(maze));
-    let (kind, fault) = (progress.kind, progress.fault.take());
+    let (kind, fault, sent) = (progress.kind, progress.fault.take(), progress.facts());
     let end = end.unwrap_or_else(|error| match error {
         StartError::Mouse(reason) => SearchEnd::Failed(reason),
         StartError::Shortage(shortage) => SearchEnd::Shortage(shortage),
     });
-    SearchReport { judge, end, kind, fault }
+    SearchReport { judge, end, kind, fault, sent }
 }
 
 /// Serves the maze to the mouse on a free port.

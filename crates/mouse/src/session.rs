@@ -10,7 +10,7 @@ use mmsim_fastrun::{FastRun, Vehicle};
 use mmsim_maze::{KnownMaze, WallSensor, counted};
 use mmsim_mms::{GeneralFormat, Response, ScoreRules, SimulatedMouse, Stat, excerpt};
 use mmsim_protocol::MAX_LOG_BYTES;
-use mmsim_run::{DRIVEN_RUN, Phases};
+use mmsim_run::{DRIVEN_RUN, EndFacts, Judge, Messages, Phases};
 
 use crate::commands::{CommandSource, InvalidLine, InvalidLines, Line, execute_all};
 use crate::control::{MouseControl, StopReason};
@@ -71,7 +71,7 @@ impl Session<'_> {
             Ok(pipes) => self.execute(&mut mouse, &mut simulator, pipes),
             Err(error) => (ExitCause::NotStarted(error), Counts::default()),
         };
-        Ok(MouseExit { mouse, cause, counts, phases: simulator.phases })
+        Ok(MouseExit { mouse, cause, counts, phases: simulator.phases, judge: None })
     }
 
     /// Executes the commands of the mouse until it exits. Also returns what was counted.
@@ -139,8 +139,16 @@ struct SessionCommands<'a, 's, T> {
 pub(crate) struct Counts {
     /// The number of movements that ended in a crash.
     crashes: u64,
+    /// The number of these since the last pose.
+    blocked: u32,
+    /// The number of states at the last crash.
+    states: u32,
+    /// The number of valid commands.
+    commands: u64,
     /// The number of invalid commands.
     refused: u64,
+    /// True if the last line was invalid.
+    is_refused: bool,
     /// The fast run that takes the least time, and this time in s.
     fastest_run: Option<(FastRun, f64)>,
 }
@@ -230,18 +238,26 @@ impl<'s, T: Transport> CommandSource<Simulator<'s, T>> for SessionCommands<'_, '
         if self.session.control.was_reset_pressed() {
             mouse.press_reset();
         }
+        self.counts.commands += 1;
+        self.counts.is_refused = false;
         self.invalid_lines.accept();
         true
     }
 
     fn refuse(&mut self, line: &InvalidLine<'_>) {
+        self.counts.is_refused = true;
         if let Some(message) = self.invalid_lines.add(self.lines, line) {
             self.report(&message);
         }
     }
 
     fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), ExitCause> {
-        self.counts.crashes += u64::from(reply == Response::Crash);
+        if reply == Response::Crash {
+            let (states, counts) = (self.simulator.phases.states, &mut self.counts);
+            counts.crashes += 1;
+            counts.blocked = if counts.states == states { counts.blocked } else { 0 } + 1;
+            counts.states = states;
+        }
         if mouse.fast_run() != self.latest_run.as_ref() {
             self.latest_run = mouse.fast_run().cloned();
             // A run without slalom turns is no news.
@@ -268,9 +284,24 @@ pub struct MouseExit {
     pub(crate) counts: Counts,
     /// What the mouse did.
     pub(crate) phases: Phases,
+    /// The judge of its states, if it is known and the mouse has not reached the goal.
+    pub judge: Option<Judge>,
 }
 
 impl MouseExit {
+    /// Returns what the mouse did.
+    pub const fn phases(&self) -> &Phases {
+        &self.phases
+    }
+
+    /// Returns how the run ended.
+    pub fn facts(&self) -> EndFacts {
+        let Counts { commands, blocked, states, is_refused, .. } = self.counts;
+        let messages = (commands > 0).then_some(Messages::Commands(commands));
+        let blocked = if states == self.phases.states { blocked } else { 0 };
+        self.cause.add_to(EndFacts { messages, is_refused, blocked, ..EndFacts::default() })
+    }
+
     /// Returns the outcome for the viewer page and the exit code.
     pub fn end(&self) -> RunEnd {
         let count = |count, noun| match count {
@@ -280,7 +311,8 @@ impl MouseExit {
         let crashes = count(self.counts.crashes, "crashed movement");
         let invalid = count(self.counts.refused, "invalid line");
         let score = GeneralFormat(self.mouse.scores().score());
-        self.cause.end(&self.phases, &format!(", score {score}{crashes}{invalid}"))
+        let details = format!(", score {score}{crashes}{invalid}");
+        self.cause.end(&self.phases, &details, self.judge.as_ref(), &self.facts())
     }
 
     /// Returns the scores that mms competitions use, one per line.
@@ -296,7 +328,7 @@ impl MouseExit {
 
     /// Returns the report on the run. `maze` is the name of the maze, if it is known.
     pub fn report<'m>(&self, maze: Option<&'m str>, mouse: &'m str) -> MouseReport<'m> {
-        let Counts { crashes, refused, fastest_run } = &self.counts;
+        let Counts { crashes, refused, fastest_run, .. } = &self.counts;
         let counts = (self.phases.states, *crashes, *refused);
         let report =
             MouseReport::new(maze, mouse, Some(MouseKind::Mms), &self.end(), &self.cause, counts);

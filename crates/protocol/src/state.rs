@@ -49,6 +49,14 @@ impl<'a> State<'a> {
         self.walls.at(cell).map(CellWalls)
     }
 
+    /// Returns true if the flags of either adjacent cell report the wall on this side of a cell.
+    pub fn has_wall(&self, cell: Cell, heading: Heading) -> bool {
+        let is_reported = |cell, side| self.cell_walls(cell).is_some_and(|walls| walls.wall(side));
+        let neighbour = cell.neighbour(heading);
+        is_reported(cell, heading)
+            || neighbour.is_some_and(|neighbour| is_reported(neighbour, heading.back()))
+    }
+
     /// Returns the client's map of the maze.
     ///
     /// A wall is present if the flags of either adjacent cell report it. A wall that no

@@ -17,7 +17,7 @@ use mmsim_fastrun::{Planners, Vehicle};
 use mmsim_formats::Catalogue;
 use mmsim_maze::Misreadings;
 use mmsim_mouse::{Program, SearchLimits};
-use mmsim_run::{Ending, Judge, SearchFigures, Senses, Verdict};
+use mmsim_run::{EndFacts, Ending, Judge, SearchFigures, Senses, Verdict};
 use mmsim_solvers::Tolerance;
 use mmsim_trial::Settings;
 use pyo3::exceptions::PyException;
@@ -210,7 +210,8 @@ fn run_function(
         Some(_) if judge.phases().states >= states => Ending::StepLimit,
         Some(_) => Ending::Failed,
     };
-    let verdict = Verdict::new(judge.phases(), ending, error);
+    let cause = judge.cause(&EndFacts { ending, ..EndFacts::default() });
+    let verdict = Verdict::new(judge.phases(), ending, error, cause);
     let figures = own_figures(&mut judge, verdict);
     Ok(SearchFigures {
         crashes: figures.crashes.filter(|_| misreadings.probability > 0.0),

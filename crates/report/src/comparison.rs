@@ -119,19 +119,22 @@ pub struct Failure {
     pub reason: String,
 }
 
-/// Groups mazes by the reason that belongs to each of them, the most frequent reasons first.
+/// Groups mazes by the reason that belongs to each of them, the most frequent reasons first. Reasons that
+/// differ only in digits are one reason, which is shown as in its first maze.
 ///
 /// ```
-/// let mazes = [("lost", "one"), ("stuck", "two"), ("stuck", "three")];
+/// let mazes = [("lost", "one"), ("stuck after step 9", "two"), ("stuck after step 15", "three")];
 /// let reasons = mmsim_report::group_by_reason(mazes);
-/// assert_eq!(reasons, [("stuck", vec!["two", "three"]), ("lost", vec!["one"])]);
+/// assert_eq!(reasons, [("stuck after step 9", vec!["two", "three"]), ("lost", vec!["one"])]);
 /// ```
 pub fn group_by_reason<'a, M>(
     mazes: impl IntoIterator<Item = (&'a str, M)>,
 ) -> Vec<(&'a str, Vec<M>)> {
     let mut reasons: Vec<(&str, Vec<M>)> = Vec::new();
     for (reason, maze) in mazes {
-        match reasons.iter_mut().find(|(other, _)| *other == reason) {
+        let words = |text: &'a str| text.split(|letter: char| letter.is_ascii_digit());
+        let words = |text| words(text).filter(|word| !word.is_empty());
+        match reasons.iter_mut().find(|&&mut (other, _)| words(other).eq(words(reason))) {
             Some((_, mazes)) => mazes.push(maze),
             None => reasons.push((reason, vec![maze])),
         }

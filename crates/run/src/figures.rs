@@ -4,6 +4,7 @@ use mmsim_fastrun::FastRun;
 use mmsim_maze::{Cell, CellSet, Walls, counted};
 use serde::Serialize;
 
+use crate::cause::Cause;
 use crate::times::SearchTimes;
 use crate::verdict::{Ending, Verdict};
 
@@ -53,6 +54,9 @@ pub struct SearchFigures {
     /// The cells that the mouse entered until it stopped or began its fast run.
     #[serde(skip)]
     pub path: Vec<Cell>,
+    /// The cause that the mouse has not reached the goal, if it is known. `error` states it.
+    #[serde(skip)]
+    pub cause: Option<Cause>,
     /// What the mouse can do after the search.
     #[serde(skip)]
     pub outcome: SearchOutcome,
@@ -84,8 +88,8 @@ impl SearchFigures {
     /// Adds the verdict on the mouse.
     #[must_use]
     pub fn with_verdict(self, verdict: Verdict) -> Self {
-        let Verdict { goal_reached, ending, error } = verdict;
-        Self { goal_reached, error, ending, ..self }
+        let Verdict { goal_reached, ending, error, cause } = verdict;
+        Self { goal_reached, error, ending, cause, ..self }
     }
 
     /// Returns the reason why the mouse failed: it has neither reached the goal nor correctly reported

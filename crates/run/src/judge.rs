@@ -6,6 +6,7 @@ use mmsim_maze::Wall;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState};
 use mmsim_solvers::{PathBounds, steps_between};
 
+use crate::cause::{Cause, EndFacts, Evidence};
 use crate::fastest_run::FastestRun;
 use crate::figures::{SearchFigures, SearchOutcome};
 use crate::movement::{MovementRules, Transition};
@@ -46,6 +47,7 @@ pub struct Judge {
     /// The poses of readings that belong to the next pose.
     read_ahead: Vec<Pose>,
     phases: Phases,
+    evidence: Evidence,
     steps_until_proven: Option<u32>,
     touches_to_goal: u32,
     /// The figures of the search run and the return run, at the beginning of the first fast run.
@@ -72,6 +74,7 @@ impl Judge {
             crashes: 0,
             read_ahead: Vec::new(),
             phases: Phases::default(),
+            evidence: Evidence::new(maze),
             steps_until_proven: None,
             touches_to_goal: 0,
             exploration: None,
@@ -130,7 +133,28 @@ impl Judge {
 
     /// Notes that a wall has blocked the mouse.
     pub const fn crash(&mut self) {
+        self.evidence.block();
         self.crashes = self.crashes.saturating_add(1);
+    }
+
+    /// Notes that the simulator was reset, which numbers the states from 0 again.
+    pub fn reset(&mut self) {
+        self.evidence.clear();
+    }
+
+    /// Notes in which walls the mouse believes: in the newest state or, if `is_shown` is false, after it.
+    pub fn believe(&mut self, is_shown: bool, has_wall: impl Fn(Cell, Heading) -> bool) {
+        self.evidence.believe(is_shown, has_wall);
+    }
+
+    /// Returns the cause of the failure of a mouse whose run has ended, or `None` if it has reached the
+    /// goal, has jumped, or failed for another reason.
+    pub fn cause(&self, facts: &EndFacts) -> Option<Cause> {
+        let Phases { goal, first_jump, .. } = self.phases;
+        if goal.is_some() || first_jump.is_some() {
+            return None;
+        }
+        self.evidence.cause(&self.maze, facts)
     }
 
     fn note_walls(&mut self, pose: Pose) {
@@ -144,6 +168,7 @@ impl Judge {
         self.examine_path();
         let before = self.phases;
         self.phases.add(&self.rules, pose, is_restart);
+        self.evidence.add(pose);
         self.visited.insert(pose.cell);
         match before.pose {
             Some(from) => self.note_movement(&before, from.cell, pose.cell),
@@ -319,6 +344,9 @@ impl Judge {
                 }
                 count += 1;
                 judge.add(scanned.pose, scanned.has_restart);
+                if let Some(state) = scanned.state(maze.size()) {
+                    judge.believe(true, |cell, heading| state.has_wall(cell, heading));
+                }
                 match (scanned.context.walls_read(), scanned.state(maze.size())) {
                     (Some(read), _) if scanned.is_context_new => {
                         judge.note_known(|wall| read.has(wall.cell, wall.heading));

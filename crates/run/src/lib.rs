@@ -3,13 +3,14 @@
 //!
 //! [`Phases`] follows the poses of a mouse, and decides which movements and which goals count.
 //! [`Judge`] adds the walls that the mouse has read, and returns the figures of its search. A
-//! [`Verdict`] says how the run ended. This crate performs no I/O.
+//! [`Verdict`] says how the run ended, and a [`Cause`] why the mouse has not reached the goal. This crate performs no I/O.
 //!
 //! With the feature `recording`, it also judges states of `mmsim-recording`: [`RunIndex`] returns the
 //! phases and the trail at any state, [`StateFigures`] the figures of one state, and [`EventFinder`]
 //! the events of a run.
 #![forbid(unsafe_code)]
 
+mod cause;
 #[cfg(feature = "recording")]
 mod events;
 mod fastest_run;
@@ -32,6 +33,7 @@ mod times;
 mod trail;
 mod verdict;
 
+pub use cause::{Cause, END_FACTS, EndFacts, Exit, Messages};
 #[cfg(feature = "recording")]
 pub use events::{EventFinder, EventKind, EventList, RunEvents};
 pub use fastest_run::FastestRun;

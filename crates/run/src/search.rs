@@ -4,12 +4,14 @@ use std::convert::Infallible;
 use std::fmt;
 use std::time::Duration;
 
-use mmsim_maze::{KnownMaze, Maze, Misreadings, Unknown, WallSensor};
+use mmsim_maze::WallState::Present;
+use mmsim_maze::{KnownMaze, Maze, Misreadings, Pose, Unknown, WallSensor};
 use mmsim_solvers::{
     DriveError, Mouse, Move, PathBounds, Phase, SearchDriver, SearchError, Strategy, WallVotes,
     steps_between, steps_until_proven,
 };
 
+use crate::cause::{Cause, EndFacts, Evidence};
 use crate::figures::{SearchFigures, SearchOutcome};
 use crate::judge::Judge;
 use crate::verdict::{Ending, Verdict};
@@ -84,6 +86,7 @@ pub fn search<S: Strategy>(
         });
         if let (Some(judge), Ok(true)) = (&mut judge, &advanced) {
             judge.add(driver.mouse().pose(), false);
+            judge.believe(true, |cell, side| driver.mouse().map().wall(cell, side) == Present);
         }
         advanced
     };
@@ -119,16 +122,13 @@ pub fn search<S: Strategy>(
     let is_in_goal = maze.goals().contains(driver.mouse().pose().cell);
     let has_fast_run = driver.phase() == Phase::FastRun && is_in_goal;
     let has_stopped = driver.decision() == Some(Ok(Move::Stop));
-    let ending = match &error {
-        Some(DriveError::Search(_)) => Ending::GaveUp,
-        Some(_) => Ending::Failed,
-        None if has_stopped => Ending::Finished,
-        None => Ending::StepLimit,
-    };
+    let ending = ending(error.as_ref(), has_stopped);
     let error = error.as_ref().map(ToString::to_string);
-    let verdict = Verdict::from_goal(stats.goal_reached(), ending, error);
-    let ending = verdict.ending;
     let is_rightly_given_up = shortest_path.is_none() && reports_unreachable;
+    let may_fail = !stats.goal_reached() && !is_rightly_given_up;
+    let cause = if may_fail { cause(maze, &poses, judge.as_ref(), ending) } else { None };
+    let verdict = Verdict::from_goal(stats.goal_reached(), ending, error, cause);
+    let ending = verdict.ending;
     let processor_time_us = Some((time.as_secs_f64() * 1e9).round() / 1e3);
     if let Some(judged) = judge.as_mut().map(Judge::figures) {
         let is_complete = judged.is_complete || ending == Ending::Finished;
@@ -166,9 +166,29 @@ pub fn search<S: Strategy>(
     Some(figures.with_verdict(verdict))
 }
 
+/// Returns how the search of a strategy ended that returned this error, or stopped, or did neither.
+const fn ending<E>(error: Option<&DriveError<E>>, has_stopped: bool) -> Ending {
+    match error {
+        Some(DriveError::Search(_)) => Ending::GaveUp,
+        Some(_) => Ending::Failed,
+        None if has_stopped => Ending::Finished,
+        None => Ending::StepLimit,
+    }
+}
+
+/// Returns the cause that a strategy has not reached the goal. If the strategy misreads walls, a judge has
+/// seen its states.
+fn cause(maze: &Maze, poses: &[Pose], judge: Option<&Judge>, ending: Ending) -> Option<Cause> {
+    let facts = EndFacts { ending, ..EndFacts::default() };
+    match judge {
+        Some(judge) => judge.cause(&facts),
+        None => Evidence::from_poses(maze, poses).cause(maze, &facts),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use mmsim_maze::{Pose, Step};
+    use mmsim_maze::Step;
     use mmsim_solvers::{FloodFill, LeftWall, Move, Swing};
 
     use super::*;
@@ -334,7 +354,9 @@ o---o---o---o
         };
         assert_eq!(figures(FloodFill::new(), CLOSED, 1000), expected);
         let endless = figures(LeftWall::new(), CLOSED, 100);
-        assert_eq!((endless.search_steps, endless.error), (99, None));
+        let error = endless.failure().unwrap();
+        assert_eq!(endless.search_steps, 99);
+        insta::assert_snapshot!(error, @"loops over 3 cells, (0, 1) to (1, 0), since state 1");
         assert!(!endless.is_rightly_given_up);
     }
 

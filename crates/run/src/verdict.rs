@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::cause::Cause;
 use crate::phases::Phases;
 
 /// The verdict on a mouse. The field names are JSON keys.
@@ -16,7 +17,7 @@ use crate::phases::Phases;
 /// for pose in [maze.start(), Pose::new(Cell::new(1, 0), Heading::East)] {
 ///     phases.add(&rules, pose, false);
 /// }
-/// let verdict = Verdict::new(&phases, Ending::Finished, None);
+/// let verdict = Verdict::new(&phases, Ending::Finished, None, None);
 /// assert_eq!((verdict.goal_reached, verdict.ending), (false, Ending::Failed));
 /// # Ok::<(), mmsim_maze::ParseMazeError>(())
 /// ```
@@ -28,10 +29,12 @@ pub struct Verdict {
     pub ending: Ending,
     /// The reason why the mouse did not stop by itself after it had reached the goal.
     pub error: Option<String>,
+    /// The cause that the mouse has not reached the goal, if it is known. `error` states it.
+    pub cause: Option<Cause>,
 }
 
 /// How the run of a mouse ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
     /// The mouse stopped by itself after it had reached the goal.
@@ -67,27 +70,41 @@ impl Ending {
 impl Verdict {
     /// Returns the verdict on a mouse that did this. A mouse that jumped has failed, however its run
     /// ended. See [`from_goal`](Self::from_goal).
-    pub fn new(phases: &Phases, ending: Ending, error: Option<String>) -> Self {
+    pub fn new(
+        phases: &Phases,
+        ending: Ending,
+        error: Option<String>,
+        cause: Option<Cause>,
+    ) -> Self {
         let goal_reached = phases.is_goal_reached();
         match phases.jump_error() {
-            Some(jump) => Self { goal_reached, ending: Ending::Failed, error: Some(jump) },
-            None => Self::from_goal(goal_reached, ending, error),
+            Some(jump) => {
+                Self { goal_reached, ending: Ending::Failed, error: Some(jump), cause: None }
+            }
+            None => Self::from_goal(goal_reached, ending, error, cause),
         }
     }
 
     /// Returns the verdict on a mouse that has not jumped. `ending` is [`Finished`](Ending::Finished) if
-    /// the mouse stopped by itself. If it then has not reached the goal, it gave up, and `error` is
-    /// appended to the statement of that.
-    pub fn from_goal(goal_reached: bool, ending: Ending, error: Option<String>) -> Self {
+    /// the mouse stopped by itself. If it then has not reached the goal, it gave up, whatever `error`
+    /// says. The cause of a failure follows the error.
+    pub fn from_goal(
+        goal_reached: bool,
+        ending: Ending,
+        error: Option<String>,
+        cause: Option<Cause>,
+    ) -> Self {
         let (ending, error) = match ending {
             Ending::Finished if goal_reached => (ending, None),
-            Ending::Finished => {
-                let error = error.unwrap_or_default();
-                (Ending::GaveUp, Some(format!("exited without reaching the goal{error}")))
-            }
+            Ending::Finished => (Ending::GaveUp, Some("exited without reaching the goal".into())),
             ending => (ending, error),
         };
-        Self { goal_reached, ending, error }
+        let cause = cause.filter(|_| !goal_reached);
+        let error = match cause {
+            Some(cause) => Some(cause.explain(error)),
+            None => error,
+        };
+        Self { goal_reached, ending, error, cause }
     }
 
     /// Returns the goal in words, with the reason if the mouse has not finished.

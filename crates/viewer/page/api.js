@@ -51,7 +51,7 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ name: string, bytes: number, modified: string, being_written: boolean }} RecordingEntry
  * @typedef {{ mouse: string | null, maze: string | null, result: string }} RecordingSummary
  * @typedef {{ steps_to_goal: number | null, repeated_steps: number, steps_until_proven: number | null, path_found: number | null,
- *   shortest_path: number | null, steps_until_fastest_run_proven: number | null, vehicle: string, search_time_s: number,
+ *   shortest_path: number | null, error: string | null, cause: { kind: string, state?: number } | null, steps_until_fastest_run_proven: number | null, vehicle: string, search_time_s: number,
  *   fast_run_time_s: number | null, fast_run_loss_percent: number | null, total_time_s: number | null,
  *   known_run_time_s: number | null, optimal_time_s: number | null }} RunResult
  * @typedef {{ at: number, reached: boolean }} FoundState

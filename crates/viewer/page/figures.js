@@ -95,10 +95,14 @@ function showPhases(panel, phases) {
   query(panel, ".phases .best-run").hidden = !isSeveral;
 }
 
-/** Shows what the mouse has achieved until the last state. @param {HTMLElement} panel @param {import("./api.js").RunResult} result @param {StateView} view */
-export function showResult(panel, result, { optimistic_distance: possible, fastest_run: bounds }) {
+/**
+ * Shows what the mouse has achieved until the last state, and offers the state that shows why it failed.
+ * @param {HTMLElement} panel @param {import("./api.js").RunResult} result @param {StateView} view @param {(index: number) => void} seek
+ */
+export function showResult(panel, result, { optimistic_distance: possible, fastest_run: bounds }, seek) {
   const { steps_to_goal: goal, repeated_steps: repeated, steps_until_proven: proven, path_found: found, shortest_path: optimum } = result;
-  const lines = [goal === null ? "Goal not found" : `Goal found after ${pluralize(goal, "step")}`];
+  const { error, cause } = result;
+  const lines = [goal === null ? `Goal not found${error ? `: ${error}` : ""}` : `Goal found after ${pluralize(goal, "step")}`];
   if (repeated > 0) lines.push(`${pluralize(repeated, "step")} of the search through known cells`);
   if (proven !== null) lines.push(`Shortest path proven after ${pluralize(proven, "step")}`);
   else if (possible !== null) lines.push(`Shortest path not proven: unknown walls leave room for a path of ${pluralize(possible, "step")}`);
@@ -115,6 +119,12 @@ export function showResult(panel, result, { optimistic_distance: possible, faste
     lines.push(`Fast run: ${formatTime(time)}, ${excess}; ${formatTime(total)} with the search and the return`);
   }
   const items = lines.map((textContent) => Object.assign(document.createElement("li"), { textContent }));
+  const state = cause?.state;
+  if (state !== undefined) {
+    const button = Object.assign(document.createElement("button"), { name: "show-cause", textContent: "Show this state" });
+    button.onclick = () => seek(state);
+    items[0].append(" ", button);
+  }
   query(panel, ".outcome ul").replaceChildren(...items);
 }
 

@@ -341,7 +341,7 @@ export class Panel {
     if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES) return;
     const result = await api.result(source, this.#fastRun.vehicleFor(source), this.#abort.signal).catch(api.showUnlessOver);
     if (!result || shown !== this.shown) return;
-    showResult(this.element, result, shown.view);
+    showResult(this.element, result, shown.view, (index) => this.timeline.seek(index));
     query(this.element, ".outcome").hidden = false;
   }
 

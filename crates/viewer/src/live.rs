@@ -134,7 +134,7 @@ impl Drop for EndOnDrop {
 
 fn failed(text: String) -> Outcome {
     let error = Some(text.clone());
-    Outcome { verdict: Verdict { goal_reached: false, ending: Ending::Failed, error }, text }
+    Outcome { verdict: Verdict { ending: Ending::Failed, error, ..Verdict::default() }, text }
 }
 
 /// Searches the current maze.
@@ -177,7 +177,7 @@ fn search(
             (run, ending, Some(error.to_string()))
         }
     };
-    let verdict = Verdict::new(&phases, ending, how.clone());
+    let verdict = Verdict::new(&phases, ending, how.clone(), None);
     let goal = Goal { is_reached: verdict.goal_reached, error: None };
     let how = how.map(|how| how + "; ").unwrap_or_default();
     let visited = counted(mouse.map().visited().len(), "cell");
@@ -244,7 +244,7 @@ mod tests {
         for _ in 0..2 {
             start(&control, &monitor, BundledStrategy::FloodFill).unwrap();
             let text = "goal reached; 1 step, 2 cells visited".to_string();
-            let verdict = Verdict { goal_reached: true, ending: Ending::Finished, error: None };
+            let verdict = Verdict { goal_reached: true, ..Verdict::default() };
             assert_eq!(wait(&control), Outcome { verdict, text });
         }
         assert_eq!(stop(server).history().len(), 2);

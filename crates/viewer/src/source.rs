@@ -19,8 +19,8 @@ use mmsim_recording::{
     read_log,
 };
 use mmsim_run::{
-    BoundsHistory, EventFinder, Judge, MovementRules, Phases, RunEvents, RunIndex, SearchFigures,
-    SearchTimes, Trail, bounds, trial_status,
+    BoundsHistory, Cause, END_FACTS, EndFacts, EventFinder, Judge, MovementRules, Phases,
+    RunEvents, RunIndex, SearchFigures, SearchTimes, Trail, bounds, trial_status,
 };
 use mmsim_server::{Monitor, MonitorError, Status};
 use serde::Serialize;
@@ -57,6 +57,7 @@ pub(crate) struct RunResult {
     vehicle: String,
     #[serde(flatten)]
     times: SearchTimes,
+    cause: Option<Cause>,
 }
 
 /// A source of states with a cache of recently read data.
@@ -365,7 +366,13 @@ impl StateSource {
         let blocks = (0..states).step_by(Block::STATES).map_while(&mut read);
         let mut judge = Judge::from_blocks(maze, blocks, &[], false);
         failure?;
-        let (mut planner, figures) = (Planner::new(vehicle), judge.figures());
+        let is_facts = |line: &str| line.starts_with(END_FACTS);
+        let line = self.log(run, &(states..=states), LogEnd::Last, 1, cancel, is_facts)?.pop();
+        let facts = line.and_then(|line| EndFacts::from_log_line(&line.text));
+        let cause = facts.and_then(|facts| judge.cause(&facts));
+        let error = cause.map(|cause| cause.to_string());
+        let figures = SearchFigures { error, ..judge.figures() };
+        let mut planner = Planner::new(vehicle);
         let [times] = SearchTimes::measure(&mut planner, maze, [&figures].into_iter())[..] else {
             return Ok(None);
         };
@@ -374,6 +381,7 @@ impl StateSource {
             steps_until_fastest_run_proven: judge.steps_until_fastest_run_proven(&mut planner),
             vehicle: planner.vehicle().name().into(),
             times,
+            cause,
             figures,
         }))
     }

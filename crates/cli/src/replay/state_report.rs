@@ -5,8 +5,8 @@ use mmsim_maze::{Cell, Escaped, MazeSize, Pose, counted};
 use mmsim_protocol::{Matrix, State};
 use mmsim_recording::{Block, Recording};
 use mmsim_run::{
-    DRIVEN_RUN, MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent, StateFigures,
-    TrialReport,
+    Cause, DRIVEN_RUN, EndFacts, Judge, MapFigures, MovementRules, PhaseReport, RunIndex,
+    StateEvent, StateFigures, TrialReport,
 };
 use serde::Serialize;
 
@@ -21,6 +21,8 @@ pub(super) struct StateReport {
     pose: PoseAt,
     #[serde(flatten)]
     figures: StateFigures,
+    /// The cause that the mouse has not reached the goal, in the last state.
+    cause: Option<Cause>,
     /// The number of walls that the client reports incorrectly, or `None` if the recording has no
     /// maze.
     wrong_walls: Option<usize>,
@@ -59,7 +61,10 @@ impl StateReport {
         let cells = |figures| run.cells(figures, |state| block(state).ok_or(()));
         let way = (driven.last(), |run| cells(run).unwrap_or_default());
         let maps = [&map, &known];
-        let figures = StateFigures::new(&phases, planner, way, times, maps, trial);
+        let mut figures = StateFigures::new(&phases, planner, way, times, maps, trial);
+        let is_last = index + 1 == recording.history().len();
+        let cause = if is_last && figures.trial.is_none() { cause(recording) } else { None };
+        figures.error = figures.error.or_else(|| Some(cause?.to_string()));
         let here = match figures.event {
             Some(StateEvent::Restart) => ", put back at the start",
             Some(StateEvent::Jump) => ", jumped to this cell",
@@ -93,6 +98,7 @@ impl StateReport {
         Some(Self {
             index,
             figures,
+            cause,
             wrong_walls,
             weights: columns(recording.size(), state.weights()),
             walls: columns(recording.size(), state.walls()),
@@ -103,6 +109,14 @@ impl StateReport {
             pose: pose_at,
         })
     }
+}
+
+/// Returns the cause that the mouse of a recording has not reached the goal, if the recording says how
+/// the run ended.
+fn cause(recording: &Recording) -> Option<Cause> {
+    let judge = Judge::from_history(recording.maze()?, recording.history(), &[], false);
+    let facts = recording.log().iter().rev().find_map(|line| EndFacts::from_log_line(&line.text));
+    judge.cause(&facts?)
 }
 
 /// A text that the mouse displays. The field names are JSON keys.

@@ -68,7 +68,7 @@ pub(crate) fn run_watched(
         let reason = control.wait_for_stop(Duration::ZERO).unwrap_or(StopReason::Stop);
         let (text, code) = (reason.text(), reason.exit_code());
         let error = Some(text.clone());
-        let verdict = Verdict { goal_reached: false, ending: reason.ending(), error };
+        let verdict = Verdict { ending: reason.ending(), error, ..Verdict::default() };
         return Ok(RunEnd { outcome: Outcome { verdict, text }, code, was_started: true });
     };
     let outcome = end(&result);
@@ -91,7 +91,7 @@ fn end(result: &TrialResult) -> Outcome {
     };
     let text = score.unwrap_or_else(|| error.clone());
     let error = Some(error).filter(|_| !goal_reached);
-    Outcome { verdict: Verdict { goal_reached, ending, error }, text }
+    Outcome { verdict: Verdict { goal_reached, ending, error, cause: None }, text }
 }
 
 /// Runs a robot and sends its states to the simulator. A state contains the pose, the walls that

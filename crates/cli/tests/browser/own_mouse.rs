@@ -62,6 +62,23 @@ fn act(page: &str, body: &str) -> u16 {
     http::request("POST", &format!("{page}/api/mouse"), &headers, body.as_bytes()).status
 }
 
+/// A mouse for mms that turns in the start cell, three times around.
+const TURNS: [&str; 3] =
+    ["sh", "-c", "for turn in 1 2 3 4 5 6 7 8 9 10 11 12; do echo turnRight; read reply; done"];
+
+#[test]
+fn the_page_states_why_a_mouse_failed_and_shows_the_state() {
+    with_mouse(&["--maze", "hedgerow", "--stay"], &TURNS, |browser, _| {
+        let live = Panel::live(browser);
+        let cause = "loops over 1 cell, (0, 0) to (0, 0), since state 0";
+        wait_for_result(live, cause);
+        let result = live.part(".outcome:not([hidden]) li");
+        browser.wait_for_text(&result, &format!("Goal not found: {cause}"));
+        live.click(".outcome [name=show-cause]");
+        live.wait_for_state(0);
+    });
+}
+
 #[test]
 fn a_mouse_runs_again_and_shows_how_it_ended() {
     with_mouse(&["--maze", "hedgerow", "--stay"], &SEARCHES, |browser, simulator| {

@@ -134,7 +134,7 @@ fn failures_are_counted_and_named_and_stop_nothing() {
             (
                 "misspells",
                 "gave_up",
-                "exited without reaching the goal; last invalid line: unknown command \"moveforward\"",
+                "exited without reaching the goal: never moved; last invalid line: unknown command \"moveforward\"",
             ),
             ("missing", "failed", "cannot start the mouse no-such-mouse: "),
             ("flood-fill", "finished", ""),

@@ -32,7 +32,10 @@ fn a_signal_that_kills_the_mouse_sets_the_exit_code() {
     let mouse = "ask('moveForward')\nos.kill(os.getpid(), 9)";
     let Some(ended) = run(&home, &["--json"], mouse) else { return };
     assert_eq!(ended.code, Some(137));
-    assert!(ended.stderr.contains("mouse killed by signal 9; goal not reached"), "{ended:?}");
+    assert!(
+        ended.stderr.contains("mouse killed by signal 9 after command 1; goal not reached"),
+        "{ended:?}"
+    );
     assert_eq!((&ended.json()["exit_code"], &ended.json()["signal"]), (&json!(null), &json!(9)));
 }
 

@@ -1,11 +1,12 @@
 """A client that reports poses and ends in a given way: client.py POSES ENDING.
 
 POSES are separated by spaces, such as `00N 01N`. Among them, `reset` resets the simulation, and
-`restart` reports that the mouse was put back. A pose that a wall blocks is skipped. It needs no
-ZeroMQ library.
+`restart` reports that the mouse was put back. A pose that a wall blocks is skipped. With `+E`, the mouse
+believes in a wall on the east side of its cell. Other words are requests. It needs no ZeroMQ library.
 """
 import json
 import os
+import signal
 import socket
 import sys
 import time
@@ -49,11 +50,19 @@ for pose in poses.split():
     if pose in ("reset", "restart"):
         ask(b"reset" if pose == "reset" else b"AR")
         continue
+    if not pose[0].isdigit():
+        ask(pose.encode())
+        continue
     x, y, heading = int(pose[0]), int(pose[1]), pose[2].encode()
     if ask(b"W" + bytes([x, y]) + heading).startswith(b"error: crash: "):
         continue
-    ask(b"S" + bytes([x, y]) + heading + b"C" + bytes(cells) + b"C" + bytes(cells))
-if ending == "hangs":
+    walls = bytearray(cells)
+    # In the order C, the cells of a row follow each other. The bit of an eastern wall is 2.
+    walls[y * info["width"] + x] = 2 if pose.endswith("+E") else 0
+    ask(b"S" + bytes([x, y]) + heading + b"C" + bytes(cells) + b"C" + walls)
+if ending in ("hangs", "waits-for-a-refused-reply"):
     time.sleep(1000)
 if ending == "crashes":
     sys.exit("a bad day")
+if ending == "killed":
+    os.kill(os.getpid(), signal.SIGKILL)

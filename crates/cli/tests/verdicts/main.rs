@@ -33,20 +33,45 @@ struct Mouse {
     commands: Option<String>,
     goal_reached: bool,
     ending: String,
+    /// The text, in which MESSAGE stands for the last request or command.
     error: Option<String>,
+    /// The kind of the cause.
+    cause: Option<String>,
     /// The number of movements that a wall blocks, if the mouse misreads walls.
     crashes: Option<u32>,
 }
 
 impl Mouse {
+    /// Returns the error. `is_mms` is true if the mouse writes commands.
+    fn error(&self, is_mms: bool) -> Option<String> {
+        let words = self.poses.split(' ').filter(|word| word.as_bytes()[0].is_ascii_digit());
+        // The client also sends info and reset, and two requests for each pose.
+        let message = match &self.commands {
+            Some(commands) if is_mms => format!("command {}", commands.split(' ').count()),
+            _ => format!("request {}", 2 + 2 * words.count()),
+        };
+        self.error.as_ref().map(|error| error.replace("MESSAGE", &message))
+    }
+
+    /// Returns the sentence about the cause.
+    fn sentence(&self, is_mms: bool) -> Option<String> {
+        self.cause.as_ref()?;
+        let error = self.error(is_mms)?;
+        Some(error.split_once(": ").map_or(error.clone(), |(_, sentence)| sentence.into()))
+    }
+
     /// Checks the keys of a verdict. An error may say more, such as the last line of stderr.
     #[track_caller]
     fn check(&self, place: &str, verdict: &Value) {
         let found = (&verdict["goal_reached"], &verdict["ending"]);
         let expected = (&json!(self.goal_reached), &json!(self.ending));
         assert_eq!(found, expected, "{} in {place}: {verdict}", self.name);
+        if !place.starts_with("contest") {
+            let cause = &verdict["cause"]["kind"];
+            assert_eq!(cause, &json!(self.cause), "{} in {place}: {verdict}", self.name);
+        }
         let error = &verdict["error"];
-        let is_equal = match (&self.error, error.as_str()) {
+        let is_equal = match (&self.error(place.ends_with("mms")), error.as_str()) {
             (Some(expected), Some(found)) => found.contains(expected),
             (expected, found) => expected.is_none() && found.is_none(),
         };
@@ -134,7 +159,8 @@ fn check_command(home: &Home, command: &str, mice: &[&Mouse], [client, mms]: &[P
             "compare" => find(&report, "mouse", &name)["mazes"][0].clone(),
             _ => find(&report["mazes"][0]["entries"], "mouse", &name),
         };
-        mouse.check(command, &verdict);
+        let kind = if name.ends_with(" mms") { " mms" } else { "" };
+        mouse.check(&format!("{command}{kind}"), &verdict);
         if let Some(crashes) = mouse.crashes {
             // A contest counts touches.
             let (key, expected) = match command {
@@ -171,24 +197,40 @@ fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
     let ended = home.run(&[&options[..], &strs(&command)].concat());
     mouse.check("run", &ended.json());
     let has_finished = mouse.ending == "finished" || mouse.ending == "gave_up";
-    assert_eq!(ended.code, Some(i32::from(!has_finished)), "{}: {ended:?}", mouse.name);
+    let code = if mouse.name == "killed" { 128 + 9 } else { i32::from(!has_finished) };
+    assert_eq!(ended.code, Some(code), "{}: {ended:?}", mouse.name);
     let outcome = ended.stderr.lines().last().unwrap();
     let goal = if mouse.goal_reached { "goal reached" } else { "goal not reached" };
     assert!(outcome.contains(&format!("; {goal}, ")), "{outcome}");
-    let crashes = mouse.crashes.map(|_| ", 1 crashed movement");
-    assert!(crashes.is_none_or(|crashes| outcome.contains(crashes)), "{}: {outcome}", mouse.name);
-    let error = mouse.error.as_deref().filter(|_| mouse.ending != "gave_up");
-    assert!(error.is_none_or(|error| outcome.contains(error)), "{}: {outcome}", mouse.name);
+    let crashes = mouse.crashes.map(|crashes| format!(", {crashes} crashed movement"));
+    assert!(crashes.is_none_or(|crashes| outcome.contains(&crashes)), "{}: {outcome}", mouse.name);
+    let text = mouse.sentence(false).or_else(|| mouse.error(false));
+    assert!(text.is_none_or(|text| outcome.contains(&text)), "{}: {outcome}", mouse.name);
 
-    // The states of a recording do not show how the process of the mouse has ended.
     let file = recorded(&home.path().join(&folder));
     let replayed = home.run(&["replay", file.to_str().unwrap()]);
-    let jump = mouse.error.as_ref().filter(|_| mouse.has_jumped());
-    let verdict = jump.map_or(goal.into(), |jump| format!("{goal}: {jump}"));
-    assert!(replayed.stdout.lines().any(|line| line == verdict), "{}: {replayed:?}", mouse.name);
+    let jump = mouse.error(false).filter(|_| mouse.has_jumped());
+    let why = jump.or_else(|| mouse.sentence(false));
+    let verdict = why.as_ref().map_or(goal.into(), |why| format!("{goal}: {why}"));
+    let is_shown = |line: &str| line.starts_with(&verdict);
+    assert!(replayed.stdout.lines().any(is_shown), "{}: {replayed:?}", mouse.name);
     let state = &home.run(&["replay", file.to_str().unwrap(), "--json"]).json()["state"];
-    let found = (&state["goal_reached"], &state["error"]);
-    assert_eq!(found, (&json!(mouse.goal_reached), &json!(jump)), "{}", mouse.name);
+    assert_eq!(state["goal_reached"], mouse.goal_reached, "{}", mouse.name);
+    assert_eq!(state["cause"]["kind"], json!(mouse.cause), "{}: {state}", mouse.name);
+    let error = state["error"].as_str();
+    let is_equal = error.zip(why.as_deref()).is_some_and(|(error, why)| error.starts_with(why));
+    assert!(is_equal || error.is_none() && why.is_none(), "{}: {error:?}", mouse.name);
+}
+
+/// A mouse for mms that waits for the reply to an invalid line.
+#[test]
+fn a_mouse_that_waits_after_an_invalid_line_says_so() {
+    let Some((home, _, [_, mms])) = home() else { return };
+    let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--json"];
+    let mouse = ["--time-limit", "5", "python3", mms.to_str().unwrap(), "moveForward nonsense", ""];
+    let report = home.run(&[&options[..], &mouse].concat()).json();
+    let error = "stopped after 5 s: waits for a reply to the invalid line after command 1";
+    assert_eq!((&report["error"], &report["cause"]["commands"]), (&json!(error), &json!(1)));
 }
 
 #[test]

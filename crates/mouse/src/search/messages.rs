@@ -8,10 +8,10 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
-use mmsim_maze::{Cell, Heading, Maze, Pose, WallSensor};
+use mmsim_maze::{Cell, Heading, Maze, Pose, WallSensor, WallState};
 use mmsim_mms::{Environment, Response, SimulatedMouse};
 use mmsim_protocol::{Annotation, Reply, Request};
-use mmsim_run::Judge;
+use mmsim_run::{EndFacts, Judge, Messages};
 use mmsim_server::Simulation;
 use mmsim_zmtp::codec::ProtocolError;
 use mmsim_zmtp::{Answer, ClientId, Service};
@@ -57,6 +57,8 @@ pub(super) struct SearchProgress {
     pub(super) kind: Option<MouseKind>,
     /// The latest invalid line or refused request.
     pub(super) fault: Option<String>,
+    /// True if the latest line was invalid, or the latest request was refused.
+    is_refused: bool,
     /// The number of poses.
     pub(super) states: u32,
     limits: SearchLimits,
@@ -87,6 +89,7 @@ impl SearchProgress {
             judge: Some(judge),
             kind: None,
             fault: None,
+            is_refused: false,
             states: 0,
             limits,
             messages: 0,
@@ -101,9 +104,27 @@ impl SearchProgress {
     /// Notes a command or a request. Returns `None` if it must be ignored, because the search is over
     /// or because the mouse uses the other protocol.
     pub(super) fn accept(&mut self, kind: MouseKind) -> Option<&mut Judge> {
-        self.messages += 1;
         let is_accepted = self.end.is_none() && kind.accept(&mut self.kind);
+        self.messages += u64::from(is_accepted);
+        self.is_refused &= !is_accepted;
         self.judge.as_mut().filter(|_| is_accepted)
+    }
+
+    /// Returns what the mouse has sent.
+    pub(super) fn facts(&self) -> EndFacts {
+        let messages = self.kind.map(|kind| match kind {
+            MouseKind::Mms => Messages::Commands(self.messages),
+            MouseKind::Client => Messages::Requests(self.messages),
+        });
+        EndFacts { messages, is_refused: self.is_refused, ..EndFacts::default() }
+    }
+
+    /// Notes in which walls a mouse for mms believes. See [`Judge::believe`].
+    fn believe(&mut self, is_shown: bool, mouse: &SimulatedMouse) {
+        if let Some(judge) = &mut self.judge {
+            let map = mouse.map();
+            judge.believe(is_shown, |cell, heading| map.wall(cell, heading) == WallState::Present);
+        }
     }
 
     /// Adds a pose. Returns false if the search is over.
@@ -183,12 +204,13 @@ impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, 
         self.locked.get_or_insert_with(|| lock(self.progress))
     }
 
-    fn next_line(&mut self, _: &SimulatedMouse) -> Result<Option<Line>, SearchOver> {
+    fn next_line(&mut self, mouse: &SimulatedMouse) -> Result<Option<Line>, SearchOver> {
         loop {
             self.locked = None;
             // The mouse may wait for the replies to all commands that it has written. It may also have
             // closed its stdin.
             if !self.output.buffer().contains(&b'\n') {
+                lock(self.progress).believe(false, mouse);
                 let _ = self.replies.flush();
             }
             // An error ends the output.
@@ -215,7 +237,9 @@ impl<R: Read, W: Write> CommandSource<SearchProgress> for SearchCommands<'_, R, 
     }
 
     fn refuse(&mut self, line: &InvalidLine<'_>) {
-        self.environment().fault = Some(format!("last invalid line: {line}"));
+        let progress = self.environment();
+        progress.is_refused = true;
+        progress.fault = Some(format!("last invalid line: {line}"));
     }
 
     fn reply(&mut self, mouse: &SimulatedMouse, reply: Response) -> Result<(), SearchOver> {
@@ -269,11 +293,11 @@ impl Environment for SearchProgress {
     }
 
     fn on_pose_change(&mut self, mouse: &SimulatedMouse) -> Result<(), SearchOver> {
-        self.add(mouse.pose(), false).then_some(()).ok_or(SearchOver)
+        self.add(mouse.pose(), false).then(|| self.believe(true, mouse)).ok_or(SearchOver)
     }
 
     fn on_restart(&mut self, mouse: &SimulatedMouse) -> Result<(), SearchOver> {
-        self.add(mouse.pose(), true).then_some(()).ok_or(SearchOver)
+        self.add(mouse.pose(), true).then(|| self.believe(true, mouse)).ok_or(SearchOver)
     }
 }
 
@@ -307,10 +331,15 @@ impl Service for Requests {
             return refuse(reply, reason);
         };
         self.simulation.handle(request, reply);
+        let error = Reply::decode(reply).ok().filter(|reply| matches!(reply, Reply::Error(_)));
+        let is_refused = error.as_ref().is_some_and(|error| !error.is_crash());
         match Request::decode(request, self.simulation.maze().size()) {
-            _ if Reply::decode(reply).is_ok_and(|reply| reply.is_crash()) => judge.crash(),
+            _ if error.is_some_and(|error| error.is_crash()) => judge.crash(),
             Ok(Request::Walls(pose)) => judge.read_walls(pose),
-            Ok(Request::Reset) => self.is_reset = true,
+            Ok(Request::Reset) => {
+                self.is_reset = true;
+                judge.reset();
+            }
             Ok(Request::Annotations(list)) => {
                 self.is_reset |= list.iter().any(|one| one == Annotation::Restart);
             }
@@ -318,11 +347,15 @@ impl Service for Requests {
                 if !progress.add(state.pose(), mem::take(&mut self.is_reset)) {
                     return refuse(reply, OVER);
                 }
+                if let Some(judge) = &mut progress.judge {
+                    judge.believe(true, |cell, heading| state.has_wall(cell, heading));
+                }
                 progress.end_at_goal();
             }
             Ok(_) => {}
             Err(error) => progress.fault = Some(format!("last refused request: {error}")),
         }
+        progress.is_refused = is_refused;
         Answer::Reply { is_activity: true }
     }
 

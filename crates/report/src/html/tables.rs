@@ -218,7 +218,7 @@ mod tests {
                 match (candidate, maze) {
                     (0, 2) => Some("stopped".into()),
                     (0, 3..8) => Some("crashed <hard>".into()),
-                    (2, _) => Some(format!("reason {}", maze % 12)),
+                    (2, _) => Some(format!("reason {}", char::from(b"abcdefghijkl"[maze % 12]))),
                     _ => None,
                 }
             });
@@ -232,16 +232,16 @@ mod tests {
         Failures|failures|mazes|reason|for example in|
         mine|6|5|crashed &lt;hard&gt;|m3, m4, m5, …|
         ||1|stopped|m2|
-        left-wall|20|2|reason 0|m0, m12|
-        ||2|reason 1|m1, m13|
-        ||2|reason 2|m2, m14|
-        ||2|reason 3|m3, m15|
-        ||2|reason 4|m4, m16|
-        ||2|reason 5|m5, m17|
-        ||2|reason 6|m6, m18|
-        ||2|reason 7|m7, m19|
-        ||1|reason 8|m8|
-        ||1|reason 9|m9|
+        left-wall|20|2|reason a|m0, m12|
+        ||2|reason b|m1, m13|
+        ||2|reason c|m2, m14|
+        ||2|reason d|m3, m15|
+        ||2|reason e|m4, m16|
+        ||2|reason f|m5, m17|
+        ||2|reason g|m6, m18|
+        ||2|reason h|m7, m19|
+        ||1|reason i|m8|
+        ||1|reason j|m9|
         ||2|2 other reasons||
         ");
     }
