@@ -76,13 +76,16 @@ pub(crate) struct CompareArgs {
         group = OPENING,
         conflicts_with_all = [
             "misread", "misread_fixed", "misread_seed", "recover", "tables", "json", "csv", "html",
-            "charts",
+            "charts", "repeat",
         ]
     )]
     open: bool,
     /// Port of the viewer page; 0 picks a free port [default: 6575, or a free port if 6575 is in use]
     #[arg(long, value_name = "PORT", requires = OPENING)]
     viewer_port: Option<u16>,
+    /// Run each mouse of your own N times in each maze, and report the mazes in which its runs differ
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "mouse", value_parser = clap::value_parser!(u16).range(1..))]
+    repeat: u16,
     /// Write a report to FILE: one HTML page with tables, charts and pictures
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -107,7 +110,8 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         return side_by_side::open(args, &mice, &mazes);
     }
     let vehicle = args.vehicle.as_ref().map(|given| given.vehicle.clone());
-    let figures = args.search.run(&mice, &mazes, vehicle.clone(), args.stop_at_goal)?;
+    let figures =
+        args.search.run(&mice, &mazes, vehicle.clone(), args.stop_at_goal, args.repeat)?;
     vehicle.iter().for_each(warn_about);
     let senses = args.search.senses();
     let report = SearchComparison::new(&mice, &mazes, figures, vehicle.clone(), &senses);

@@ -86,7 +86,7 @@ impl ContestArgs {
 pub(crate) fn run(args: &ContestArgs) -> CommandResult {
     let mice = args.search.select("contest")?;
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
-    let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), false)?;
+    let figures = args.search.run(&mice, &mazes, args.vehicle.clone(), false, 1)?;
     args.vehicle.iter().for_each(warn_about);
     let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();
     let contest = Contest::new(&names, &mazes, &figures, args.vehicle.clone(), args.rules());

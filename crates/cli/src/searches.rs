@@ -102,14 +102,16 @@ impl SearchArgs {
     }
 
     /// Runs the mice in all mazes, and shows a progress bar on a terminal. Strategies explore for the
-    /// vehicle, or for the default one of each maze. If `stops_at_goal` is true, the searches of the user's mice end at the goal. After
-    /// Ctrl-C, stops the mice of the user and exits.
+    /// vehicle, or for the default one of each maze. If `stops_at_goal` is true, the searches of the
+    /// user's mice end at the goal. These searches are run `repetitions` times, of which the first one
+    /// counts and the others may differ. After Ctrl-C, stops the mice of the user and exits.
     pub(crate) fn run(
         &self,
         mice: &[ComparedMouse],
         mazes: &[NamedMaze],
         vehicle: Option<Vehicle>,
         stops_at_goal: bool,
+        repetitions: u16,
     ) -> Result<Vec<Vec<SearchFigures>>, Box<dyn Error>> {
         let has_own = mice.iter().any(ComparedMouse::is_own);
         if has_own {
@@ -117,7 +119,8 @@ impl SearchArgs {
             raise_file_limit(MAX_FILES);
         }
         let stop = StopFlag::catch_if(has_own)?;
-        let length = mice.len() * mazes.len();
+        let own: Vec<_> = mice.iter().filter(|mouse| mouse.is_own()).cloned().collect();
+        let length = mazes.len() * (mice.len() + usize::from(repetitions - 1) * own.len());
         let bar = progress_bar(Some(length as u64), "{pos} of {len} searches, {eta} left");
         let searches = Searches {
             exploration: &Exploration::new(vehicle, self.tolerance.unwrap_or_default()),
@@ -126,7 +129,20 @@ impl SearchArgs {
             max_states: None,
             jobs: self.jobs,
         };
-        let figures = searches.run(mice, mazes, &|| bar.inc(1), || stop.is_set());
+        let run = |mice: &[_]| searches.run(mice, mazes, &|| bar.inc(1), || stop.is_set());
+        let mut figures = run(mice);
+        for repetition in 2..=repetitions {
+            let Ok(first) = &mut figures else { break };
+            match run(&own) {
+                // The user's mice come first.
+                Ok(others) => first
+                    .iter_mut()
+                    .flatten()
+                    .zip(others.iter().flatten())
+                    .for_each(|(figures, other)| figures.compare_repetition(repetition, other)),
+                Err(shortage) => figures = Err(shortage),
+            }
+        }
         stop.end();
         figures.map_err(|shortage| explain_shortage(&shortage))
     }

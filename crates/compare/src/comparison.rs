@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use mmsim_fastrun::{Planners, Vehicle, VehicleParameters};
-use mmsim_maze::Escaped;
+use mmsim_maze::{Escaped, counted};
 use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
-use mmsim_run::{Cause, Ending, SearchFigures, SearchTimes, Senses};
+use mmsim_run::{Cause, Divergence, Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
 use crate::compared_mouse::ComparedMouse;
@@ -33,6 +33,8 @@ pub struct SearchRow {
     pub times: Option<SearchTimes>,
     /// The cause that the mouse has not reached the goal, if it is known.
     pub cause: Option<Cause>,
+    /// Where a repetition differed, if one did.
+    pub random: Option<Divergence>,
 }
 
 /// The maze of a row. The field names are JSON keys and CSV column names.
@@ -59,8 +61,8 @@ impl MazeColumns {
 impl SearchRow {
     /// Creates the row for the search of a mouse in a maze.
     pub fn new(maze: &NamedMaze, figures: SearchFigures) -> Self {
-        let (times, cause) = (figures.times, figures.cause);
-        Self { maze: MazeColumns::new(maze, &maze.name), times, cause, figures }
+        let SearchFigures { times, cause, random, .. } = figures;
+        Self { maze: MazeColumns::new(maze, &maze.name), times, cause, random, figures }
     }
 }
 
@@ -174,7 +176,8 @@ impl SearchComparison {
         let shown = MEASURES.iter().zip(statistics).filter(|(measure, _)| measure.is_in_text);
         let statistics = shown.map(|(_, statistics)| statistics).collect();
         let notes = [CAPTION.into()].into_iter().chain(vehicles);
-        let notes = notes.chain(misreads.then(|| senses.to_string())).collect();
+        let notes = notes.chain(misreads.then(|| senses.to_string()));
+        let notes = notes.chain(mice.iter().filter_map(MouseSummary::random)).collect();
         let overview = MouseSummary::rows(&mice, misreads);
         let mut report = Self { comparison, notes, overview, statistics, mice };
         let verdicts = report.ranked().into_iter().map(MouseSummary::verdict);
@@ -235,6 +238,16 @@ impl MouseSummary {
     fn verdict(&self) -> String {
         let lines = [format!("{}: {}", self.mouse, self.ranking.why())].into_iter();
         lines.chain(self.ranking.mazes(true)).collect::<Vec<_>>().join("; ") + "."
+    }
+
+    /// Returns a note on the mazes in which the runs of the mouse differ.
+    fn random(&self) -> Option<String> {
+        let mut random =
+            self.mazes.iter().filter_map(|search| Some((&search.maze.path, search.random?)));
+        let (maze, divergence) = random.next()?;
+        let (name, count) = (Escaped(&self.mouse), counted(1 + random.count(), "maze"));
+        let maze = Escaped(maze);
+        Some(format!("{name} is random in {count}, such as {maze}: {divergence}."))
     }
 
     /// Returns the overview of all mice, with a header.

@@ -359,7 +359,7 @@ mod tests {
                 times: Some(times),
                 ..SearchFigures::default()
             };
-            SearchRow { maze: column(maze), figures, times: Some(times), cause: None }
+            SearchRow { maze: column(maze), figures, times: Some(times), cause: None, random: None }
         };
         let searches: Vec<Vec<SearchRow>> =
             mice.iter().map(|(_, times)| times.iter().enumerate().map(search).collect()).collect();

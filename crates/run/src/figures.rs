@@ -1,5 +1,7 @@
 //! The figures of a search.
 
+use std::fmt;
+
 use mmsim_fastrun::FastRun;
 use mmsim_maze::{Cell, CellSet, Walls, counted};
 use serde::Serialize;
@@ -57,12 +59,31 @@ pub struct SearchFigures {
     /// The cause that the mouse has not reached the goal, if it is known. `error` states it.
     #[serde(skip)]
     pub cause: Option<Cause>,
+    /// Where a repetition of the search differed, if one did.
+    #[serde(skip)]
+    pub random: Option<Divergence>,
     /// What the mouse can do after the search.
     #[serde(skip)]
     pub outcome: SearchOutcome,
     /// The times of a vehicle, if one was given.
     #[serde(skip)]
     pub times: Option<SearchTimes>,
+}
+
+/// Where a repetition of a search differs from the first run. The field names are JSON keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Divergence {
+    /// The numbers of both runs, counted from 1.
+    pub runs: [u16; 2],
+    /// The number of equal steps.
+    pub steps: usize,
+}
+
+impl fmt::Display for Divergence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { runs: [one, other], steps } = self;
+        write!(f, "runs {one} and {other} differ from step {} on", steps + 1)
+    }
 }
 
 /// What a mouse knows and where it is when it stops or begins its fast run.
@@ -100,6 +121,21 @@ impl SearchFigures {
         has_failed.then(|| self.error.clone().unwrap_or_else(limit))
     }
 
+    /// Notes where run number `run` of the same mouse in the same maze differs from this first run. Only
+    /// cells count. A run that a limit has ended may be shorter.
+    pub fn compare_repetition(&mut self, run: u16, other: &Self) {
+        let is_cut = |figures: &Self| !matches!(figures.ending, Ending::Finished | Ending::GaveUp);
+        let equal = self.path.iter().zip(&other.path).take_while(|(one, two)| one == two).count();
+        let shorter = self.path.len().min(other.path.len());
+        let may_be_shorter = is_cut(self) || is_cut(other);
+        let is_same = equal == shorter && (may_be_shorter || self.path.len() == other.path.len());
+        if !is_same {
+            // The first cell is the start.
+            let steps = equal.saturating_sub(1);
+            self.random.get_or_insert(Divergence { runs: [1, run], steps });
+        }
+    }
+
     /// Returns the number of steps before the mouse first reached a goal cell that led into cells in
     /// which it had been before, so they revealed no new walls.
     pub fn repeated_steps(&self) -> usize {
@@ -117,7 +153,28 @@ impl SearchFigures {
 
 #[cfg(test)]
 mod tests {
+    use super::Ending::{GaveUp, TimeLimit};
     use super::*;
+
+    #[test]
+    fn a_repetition_differs_where_its_path_does() {
+        let figures = |path: &[u8], ending| SearchFigures {
+            path: path.iter().map(|&x| Cell::new(x, 0)).collect(),
+            ending,
+            ..SearchFigures::default()
+        };
+        for (ending, other, expected) in [
+            (GaveUp, &[0, 1, 2][..], None),
+            (GaveUp, &[0, 1, 0], Some(1)),
+            (TimeLimit, &[0, 1, 0], Some(1)),
+            (GaveUp, &[0, 1], Some(1)),
+            (TimeLimit, &[0, 1], None),
+        ] {
+            let mut first = figures(&[0, 1, 2], ending);
+            first.compare_repetition(2, &figures(other, GaveUp));
+            assert_eq!(first.random.map(|random| random.steps), expected, "{ending:?} {other:?}");
+        }
+    }
 
     #[test]
     fn steps_into_known_cells_count_until_the_goal() {

@@ -37,7 +37,7 @@ pub use cause::{Cause, END_FACTS, EndFacts, Exit, Messages};
 #[cfg(feature = "recording")]
 pub use events::{EventFinder, EventKind, EventList, RunEvents};
 pub use fastest_run::FastestRun;
-pub use figures::{SearchFigures, SearchOutcome};
+pub use figures::{Divergence, SearchFigures, SearchOutcome};
 pub use judge::Judge;
 #[cfg(feature = "recording")]
 pub use messages::messages;

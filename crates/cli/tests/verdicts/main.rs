@@ -222,6 +222,37 @@ fn check_run(home: &Home, mouse: &Mouse, client: &Path) {
     assert!(is_equal || error.is_none() && why.is_none(), "{}: {error:?}", mouse.name);
 }
 
+/// A mouse that drives further each time.
+const RANDOM: &str = "import os, sys
+file = sys.argv[1]
+runs = os.path.getsize(file) if os.path.exists(file) else 0
+open(file, 'a').write('x')
+for command in ['moveForward', 'turnRight', 'moveForward', 'moveForward'][: 1 + 2 * runs]:
+    print(command, flush=True)
+    input()
+";
+
+#[test]
+fn a_mouse_whose_runs_differ_is_random() {
+    let Some((home, ..)) = home() else { return };
+    let (mouse, file) = (home.write("random.py", RANDOM), home.path().join("runs"));
+    let lost = format!("lost=python3 '{}' '{}'", mouse.display(), file.display());
+    let command = ["compare", "maze.txt", "--strategies", "none", "--time-limit", "600"];
+    let mouse = ["--mouse", &lost];
+    let once = home.run(&[&command[..], &mouse, &["--json"]].concat()).json();
+    assert_eq!(once[0]["mazes"][0]["random"], json!(null));
+    std::fs::remove_file(&file).unwrap();
+    let twice = ["--repeat", "2"];
+    let report = home.run(&[&command[..], &mouse, &twice, &["--json"]].concat()).json();
+    let search = &report[0]["mazes"][0];
+    assert_eq!(search["random"], json!({ "runs": [1, 2], "steps": 1 }));
+    assert_eq!(search["cause"]["kind"], "gave_up", "of the first run: {search}");
+    std::fs::remove_file(&file).unwrap();
+    let ended = home.run(&[&command[..], &mouse, &twice].concat());
+    let note = "lost is random in 1 maze, such as maze.txt: runs 1 and 2 differ from step 2 on.";
+    assert!(ended.stdout.contains(note), "{ended:?}");
+}
+
 /// A mouse for mms that waits for the reply to an invalid line.
 #[test]
 fn a_mouse_that_waits_after_an_invalid_line_says_so() {
