@@ -168,7 +168,7 @@ fn bits(maze: &Maze, cell: Cell) -> u8 {
 fn the_documented_examples_parse() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md");
     let page = fs::read_to_string(page).unwrap();
-    let (page, _) = page.split_once("\n# Findings").unwrap();
+    let (page, _) = page.split_once("\n## Findings").unwrap();
     let mut first = None;
     let examples = page.split("```text\n").skip(1).map(|text| text.split("```").next().unwrap());
     let examples: Vec<&str> = examples.collect();

@@ -3,22 +3,26 @@
 mod side_by_side;
 
 use std::cell::RefCell;
+use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use mmsim_compare::{MouseSummary, NamedMaze, SearchComparison, SearchRow};
+use mmsim_compare::{
+    Baseline, ComparedMouse, MouseSummary, NamedMaze, SearchComparison, SearchRow,
+};
 use mmsim_drawing::DrivenPath;
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::Escaped;
 use mmsim_report::{MeasureStatistics, MousePath};
 use mmsim_run::plan;
+use mmsim_solvers::Tolerance;
 use serde::Serialize;
 
 use crate::args::CommandResult;
 use crate::grid::{stacked, wrapped};
 use crate::output::{
-    check_folder, create_folder, csv_text, print, print_pretty_json, replace, write_charts,
+    check_folder, create_folder, csv_text, print, print_pretty_json, replace, warn, write_charts,
 };
 use crate::searches::SearchArgs;
 use crate::selection::Inputs;
@@ -35,6 +39,8 @@ Examples:
                                                   show both searches side by side in a browser
   mmsim compare mazes/ --vehicle ares             let all mice search and run as a hobby mouse
   mmsim compare mazes/ --tables                   add tables of all measures
+  mmsim compare mazes/ --save base.json           save the results
+  mmsim compare mazes/ --against base.json        fail if a mouse has become worse since
   mmsim compare mazes/ --csv > searches.csv       write a CSV file, one line per search
   mmsim compare mazes/ --json                     print searches and statistics as JSON
 
@@ -47,7 +53,8 @@ Mice are ranked by the mazes that they solved, then by the time that they lose t
 the shortest search of all mice in the maze, followed by the fastest run of the maze. A mouse that
 does not return to the start is carried back. docs/compare.md explains all figures.
 
-The exit code is 0 if all mazes could be read, regardless of the results.";
+The exit code is 0 if all mazes could be read, regardless of the results. With --against, it is 1 if
+a mouse does not solve a maze any more, or takes longer there than --allow accepts.";
 
 /// The group of `--open`, which clap requires even beside arguments that conflict with it.
 const OPENING: &str = "opening";
@@ -76,7 +83,7 @@ pub(crate) struct CompareArgs {
         group = OPENING,
         conflicts_with_all = [
             "misread", "misread_fixed", "misread_seed", "recover", "tables", "json", "csv", "html",
-            "charts", "repeat",
+            "charts", "repeat", "save", "against", "allow",
         ]
     )]
     open: bool,
@@ -92,6 +99,15 @@ pub(crate) struct CompareArgs {
     /// Write the charts as SVG files to DIR
     #[arg(long, value_name = "DIR")]
     charts: Option<PathBuf>,
+    /// Save the results to FILE as JSON, for a later comparison with --against
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+    /// Report in which mazes the mice are better and worse than in FILE, which --save has written
+    #[arg(long, value_name = "FILE")]
+    against: Option<PathBuf>,
+    /// Accept times that are up to SHARE longer than in the file of --against, such as 5% or 0.05
+    #[arg(long, value_name = "SHARE", default_value_t = Tolerance::ZERO, requires = "against")]
+    allow: Tolerance,
     /// Print CSV: a header and one line per search
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -105,7 +121,8 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let Inputs { mazes, all_readable } = Inputs::read_distinct_or_default(&args.search.mazes);
     // Before searches that may take minutes.
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
-    args.html.as_deref().map_or(Ok(()), check_folder)?;
+    [&args.html, &args.save].into_iter().flatten().try_for_each(|file| check_folder(file))?;
+    let baseline = args.against.as_deref().map(|file| read_baseline(file, &mice)).transpose()?;
     if args.open {
         return side_by_side::open(args, &mice, &mazes);
     }
@@ -114,7 +131,15 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
         args.search.run(&mice, &mazes, vehicle.clone(), args.stop_at_goal, args.repeat)?;
     vehicle.iter().for_each(warn_about);
     let senses = args.search.senses();
-    let report = SearchComparison::new(&mice, &mazes, figures, vehicle.clone(), &senses);
+    let mut report = SearchComparison::new(&mice, &mazes, figures, vehicle.clone(), &senses);
+    if let Some(file) = &args.save {
+        replace(file, &serde_json::to_vec_pretty(&report.mice)?)?;
+    }
+    for mouse in &mut report.mice {
+        mouse.changes = baseline.as_ref().and_then(|baseline| baseline.changes(mouse));
+    }
+    let mut changes = report.mice.iter().filter_map(|mouse| mouse.changes.as_ref());
+    let is_worse = changes.any(|changes| changes.exceed(args.allow.ratio()));
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {
@@ -131,7 +156,23 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     if let Some(file) = &args.html {
         replace(file, html(report, &mazes, vehicle).as_bytes())?;
     }
-    Ok(all_readable)
+    Ok(all_readable && !is_worse)
+}
+
+/// Reads a saved comparison, which must have one of the mice.
+fn read_baseline(file: &Path, mice: &[ComparedMouse]) -> Result<Baseline, String> {
+    let path = Escaped(file.display().to_string());
+    let bytes = fs::read(file).map_err(|error| format!("cannot read {path}: {error}"))?;
+    let baseline: Baseline = serde_json::from_slice(&bytes).map_err(|error| {
+        format!("{path}: expected the JSON that `mmsim compare --save` writes: {error}")
+    })?;
+    for name in mice.iter().map(ComparedMouse::name).filter(|name| !baseline.has(name)) {
+        let names = baseline.names();
+        warn(format_args!("{path} has no mouse called {name}, but {names}"));
+    }
+    let is_known = |mouse: &ComparedMouse| baseline.has(mouse.name());
+    let has_any = mice.iter().any(is_known);
+    has_any.then_some(baseline).ok_or_else(|| format!("{path} has none of these mice"))
 }
 
 /// Writes each search of a mouse as one line of CSV. Writes a header first if nothing has been written
@@ -184,9 +225,22 @@ fn text(report: &SearchComparison, args: &CompareArgs) -> String {
     let notes: String = report.notes.iter().map(|note| wrapped(note, " ", 2) + "\n").collect();
     let ranking = stacked(&report.comparison.overview) + &notes;
     let verdicts = report.ranked().into_iter().map(|mouse| verdict(report, mouse, args)).collect();
+    let changes: String = report.mice.iter().filter_map(|mouse| changes(mouse, args)).collect();
     let tables = report.statistics.iter().map(table);
     let tables = [stacked(&report.overview)].into_iter().chain(tables).filter(|_| args.tables);
-    [ranking, verdicts].into_iter().chain(tables).collect::<Vec<_>>().join("\n")
+    let changes = Some(changes).filter(|text| !text.is_empty());
+    [ranking, verdicts].into_iter().chain(changes).chain(tables).collect::<Vec<_>>().join("\n")
+}
+
+/// Returns what is better and worse for a mouse than in the saved comparison.
+fn changes(mouse: &MouseSummary, args: &CompareArgs) -> Option<String> {
+    let (changes, file) = (mouse.changes.as_ref()?, args.against.as_ref()?);
+    let name = Escaped(&mouse.mouse);
+    let head = format!("{name} against {}: {}", Escaped(file.display()), changes.counts());
+    let worse = changes.worse.iter().map(|change| format!("  worse: {}", change.text()));
+    let better = changes.better.iter().map(|change| format!("  better: {}", change.text()));
+    let lines = [head].into_iter().chain(worse).chain(better);
+    Some(lines.map(|line| wrapped(&line, " ", 4) + "\n").collect())
 }
 
 /// Returns why a mouse loses time, in which mazes, and the command that shows one of them.

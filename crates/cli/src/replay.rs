@@ -12,6 +12,7 @@ use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{IgnoredRecords, Integrity, LogLine, MemoryBudget, Recording};
+use mmsim_run::END_FACTS;
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -224,8 +225,14 @@ impl<'a> ReplayReport<'a> {
             ignored: recording.ignored(),
             drawing: recording.maze().map(ToString::to_string),
             poses: args.at.is_none().then_some(Poses(recording)),
-            log: args.at.is_none().then(|| recording.log()),
+            log: args.at.is_none().then(|| own_log(recording)),
             state,
         }
     }
+}
+
+/// Returns the log lines of the mouse.
+fn own_log(recording: &Recording) -> Vec<LogLine> {
+    let is_own = |line: &LogLine| !line.text.starts_with(END_FACTS);
+    recording.log().into_iter().filter(is_own).collect()
 }

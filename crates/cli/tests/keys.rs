@@ -24,6 +24,7 @@ const CALLS: &[(&str, &[&str])] = &[
     ("check-server", &["ADDRESS", "--json"]),
     ("compare", &["mazes", "--vehicle", "expert", "--strategies", "flood-fill,swing", "--json"]),
     ("compare", &["mazes", "--vehicle", "expert", "--strategies", "flood-fill", "--csv"]),
+    ("compare", &["mazes", "--strategies", "flood-fill", "--against", "base.json", "--json"]),
     ("contest", &["mazes", "--strategies", "swing", "--json"]),
     ("contest", &["mazes", "--strategies", "swing", "--csv"]),
     ("fast-run", &["mazes/a.txt", "--explain", "--json"]),
@@ -263,6 +264,8 @@ fn every_key_is_in_the_dictionary() {
     home.write("other.txt", MAZE.replace("| S |       |", "| S |   |   |"));
     home.write("rows.txt", "bf\nab\nee\n");
     home.write("bad.txt", "o---o\n");
+    let saved = r#"[{"mouse":"flood-fill","mazes":[{"path":"mazes/a.txt","total_time_s":99}]}]"#;
+    home.write("base.json", saved);
     home.write(
         "mazes/b.txt",
         MAZE.replace("o   o   o   o", "o   o---o   o").replace("    | G", "      G"),

@@ -153,7 +153,7 @@ fn low_descriptor_limits_are_reported() {
 fn bomb(home: &Home, name: &str, chunks: usize) -> PathBuf {
     const CHUNK: u8 = 6;
     let mut mcap = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
-    let info = r#"{"name":"small","width":1,"height":1,"start":[0,0],"heading":"N","goals":[],"states":0,"protocol":1}"#;
+    let info = r#"{"maze":"small","width":1,"height":1,"start":[0,0],"heading":"N","goals":[],"states":0,"protocol":1}"#;
     let metadata = [("info".to_string(), info.to_string())].into();
     mcap.write_metadata(&Metadata { name: "mmsim".into(), metadata }).unwrap();
     let channel_id = mcap.add_channel(0, "/state", "mmsim-state", &[].into()).unwrap();

@@ -174,7 +174,7 @@ fn text_from_another_simulator_is_escaped() {
         format!("error: {EVIL}"),
         format!("{{\"name\": {EVIL:?}"),
         serde_json::json!({
-            "name": EVIL, "width": 0, "height": 1, "start": [0, 0], "heading": "N", "goals": [],
+            "maze": EVIL, "width": 0, "height": 1, "start": [0, 0], "heading": "N", "goals": [],
             "states": 0, "protocol": 1,
         })
         .to_string(),

@@ -8,6 +8,7 @@ use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statist
 use mmsim_run::{Cause, Divergence, Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
+use crate::baseline::Changes;
 use crate::compared_mouse::ComparedMouse;
 use crate::measures::{MEASURES, SearchMeasure};
 use crate::named_maze::{NamedMaze, unique_names};
@@ -112,6 +113,9 @@ pub struct MouseSummary {
     /// reached the goal.
     shortest_path: Option<f64>,
     statistics: BTreeMap<&'static str, Statistics>,
+    /// What is better and worse than in a saved comparison, if there is one with this mouse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub changes: Option<Changes>,
     /// The searches, one for each maze.
     pub mazes: Vec<SearchRow>,
 }
@@ -230,6 +234,7 @@ impl MouseSummary {
             means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
             shortest_path,
             statistics,
+            changes: None,
             mazes,
         }
     }

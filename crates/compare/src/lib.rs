@@ -12,6 +12,7 @@
 //! parallel. This crate prints nothing: progress and interrupts are functions of the caller.
 #![forbid(unsafe_code)]
 
+mod baseline;
 mod compared_mouse;
 mod comparison;
 mod contest;
@@ -23,6 +24,7 @@ mod ranking;
 mod searches;
 mod trial;
 
+pub use baseline::{Baseline, Change, Changes};
 pub use compared_mouse::{ComparedMouse, NamedMouse};
 pub use comparison::{MazeColumns, MouseSummary, SearchComparison, SearchRow};
 pub use contest::{

@@ -14,7 +14,7 @@ const MAX_WORST: usize = 5;
 
 /// The maximum numbers that a short text names: of the worst mazes, of unsolved mazes for a reason, and
 /// of reasons why mazes are unsolved.
-const SHORT: [usize; 3] = [3, 6, 2];
+const SHORT: [usize; 3] = [3, 4, 2];
 
 /// Smaller losses in s are no reason and are not listed.
 const MIN_LOSS_S: f64 = 0.005;
@@ -232,20 +232,23 @@ impl Ranking {
         );
         let worst: Vec<String> = worst.collect();
         let worst = (!worst.is_empty()).then(|| format!("lost most: {}", worst.join(", ")));
-        let unsolved = self.unsolved_mazes.iter().map(|it| (&*it.error, &*it.maze.maze));
+        let unsolved = self.unsolved_mazes.iter().map(|it| (&*it.error, it));
         let reasons = group_by_reason(unsolved);
         let others = reasons.iter().skip(max_reasons).map(|(_, mazes)| mazes.len()).sum();
         let others = Some(others).filter(|&others: &usize| others > 0).map(|others| {
             format!("not solved: {} for other reasons (see --tables)", counted(others, "maze"))
         });
         let unsolved = reasons.into_iter().take(max_reasons).map(|(reason, mazes)| {
-            let names = mazes.iter().take(max_names).map(|name| Escaped(name).to_string());
+            let names = mazes.iter().take(max_names).map(|it| Escaped(&it.maze.maze).to_string());
             let names: Vec<String> = names.collect();
             let more = match mazes.len() - names.len() {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
-            format!("not solved: {}{more}: {}", names.join(", "), Escaped(reason))
+            // The numbers in a reason are those of its first maze.
+            let differs = mazes.iter().any(|it| it.error != reason);
+            let such_as = if differs { "such as " } else { "" };
+            format!("not solved: {}{more}: {such_as}{}", names.join(", "), Escaped(reason))
         });
         worst.into_iter().chain(unsolved).chain(others).collect()
     }
@@ -432,7 +435,7 @@ mod tests {
         assert_eq!(
             ranking.mazes(false),
             [
-                "not solved: a, b, e, f, g, h and 2 more: stuck",
+                "not solved: a, b, e, f and 4 more: stuck",
                 "not solved: c: lost",
                 "not solved: 1 maze for other reasons (see --tables)"
             ]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::paths::shortest_path;
 use crate::verdict::Ending;
 
-/// The start of the log line with the [`EndFacts`] of a run, as JSON.
+/// The start of the log line with the [`EndFacts`] of a run, as JSON. The line is not one of the mouse.
 pub const END_FACTS: &str = "run end: ";
 
 /// The number of movements in a row that a wall must block, and of periods that a loop must have.

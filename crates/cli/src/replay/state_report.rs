@@ -10,6 +10,7 @@ use mmsim_run::{
 };
 use serde::Serialize;
 
+use crate::grid::wrapped;
 use crate::phase_table;
 use crate::screen::{fitting, pictures};
 
@@ -85,7 +86,11 @@ impl StateReport {
              {runs}{}\n{}{picture}",
             1e3 * pose_at.wall_time_s,
             bounds_text(figures.map, figures.trial.is_some()),
-            figures.fastest_run.as_ref().map(|run| format!("{run}\n")).unwrap_or_default(),
+            figures
+                .fastest_run
+                .as_ref()
+                .map(|run| wrapped(&run.to_string(), " ", 2) + "\n")
+                .unwrap_or_default(),
         );
         let (notes, cells) = (context.notes(), || recording.size().cells());
         let texts = cells().map(|cell| (cell, notes.text(cell)));

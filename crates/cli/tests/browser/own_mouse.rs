@@ -345,7 +345,10 @@ fn a_mouse_of_mms_is_controlled_too() {
         wait_for_phase(live, "running");
         click(live, "reset");
         let result = wait_for_result(live, "exited with code 3");
-        assert_eq!(result, "exited with code 3; goal not reached, score 2000; 1 crashed movement");
+        assert_eq!(
+            result,
+            "exited with code 3 after command 11; goal not reached, score 2000; 1 crashed movement"
+        );
         assert_eq!(live.attribute(".run", "data-ending"), "failed");
 
         let run = simulator.run_number();

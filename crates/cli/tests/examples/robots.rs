@@ -103,8 +103,8 @@ fn a_robot_with_the_published_interface_scores_and_is_compared() {
     // With bundled robots in one table. What the robot prints is shown only if it runs alone.
     let bundled = ["--robot", "swing", "--as-published"];
     let ended = home.run(&[&["trial", mazes[0]], &published[..], &bundled].concat());
-    let robots: Vec<_> =
-        ended.stdout.lines().skip(1).filter_map(|line| line.split_whitespace().nth(1)).collect();
+    let rows = ended.stdout.lines().skip(2).filter_map(|line| line.strip_prefix("  "));
+    let robots: Vec<_> = rows.filter_map(|row| row.split_whitespace().next()).collect();
     assert_eq!((robots, &ended.stderr[..]), (vec!["swing-as-published", "python3.py"], ""));
     // Mazes may follow a file after `=`.
     let ended = home.run(&["trial", &format!("--published={file}"), mazes[0]]);

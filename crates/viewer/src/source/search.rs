@@ -4,7 +4,7 @@
 use axum::Json;
 use axum::extract::Query;
 use mmsim_recording::LogEnd;
-use mmsim_run::{LegProgress, Phases};
+use mmsim_run::{END_FACTS, LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
@@ -52,7 +52,10 @@ impl LogQuery {
         let from = self.from;
         let max = self.max.unwrap_or(MAX_LINES).min(MAX_LINES);
         let filter = self.filter.to_lowercase();
-        let matches = |text: &str| filter.is_empty() || text.to_lowercase().contains(&filter);
+        let matches = |text: &str| {
+            let is_found = filter.is_empty() || text.to_lowercase().contains(&filter);
+            is_found && !text.starts_with(END_FACTS)
+        };
         let states = source.states(run)?;
         let at = self.at.min(states.saturating_sub(1));
         let mut lines = source.log(run, &(from..=at), LogEnd::Last, max, cancel, matches)?;
