@@ -11,6 +11,7 @@ use mmsim_protocol::State;
 use mmsim_recording::{IgnoredRecords, Integrity, MemoryBudget, NewMessages, ReadError, Recording};
 use mmsim_run::messages;
 use mmsim_server::Simulation;
+use tracing::info;
 
 use crate::args::{ReadingArgs, RetentionArgs};
 use crate::memory;
@@ -103,12 +104,12 @@ fn bytes(mebibytes: Option<u64>, default: u64) -> usize {
     usize::try_from(bytes).unwrap_or(usize::MAX)
 }
 
-/// Prints the history limit and the folder for recordings, if any.
+/// Prints the folder for recordings, if any, and logs the limit of the history.
 pub(crate) fn report(args: &RetentionArgs, simulation: &Simulation) {
     let mib = simulation.history().limit() as u64 / MIB;
     let default = ", half of the free memory (change with --history-limit)";
     let part = if args.history_limit.is_none() { default } else { "" };
-    note(format_args!("keeping up to {mib} MiB of states{part}"));
+    info!("keeping up to {mib} MiB of states{part}");
     if let Some(folder) = &args.record {
         note(format_args!("recording to {}", folder.display()));
     }

@@ -107,10 +107,10 @@ fn a_shortage_of_open_files_is_no_verdict_on_a_mouse() {
 #[test]
 fn the_default_limit_is_below_that_of_the_process() {
     let home = Home::new();
-    let server = home.server(&["-p", "0", "hedgerow"]);
+    let server = home.server(&["-v", "-p", "0", "hedgerow"]);
     for option in ["-v", "-d"] {
         let limited = limited(&server, &format!("{option} {}", 1 << 20));
-        let messages = Serving::start(limited, "states").messages.clone();
+        let messages = Serving::start(limited, "half of the free memory").messages.clone();
         let limit = messages.split("keeping up to ").nth(1).unwrap().split(' ').next().unwrap();
         let limit: u64 = limit.parse().unwrap();
         assert!((1..=512).contains(&limit), "{limit} MiB under `ulimit {option}` of 1024");

@@ -377,7 +377,7 @@ fn a_trial_is_served_until_interrupted() {
         server.signal("INT");
         assert_eq!(server.wait().0.code(), Some(0));
         assert!(server.stdout().contains("3.133"));
-        let slow = ["trial", "a.txt", "--serve", "--port", "0", "--pace", "60000"];
+        let slow = ["trial", "-v", "a.txt", "--serve", "--port", "0", "--pace", "60000"];
         let mut server = home.serve_until(&slow, "keeping up to");
         server.signal("TERM");
         assert_eq!(server.wait().0.code(), Some(0));

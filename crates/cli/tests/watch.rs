@@ -80,7 +80,7 @@ fn a_second_simulator_serves_without_a_page() {
 #[test]
 fn the_page_can_be_disabled() {
     let home = Home::new();
-    let mut server = home.serve_until(&["--port", "0", "--no-viewer"], "keeping up to");
+    let mut server = home.serve_until(&["-v", "--port", "0", "--no-viewer"], "keeping up to");
     server.kill();
     assert!(!server.wait().1.contains("watch"));
     let wrong = home.run(&["--no-viewer", "--viewer-port", "7000"]);
