@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use mmsim_compare::{
-    Baseline, ComparedMouse, MouseSummary, NamedMaze, SearchComparison, SearchRow,
+    Baseline, Change, ComparedMouse, MouseSummary, NamedMaze, SearchComparison, SearchRow,
 };
 use mmsim_drawing::DrivenPath;
 use mmsim_fastrun::{Planner, Vehicle};
-use mmsim_maze::Escaped;
+use mmsim_maze::{Escaped, counted};
 use mmsim_report::{MeasureStatistics, MousePath};
 use mmsim_run::plan;
 use mmsim_solvers::Tolerance;
@@ -84,6 +84,7 @@ pub(crate) struct CompareArgs {
         conflicts_with_all = [
             "misread", "misread_fixed", "misread_seed", "recover", "tables", "json", "csv", "html",
             "charts", "repeat", "save", "against", "allow",
+            "max_states", "jobs",
         ]
     )]
     open: bool,
@@ -100,7 +101,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "DIR")]
     charts: Option<PathBuf>,
     /// Save the results to FILE as JSON, for a later comparison with --against
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["against", "allow"])]
     save: Option<PathBuf>,
     /// Report in which mazes the mice are better and worse than in FILE, which --save has written
     #[arg(long, value_name = "FILE")]
@@ -123,7 +124,7 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     args.charts.as_deref().map_or(Ok(()), create_folder)?;
     [&args.html, &args.save].into_iter().flatten().try_for_each(|file| check_folder(file))?;
     let baseline = args.against.as_deref().map(|file| read_baseline(file, &mice)).transpose()?;
-    if args.open {
+    if args.open && (all_readable || !mazes.is_empty()) {
         return side_by_side::open(args, &mice, &mazes);
     }
     let vehicle = args.vehicle.as_ref().map(|given| given.vehicle.clone());
@@ -133,13 +134,19 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     let senses = args.search.senses();
     let mut report = SearchComparison::new(&mice, &mazes, figures, vehicle.clone(), &senses);
     if let Some(file) = &args.save {
+        if !all_readable {
+            let file = Escaped(file.display());
+            return Err(format!("{file} was not written, because a maze could not be read").into());
+        }
         replace(file, &serde_json::to_vec_pretty(&report.mice)?)?;
     }
-    for mouse in &mut report.mice {
-        mouse.changes = baseline.as_ref().and_then(|baseline| baseline.changes(mouse));
+    let mut is_worse = false;
+    if let (Some(baseline), Some(file)) = (&baseline, &args.against) {
+        for mouse in &mut report.mice {
+            mouse.changes = baseline.changes(mouse)?;
+            is_worse |= warn_of_changes(mouse, file, args.allow);
+        }
     }
-    let mut changes = report.mice.iter().filter_map(|mouse| mouse.changes.as_ref());
-    let is_worse = changes.any(|changes| changes.exceed(args.allow.ratio()));
     if args.json {
         print_pretty_json(&report.mice)?;
     } else if args.csv {
@@ -230,6 +237,29 @@ fn text(report: &SearchComparison, args: &CompareArgs) -> String {
     let tables = [stacked(&report.overview)].into_iter().chain(tables).filter(|_| args.tables);
     let changes = Some(changes).filter(|text| !text.is_empty());
     [ranking, verdicts].into_iter().chain(changes).chain(tables).collect::<Vec<_>>().join("\n")
+}
+
+/// Prints to stderr why a mouse is worse than in the saved comparison, and returns true if it is.
+fn warn_of_changes(mouse: &MouseSummary, file: &Path, allowed: Tolerance) -> bool {
+    let Some(changes) = &mouse.changes else { return false };
+    let (name, file) = (Escaped(&mouse.mouse), Escaped(file.display()));
+    if changes.is_empty() {
+        warn(format_args!("{file} has none of the mazes of {name}"));
+        return true;
+    }
+    if changes.missing_mazes > 0 {
+        let missing = counted(changes.missing_mazes, "maze");
+        warn(format_args!("{name} has not searched {missing} of {file}"));
+        return true;
+    }
+    let exceeding: Vec<_> = changes.exceeding(allowed.ratio()).map(Change::text).collect();
+    if let Some(first) = exceeding.first() {
+        let mazes = counted(exceeding.len(), "maze");
+        warn(format_args!(
+            "{name} is worse than {file} by more than {allowed} in {mazes}: {first}"
+        ));
+    }
+    !exceeding.is_empty()
 }
 
 /// Returns what is better and worse for a mouse than in the saved comparison.

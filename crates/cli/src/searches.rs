@@ -22,6 +22,9 @@ use crate::terminal::progress_bar;
 /// The limit of open files to request from the system.
 const MAX_FILES: u64 = 4096;
 
+/// The default time limit of a mouse in a maze, in s.
+pub(crate) const DEFAULT_TIME_LIMIT: &str = "10";
+
 /// The mazes, the mice and their limits.
 #[derive(Debug, Args)]
 pub(crate) struct SearchArgs {
@@ -43,9 +46,9 @@ pub(crate) struct SearchArgs {
     /// Let fastest-path-search stop exploring when its run is proven to be at most SHARE slower than
     /// the fastest run, such as 3% or 0.03 [default: 0%]
     #[arg(long, value_name = "SHARE")]
-    tolerance: Option<Tolerance>,
+    pub(crate) tolerance: Option<Tolerance>,
     /// Stop the program of a mouse of your own after S seconds in a maze
-    #[arg(long, value_name = "S", default_value = "10", requires = "mouse", value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", default_value = DEFAULT_TIME_LIMIT, requires = "mouse", value_parser = parse_seconds)]
     pub(crate) time_limit: Duration,
     /// Stop a mouse of your own after N states in a maze: one for each cell that it enters and one for
     /// each turn

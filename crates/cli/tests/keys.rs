@@ -264,8 +264,12 @@ fn every_key_is_in_the_dictionary() {
     home.write("other.txt", MAZE.replace("| S |       |", "| S |   |   |"));
     home.write("rows.txt", "bf\nab\nee\n");
     home.write("bad.txt", "o---o\n");
-    let saved = r#"[{"mouse":"flood-fill","mazes":[{"path":"mazes/a.txt","total_time_s":99}]}]"#;
-    home.write("base.json", saved);
+    let saved = ["compare", "mazes", "--strategies", "flood-fill", "--save", "base.json"];
+    assert_eq!(home.run(&saved).code, Some(0));
+    let mut saved: Value =
+        serde_json::from_slice(&fs::read(home.path().join("base.json")).unwrap()).unwrap();
+    saved[0]["mazes"][0]["total_time_s"] = 999.into();
+    home.write("base.json", saved.to_string());
     home.write(
         "mazes/b.txt",
         MAZE.replace("o   o   o   o", "o   o---o   o").replace("    | G", "      G"),

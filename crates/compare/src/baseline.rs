@@ -1,9 +1,9 @@
 //! A saved comparison, and what has become better or worse since.
 
 use mmsim_maze::Escaped;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::comparison::MouseSummary;
+use crate::comparison::{MouseSummary, SearchRow};
 
 /// Smaller differences in s are none: times are rounded to 0.1 ms.
 const MIN_DIFFERENCE_S: f64 = 0.0005;
@@ -24,7 +24,20 @@ struct SavedMouse {
 #[derive(Debug, Deserialize)]
 struct SavedSearch {
     path: String,
+    // Without `with`, a missing key would be null.
+    #[serde(with = "Nullable")]
     total_time_s: Option<f64>,
+    #[serde(with = "Nullable")]
+    optimal_time_s: Option<f64>,
+}
+
+/// Deserializes a number or null.
+struct Nullable;
+
+impl Nullable {
+    fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+        Option::deserialize(deserializer)
+    }
 }
 
 /// What has become better or worse since a comparison was saved. The field names are JSON keys.
@@ -41,6 +54,9 @@ pub struct Changes {
     /// The number of mazes that the saved comparison does not have.
     #[serde(rename = "new_maze_count")]
     pub new_mazes: usize,
+    /// The number of saved mazes that were not searched now.
+    #[serde(rename = "missing_maze_count")]
+    pub missing_mazes: usize,
 }
 
 /// The result in a maze now and in the saved comparison. The field names are JSON keys.
@@ -57,20 +73,35 @@ pub struct Change {
 impl Baseline {
     /// Returns what has become better or worse for a mouse, or `None` if the saved comparison has no mouse
     /// with its name. The paths of mazes identify them.
-    pub fn changes(&self, summary: &MouseSummary) -> Option<Changes> {
-        let saved = self.mice.iter().find(|saved| saved.mouse == summary.mouse)?;
+    ///
+    /// # Errors
+    /// Returns an error if a maze has another fastest run than before, so that times cannot be compared.
+    pub fn changes(&self, summary: &MouseSummary) -> Result<Option<Changes>, String> {
+        let Some(saved) = self.mice.iter().find(|saved| saved.mouse == summary.mouse) else {
+            return Ok(None);
+        };
         let mut changes = Changes::default();
-        for search in &summary.mazes {
-            let same = |saved: &&SavedSearch| is_same_path(&saved.path, &search.maze.path);
-            match saved.mazes.iter().find(same) {
-                Some(saved) => {
-                    let now = search.times.and_then(|times| times.total_time_s);
-                    changes.add(&search.maze.maze, now, saved.total_time_s);
-                }
-                None => changes.new_mazes += 1,
+        let names = unique_columns(&summary.mazes);
+        for (search, name) in summary.mazes.iter().zip(names) {
+            let path = &search.maze.path;
+            let same = |saved: &&SavedSearch| is_same_path(&saved.path, path);
+            let Some(saved) = saved.mazes.iter().find(same) else {
+                changes.new_mazes += 1;
+                continue;
+            };
+            let times = search.times;
+            let [now, before] = [times.and_then(|it| it.optimal_time_s), saved.optimal_time_s];
+            if now.unwrap_or(0.0) - before.unwrap_or(0.0) != 0.0 {
+                let path = Escaped(path);
+                return Err(format!("{path} has changed, or was saved with another vehicle"));
             }
+            changes.add(&name, times.and_then(|it| it.total_time_s), saved.total_time_s);
         }
-        Some(changes)
+        let is_gone = |saved: &&SavedSearch| {
+            !summary.mazes.iter().any(|search| is_same_path(&saved.path, &search.maze.path))
+        };
+        changes.missing_mazes = saved.mazes.iter().filter(is_gone).count();
+        Ok(Some(changes))
     }
 
     /// Returns true if a saved mouse has this name.
@@ -85,9 +116,24 @@ impl Baseline {
     }
 }
 
-/// Returns true for paths that differ at most in the separator of Windows.
+/// Returns true for paths of the same file, such as `a/b` and `./a\b`.
 fn is_same_path(one: &str, other: &str) -> bool {
-    one.replace('\\', "/") == other.replace('\\', "/")
+    let parts = |path: &str| {
+        let parts = path.split(['/', '\\']).filter(|part| !matches!(*part, "" | "."));
+        parts.map(String::from).collect::<Vec<_>>()
+    };
+    parts(one) == parts(other)
+}
+
+/// Returns a name for each maze that no other one has.
+fn unique_columns(searches: &[SearchRow]) -> Vec<String> {
+    let name = |search: &SearchRow| {
+        let maze = &search.maze;
+        let has_name = |other: &&SearchRow| other.maze.maze == maze.maze;
+        let is_unique = searches.iter().filter(has_name).count() == 1;
+        if is_unique { &maze.maze } else { &maze.path }.clone()
+    };
+    searches.iter().map(name).collect()
 }
 
 impl Changes {
@@ -103,21 +149,28 @@ impl Changes {
         }
     }
 
-    /// Returns true if the mouse does not solve a maze any more, or takes longer there than the saved time
-    /// and this share of it.
-    pub fn exceed(&self, allowed: f64) -> bool {
-        let exceeds = |change: &Change| match (change.total_time_s, change.saved_time_s) {
+    /// Returns the mazes that the mouse does not solve any more, or in which it takes longer than the saved
+    /// time and this share of it.
+    pub fn exceeding(&self, allowed: f64) -> impl Iterator<Item = &Change> {
+        self.worse.iter().filter(move |change| match (change.total_time_s, change.saved_time_s) {
             (Some(now), Some(saved)) => now > saved * (1.0 + allowed),
             _ => true,
-        };
-        self.worse.iter().any(exceeds)
+        })
+    }
+
+    /// Returns true if no maze was searched both times.
+    pub fn is_empty(&self) -> bool {
+        self.worse.is_empty() && self.better.is_empty() && self.equal == 0
     }
 
     /// Returns the numbers of mazes in words, such as `1 worse, 2 better, 15 equal`.
     pub fn counts(&self) -> String {
-        let Self { worse, better, equal, new_mazes } = self;
-        let new = if *new_mazes > 0 { format!(", {new_mazes} new") } else { String::new() };
-        format!("{} worse, {} better, {equal} equal{new}", worse.len(), better.len())
+        let Self { worse, better, equal, new_mazes, missing_mazes } = self;
+        let counts = [(worse.len(), "worse"), (better.len(), "better"), (*equal, "equal")];
+        let others = [(*new_mazes, "new"), (*missing_mazes, "missing")];
+        let others = others.into_iter().filter(|(count, _)| *count > 0);
+        let counts = counts.into_iter().chain(others);
+        counts.map(|(count, name)| format!("{count} {name}")).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -170,8 +223,15 @@ mod tests {
         assert_eq!(texts(&changes.worse), worse);
         let better = "faster: 30.000 s instead of 40.000 s (-25.0 %); won: solved in 50.000 s";
         assert_eq!(texts(&changes.better), better);
-        assert!(changes.exceed(1.0), "a maze is not solved any more");
-        changes.worse.truncate(1);
-        assert_eq!([0.0, 0.029, 0.031].map(|allowed| changes.exceed(allowed)), [true, true, false]);
+        assert_eq!(changes.exceeding(1.0).count(), 1, "a maze is not solved any more");
+        assert_eq!([0.0, 0.029, 0.031].map(|it| changes.exceeding(it).count()), [2, 2, 1]);
+    }
+
+    #[test]
+    fn paths_are_compared_by_their_parts() {
+        for other in ["mazes/a.txt", "./mazes/a.txt", r"mazes\a.txt", "mazes//./a.txt"] {
+            assert!(is_same_path("mazes/a.txt", other), "{other}");
+        }
+        assert!(!is_same_path("mazes/a.txt", "a.txt"));
     }
 }

@@ -248,7 +248,7 @@ impl MouseSummary {
     /// Returns a note on the mazes in which the runs of the mouse differ.
     fn random(&self) -> Option<String> {
         let mut random =
-            self.mazes.iter().filter_map(|search| Some((&search.maze.path, search.random?)));
+            self.mazes.iter().filter_map(|search| Some((&search.maze.maze, search.random?)));
         let (maze, divergence) = random.next()?;
         let (name, count) = (Escaped(&self.mouse), counted(1 + random.count(), "maze"));
         let maze = Escaped(maze);

@@ -173,7 +173,7 @@ impl Ranking {
             mean_loss: Loss::mean(&paired),
             paired_mazes: paired.len(),
             reasons: Vec::new(),
-            crashes: figures().filter_map(|it| it.crashes).sum(),
+            crashes: reachable().filter_map(|maze| searches[maze].figures.crashes).sum(),
             not_proven: not_proven.count(),
             worst_mazes: worst.collect(),
             unsolved_mazes: unsolved.collect(),
@@ -187,12 +187,9 @@ impl Ranking {
             [(Reason::SearchTooLong, search_loss_s), (Reason::RouteTooSlow, route_loss_s)];
         losses.sort_by(|(_, one), (_, other)| other.total_cmp(one));
         let losses = losses.map(|(reason, loss)| (reason, loss >= MIN_LOSS_S));
-        let failures = [
-            (Reason::NotSolved, !self.unsolved_mazes.is_empty()),
-            (Reason::Crashes, self.crashes > 0),
-        ];
-        let all =
-            failures.into_iter().chain(losses).chain([(Reason::NotProven, self.not_proven > 0)]);
+        let all = [(Reason::NotSolved, !self.unsolved_mazes.is_empty())].into_iter().chain(losses);
+        let all = all
+            .chain([(Reason::Crashes, self.crashes > 0), (Reason::NotProven, self.not_proven > 0)]);
         all.filter(|(_, applies)| *applies).map(|(reason, _)| reason).collect()
     }
 
@@ -209,6 +206,7 @@ impl Ranking {
             Reason::NotProven => format!("{} not proven", counted(self.not_proven, "path")),
         };
         match &self.reasons[..] {
+            [] if self.reachable == 0 => "no maze has a reachable goal".into(),
             [] => "nothing lost".into(),
             reasons => reasons.iter().map(describe).collect::<Vec<_>>().join(", "),
         }
@@ -321,7 +319,12 @@ impl fmt::Display for Reason {
 /// Returns why a mouse has no total time.
 fn error(figures: &SearchFigures) -> String {
     let error = figures.failure().or_else(|| figures.error.clone());
-    error.unwrap_or_else(|| NO_FAST_RUN.into())
+    let no_run = match &figures.outcome.driven {
+        Some(_) => "the vehicle cannot drive its fast run",
+        None if !figures.is_complete => "its search did not end",
+        None => NO_FAST_RUN,
+    };
+    error.unwrap_or_else(|| no_run.into())
 }
 
 fn seconds(time: f64) -> String {

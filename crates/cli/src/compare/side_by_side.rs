@@ -19,6 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::local_server::HOST;
 use crate::output::warn;
 use crate::recordings::{self, recording_budget};
+use crate::searches::DEFAULT_TIME_LIMIT;
 use crate::terminal::columns;
 use crate::{page, stderr};
 
@@ -34,7 +35,16 @@ pub(super) fn command(
     let worst = worst_mazes.iter().map(|it| (&it.maze, &it.rival)).take(1);
     let (maze, rival) = unsolved.chain(worst).find(|(_, rival)| rival.is_some())?;
     let rival = report.mice.iter().find(|it| rival.as_ref() == Some(&it.mouse))?;
-    let quoted = |text: &str| Some(Escaped(shlex::try_quote(text).ok()?).to_string());
+    let quoted = |text: &str| {
+        // On Windows, a backslash separates folders, and only double quotation marks quote.
+        let is_plain = !text.contains([' ', '"', '\'', '&', '%']);
+        let quoted = match (cfg!(windows), is_plain) {
+            (true, true) => text.into(),
+            (true, false) => format!("\"{text}\"").into(),
+            (false, _) => shlex::try_quote(text).ok()?,
+        };
+        Some(Escaped(quoted).to_string())
+    };
     let MazeColumns { path, maze: name, .. } = maze;
     // A bundled maze has a short name.
     let maze = if Path::new(path).exists() { path } else { name };
@@ -54,8 +64,17 @@ pub(super) fn command(
     if let Some(vehicle) = &args.vehicle {
         parts.push(format!("--vehicle {}", quoted(&vehicle.argument)?));
     }
+    if let Some(tolerance) = args.search.tolerance {
+        parts.push(format!("--tolerance {tolerance}"));
+    }
+    if mice.iter().any(|mouse| mouse.command.is_some()) {
+        let limit = args.search.time_limit.as_secs_f64().to_string();
+        parts.extend((limit != DEFAULT_TIME_LIMIT).then(|| format!("--time-limit {limit}")));
+        parts.extend(args.stop_at_goal.then(|| "--stop-at-goal".into()));
+    }
     let line = format!("  {}", parts.join(" "));
-    Some(if line.width() <= columns() { line } else { format!("  {}", parts.join(" \\\n    ")) })
+    let fits = line.width() <= columns() || cfg!(windows);
+    Some(if fits { line } else { format!("  {}", parts.join(" \\\n    ")) })
 }
 
 /// Runs each mouse in the maze, and shows the recordings in a browser until Ctrl-C.
@@ -67,19 +86,24 @@ pub(super) fn open(
     let [maze] = mazes else {
         return Err(UsageError::not_one("compare", "--open", "maze", mazes.len()).into());
     };
-    let folder = tempfile::tempdir()?;
+    let (folder, mut recorded) = (tempfile::tempdir()?, 0);
     let budget = recording_budget(&ReadingArgs::default());
     let mut config = ViewerConfig::default().with_budget(Arc::clone(&budget));
     for (index, mouse) in mice.iter().enumerate() {
         match record(args, mouse, maze, &folder.path().join(index.to_string()))? {
             Some(file) => {
+                recorded += 1;
                 config = config.with_recording(mouse.name(), recordings::open(&file, &budget)?);
             }
             None => warn(format_args!("{} has reported no state", Escaped(mouse.name()))),
         }
     }
+    if recorded == 0 {
+        return Err("there is nothing to show".into());
+    }
+    let vehicle = args.vehicle.iter().map(|given| given.vehicle.clone()).collect();
     let viewer_args =
-        ViewerArgs { viewer_port: args.viewer_port, open: true, ..ViewerArgs::default() };
+        ViewerArgs { viewer_port: args.viewer_port, open: true, vehicle, ..ViewerArgs::default() };
     let viewer = page::bind(&viewer_args, HOST, true)?;
     let interrupt = Interrupt::catch()?;
     stderr::write_in_background();
@@ -103,8 +127,11 @@ fn record(
     match mouse {
         ComparedMouse::Bundled(strategy) => {
             command.arg(&mmsim).args(["solve", strategy.name(), "--goal", "server"]);
-            if let Some(vehicle) = args.vehicle.as_ref().filter(|_| strategy.uses_vehicle()) {
-                command.arg("--vehicle").arg(&vehicle.argument);
+            if strategy.uses_vehicle() {
+                let vehicle = args.vehicle.iter().map(|given| &given.argument);
+                command.args(vehicle.flat_map(|vehicle| ["--vehicle", vehicle]));
+                let tolerance = args.search.tolerance.map(|tolerance| tolerance.to_string());
+                command.args(tolerance.iter().flat_map(|tolerance| ["--tolerance", tolerance]));
             }
         }
         ComparedMouse::Own(mouse) => {

@@ -51,6 +51,37 @@ fn a_saved_comparison_shows_what_has_become_worse() {
     assert_eq!((&changes["equal"], &changes["new_maze_count"]), (&json!(0), &json!(0)));
 }
 
+/// A comparison of nothing would pass whatever the mouse does.
+#[test]
+fn other_mazes_and_vehicles_cannot_be_compared() {
+    let home = Home::new();
+    let maze = "o---o---o\n| S   G |\no---o---o\n";
+    for name in ["mazes/a.txt", "mazes/b.txt", "c.txt"] {
+        home.write(name, maze);
+    }
+    let run = |arguments: &[&str]| {
+        home.run(&[&["compare", "--strategies", "flood-fill"], arguments].concat())
+    };
+    assert_eq!(run(&["mazes", "--save", "base.json"]).code, Some(0));
+    let same = run(&["./mazes", "--against", "base.json"]);
+    assert_eq!((same.code, &same.stderr[..]), (Some(0), ""));
+    let fails = |arguments: &[&str], error: &str| {
+        let ended = run(&[arguments, &["--against", "base.json"]].concat());
+        assert_eq!(ended.code, Some(1), "{ended:?}");
+        assert!(ended.stderr.contains(error), "{error}: {ended:?}");
+    };
+    fails(&["c.txt"], "base.json has none of the mazes of flood-fill\n");
+    fails(&["mazes/a.txt"], "flood-fill has not searched 1 maze of base.json\n");
+    fails(&["mazes", "--vehicle", "ares"], "a.txt has changed, or was saved with another vehicle");
+    // Nothing is saved of mazes that could not be read.
+    home.write("mazes/a.txt", maze.replace("G |", "G"));
+    let before = fs::read(home.path().join("base.json")).unwrap();
+    let ended = run(&["mazes", "--save", "base.json"]);
+    assert_eq!(ended.code, Some(1));
+    assert!(ended.stderr.contains("base.json was not written, because a maze could not be read"));
+    assert_eq!(fs::read(home.path().join("base.json")).unwrap(), before);
+}
+
 #[test]
 fn a_file_that_was_not_saved_is_an_error() {
     let home = Home::new();
