@@ -12,7 +12,7 @@ use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{Escaped, counted};
 use mmsim_protocol::{Info, StateMessage};
 use mmsim_recording::{IgnoredRecords, Integrity, LogLine, MemoryBudget, Recording};
-use mmsim_run::END_FACTS;
+use mmsim_run::EndFacts;
 use mmsim_solvers::MazeFacts;
 use mmsim_viewer::{DEFAULT_VIEWER_PORT, ViewerConfig};
 use serde::{Serialize, Serializer};
@@ -233,6 +233,6 @@ impl<'a> ReplayReport<'a> {
 
 /// Returns the log lines of the mouse.
 fn own_log(recording: &Recording) -> Vec<LogLine> {
-    let is_own = |line: &LogLine| !line.text.starts_with(END_FACTS);
+    let is_own = |line: &LogLine| !EndFacts::is_log_line(&line.text);
     recording.log().into_iter().filter(is_own).collect()
 }

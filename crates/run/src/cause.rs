@@ -211,6 +211,12 @@ pub struct EndFacts {
 }
 
 impl EndFacts {
+    /// Returns true if a log line has facts, so that it is not a line of the mouse.
+    #[cfg(feature = "recording")]
+    pub fn is_log_line(line: &str) -> bool {
+        Self::from_log_line(line).is_some()
+    }
+
     /// Reads the facts from a log line, if it has facts.
     #[cfg(feature = "recording")]
     pub fn from_log_line(line: &str) -> Option<Self> {
@@ -272,6 +278,11 @@ impl Evidence {
         self.blocked = self.blocked.saturating_add(1);
     }
 
+    /// Returns true if there are no states.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.states == 0
+    }
+
     /// Forgets all states, as a reset does.
     pub(crate) fn clear(&mut self) {
         self.poses.clear();
@@ -299,7 +310,8 @@ impl Evidence {
             return None;
         }
         let is_waiting = matches!(ending, Ending::TimeLimit | Ending::Stopped);
-        if is_refused && is_waiting {
+        // A mouse that loops is not waiting.
+        if is_refused && is_waiting && self.cycle().is_none() {
             return Some(Cause::Refused { messages });
         }
         let (last, blocked) = (self.poses.last().copied(), blocked.max(self.blocked));
@@ -323,7 +335,9 @@ impl Evidence {
         self.path.iter().find_map(|&(cell, heading, since)| {
             let state = since?;
             let mut sides = Wall::new(cell, heading).cells();
-            let was_beside = sides.any(|side| self.poses.iter().any(|(pose, _)| pose.cell == side));
+            // A mouse may report a pose before it has read the walls around it.
+            let earlier = self.poses.split_last().map_or(&[][..], |(_, earlier)| earlier);
+            let was_beside = sides.any(|side| earlier.iter().any(|(pose, _)| pose.cell == side));
             was_beside.then_some(Cause::FalseWall { cell, heading, state })
         })
     }
@@ -409,7 +423,8 @@ mod tests {
         };
         add(looping, &[wall], all);
         let all = EndFacts { exit: None, ..all };
-        add(looping, &[wall], all);
+        add("00N 01N", &[wall], all);
+        add(looping, &[wall], EndFacts { blocked: 0, ..all });
         let all = EndFacts { is_refused: false, ..all };
         add(looping, &[wall], all);
         let all = EndFacts { blocked: 2, ..all };
@@ -425,6 +440,7 @@ mod tests {
         insta::assert_snapshot!(texts.join("\n"), @"
         exited with code 3 after request 9
         waits for a reply to request 9, which was refused
+        believes in a wall east of (0, 1) that is not there, since state 2
         runs into a wall 3 times, in (0, 0) at state 11
         never moved
         believes in a wall east of (0, 1) that is not there, since state 2

@@ -121,14 +121,18 @@ impl SearchFigures {
         has_failed.then(|| self.error.clone().unwrap_or_else(limit))
     }
 
-    /// Notes where run number `run` of the same mouse in the same maze differs from this first run. Only
-    /// cells count. A run that a limit has ended may be shorter.
+    /// Notes where run number `run` of the same mouse in the same maze differs from this first run: in its
+    /// cells, in whether it has reached the goal, or in whether it has failed. A run that a limit has
+    /// ended may be shorter.
     pub fn compare_repetition(&mut self, run: u16, other: &Self) {
         let is_cut = |figures: &Self| !matches!(figures.ending, Ending::Finished | Ending::GaveUp);
         let equal = self.path.iter().zip(&other.path).take_while(|(one, two)| one == two).count();
         let shorter = self.path.len().min(other.path.len());
         let may_be_shorter = is_cut(self) || is_cut(other);
-        let is_same = equal == shorter && (may_be_shorter || self.path.len() == other.path.len());
+        let result = |figures: &Self| (figures.goal_reached, figures.ending == Ending::Failed);
+        let is_same = equal == shorter
+            && (may_be_shorter || self.path.len() == other.path.len())
+            && result(self) == result(other);
         if !is_same {
             // The first cell is the start.
             let steps = equal.saturating_sub(1);

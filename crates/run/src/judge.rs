@@ -150,8 +150,10 @@ impl Judge {
     /// Returns the cause of the failure of a mouse whose run has ended, or `None` if it has reached the
     /// goal, has jumped, or failed for another reason.
     pub fn cause(&self, facts: &EndFacts) -> Option<Cause> {
-        let Phases { goal, first_jump, .. } = self.phases;
-        if goal.is_some() || first_jump.is_some() {
+        let Phases { goal, first_jump, states, .. } = self.phases;
+        // After a reset, the evidence no longer shows what the mouse has done.
+        let is_reset = states > 0 && self.evidence.is_empty();
+        if goal.is_some() || first_jump.is_some() || is_reset {
             return None;
         }
         self.evidence.cause(&self.maze, facts)

@@ -113,6 +113,7 @@ impl StateFigures {
         let PhaseReport { search_run, fast_run, .. } = &self.phases;
         let MapFigures { optimistic_distance, pessimistic_distance, proven, .. } = self.map;
         let doing = match (self.phase, fast_run) {
+            _ if self.error.is_some() => "The mouse has jumped, so no goal counts.".into(),
             (RunPhase::Search, _) => "Searching for the goal.".into(),
             (RunPhase::AtGoal, None) => {
                 format!("Goal found after {}.", counted(search_run.steps, "step"))

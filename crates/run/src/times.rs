@@ -43,8 +43,14 @@ impl SearchTimes {
             let at_start = time_at_start(maze, figures, planner.vehicle());
             let is_ready = figures.goal_reached && figures.is_complete;
             let outcome = Some(&figures.outcome).filter(|_| is_ready);
-            let run = outcome.and_then(|outcome| plan(planner, maze, outcome));
-            let time = run.and_then(|run| run.time(planner.vehicle()).ok());
+            let time = outcome.and_then(|outcome| {
+                let (run, SearchOutcome { route, driven, .. }) =
+                    (plan(planner, maze, outcome)?, outcome);
+                match driven {
+                    None if !route.is_empty() => time_along(&run, route, planner.vehicle()),
+                    _ => run.time(planner.vehicle()).ok(),
+                }
+            });
             let known_walls = outcome.and_then(|outcome| outcome.known_walls.as_ref());
             Self {
                 search_time_s: tenth_of_ms(search_time),
@@ -111,16 +117,34 @@ impl<'a> MouseClock<'a> {
     }
 
     /// Returns the least time in s from rest to rest along the cells of a fast run, rounded to 0.1 ms, or
-    /// `None` if the vehicle cannot drive along them.
+    /// `None` without cells, or if the vehicle cannot drive along them. A run with a detour, which enters
+    /// a cell again, is timed like a search.
     pub fn fast_run_time(&mut self, cells: &[Cell]) -> Option<f64> {
-        let driven = self.driven.as_ref().filter(|run| run.cells().starts_with(cells));
-        let run = if let Some(run) = driven {
-            run.with_fastest_speeds(self.planner.vehicle()).ok()?
+        let driven = self.driven.as_ref().filter(|run| run.cells() == cells);
+        let time = if let Some(run) = driven {
+            let run = run.with_fastest_speeds(self.planner.vehicle()).ok()?;
+            run.time(self.planner.vehicle()).ok()?
         } else {
-            self.planner.plan_along(self.size, cells).ok()?.clone()
+            cells.first()?;
+            let run = self.planner.plan_along(self.size, cells).ok()?.clone();
+            time_along(&run, cells, self.planner.vehicle())?
         };
-        run.time(self.planner.vehicle()).ok().map(tenth_of_ms)
+        Some(tenth_of_ms(time))
     }
+}
+
+/// Returns the time in s of a run that was planned along these cells, if it enters each of them. Otherwise,
+/// the cells lead into some cells again, and take the time of a search.
+fn time_along(run: &FastRun, cells: &[Cell], vehicle: &Vehicle) -> Option<f64> {
+    if run.cells() == cells {
+        return run.time(vehicle).ok();
+    }
+    let quarter_turns = |cells: &[Cell]| match (cells[0], cells[2]) {
+        (from, to) if from == to => 2,
+        (from, to) => u32::from(from.x != to.x && from.y != to.y),
+    };
+    let turns = cells.windows(3).map(quarter_turns).sum();
+    Some(vehicle.search_time(saturate(cells.len().saturating_sub(1)), turns))
 }
 
 /// Returns the time in s of the fastest run through walls.
@@ -320,5 +344,20 @@ o---o---o---o---o---o
         let half = "base = 'kerise'\nsearch_speed = 600\nsearch_turn_time = 0.2";
         // 6 · 90 mm at 600 mm/s and 3 · 0.2 s.
         assert!((time(Vehicle::from_toml(half, "half").unwrap()) - 1.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_detour_takes_the_time_of_a_search() {
+        let mut planner = Planner::new(Vehicle::expert());
+        let mut clock = MouseClock::new(&mut planner, MazeSize::CLASSIC);
+        let mut time = |ys: &[u8]| {
+            let cells: Vec<Cell> = ys.iter().map(|&y| Cell::new(0, y)).collect();
+            clock.fast_run_time(&cells)
+        };
+        assert_eq!(time(&[]), None);
+        // 3 cells and 90 mm with 17 m/s² and at most 2.5 m/s: 2.5 / 17 s + 630 mm / 2.5 m/s.
+        assert_eq!(time(&[0, 1, 2, 3]), Some(0.3991));
+        // 5 cells of 0.3 s and two U-turns of 0.4 s.
+        assert_eq!(time(&[0, 1, 2, 1, 2, 3]), Some(2.3));
     }
 }

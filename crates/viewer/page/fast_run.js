@@ -67,9 +67,14 @@ export class FastRun {
     this.#vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
     this.#vehicle.onchange = () => {
       remember("vehicle", this.#vehicle.value);
-      this.#panel.retime();
-      void this.#load();
+      document.dispatchEvent(new Event("vehicle"));
     };
+    // All panels time their mice with the same vehicle.
+    document.addEventListener("vehicle", () => {
+      if (!this.#panel.element.isConnected) return;
+      this.#panel.retime();
+      if (this.isOn) void this.#load();
+    });
     drawScale(query(this.#details, ".scale svg", SVGElement));
     for (const name of ["fast-run", "search"]) query(panel.element, `[name=${name}]`).onclick = () => this.#toggle();
   }

@@ -23,7 +23,7 @@ use flate2::write::GzEncoder;
 use mmsim_drawing::page_json;
 use mmsim_fastrun::Planner;
 use mmsim_recording::{Block, LogEnd, Recording};
-use mmsim_run::END_FACTS;
+use mmsim_run::EndFacts;
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
@@ -214,7 +214,7 @@ fn write_log(source: &StateSource, cancel: &CancelToken, out: &mut dyn Write) ->
         let end = first + Block::STATES;
         // The lines after the last state belong to the number of states.
         let range = first..=if end < states { end - 1 } else { states };
-        let is_own = |line: &str| !line.starts_with(END_FACTS);
+        let is_own = |line: &str| !EndFacts::is_log_line(line);
         for line in source.log(run, &range, LogEnd::First, usize::MAX, cancel, is_own)? {
             log.serialize_element(&(line.state, line.text))?;
         }

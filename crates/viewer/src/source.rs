@@ -20,7 +20,7 @@ use mmsim_recording::{
 };
 use mmsim_run::{
     BoundsHistory, Cause, END_FACTS, EndFacts, EventFinder, Judge, MovementRules, Phases,
-    RunEvents, RunIndex, SearchFigures, SearchTimes, Trail, bounds, trial_status,
+    RunEvents, RunIndex, SearchFigures, SearchTimes, Trail, Verdict, bounds, trial_status,
 };
 use mmsim_server::{Monitor, MonitorError, Status};
 use serde::Serialize;
@@ -82,8 +82,8 @@ struct RunCache {
     events: Option<Arc<Mutex<EventFinder>>>,
     /// The times of the states, which may be older than the newest state.
     times: Times,
-    /// The number of states whose log was searched for driven runs, and the line of the latest one.
-    driven: (usize, Option<LogLine>),
+    /// The number of states whose log was searched for driven runs, and the states of their lines.
+    driven: (usize, Vec<usize>),
     index: Option<Arc<RunIndex>>,
 }
 
@@ -370,8 +370,17 @@ impl StateSource {
         let line = self.log(run, &(states..=states), LogEnd::Last, 1, cancel, is_facts)?.pop();
         let facts = line.and_then(|line| EndFacts::from_log_line(&line.text));
         let cause = facts.and_then(|facts| judge.cause(&facts));
-        let error = cause.map(|cause| cause.to_string());
-        let figures = SearchFigures { error, ..judge.figures() };
+        let mut figures = judge.figures();
+        if let Some(facts) = facts {
+            let verdict = Verdict::new(judge.phases(), facts.ending, None, cause);
+            figures = figures.with_verdict(verdict);
+            // The goal was not reached, as the result says beside the cause.
+            figures.error = cause.map(|cause| cause.to_string()).or(figures.error);
+        }
+        if figures.fast_run_steps.is_some() {
+            let driven = fast_runs::driven(self, run, states.saturating_sub(1), cancel)?;
+            figures.outcome.driven = driven.and_then(Result::ok);
+        }
         let mut planner = Planner::new(vehicle);
         let [times] = SearchTimes::measure(&mut planner, maze, [&figures].into_iter())[..] else {
             return Ok(None);
@@ -461,17 +470,29 @@ impl StateSource {
     ) -> ApiResult<Option<LogLine>> {
         // The lines after the last state belong to the number of states.
         let last = at + usize::from(at.saturating_add(1) == self.states(run)?);
-        let (searched, latest) = self.cache(run, |cache| cache.driven.clone());
-        let is_later = latest.as_ref().is_some_and(|line| line.state > last);
-        let first = if is_later { 0 } else { searched.min(at.saturating_add(1)) };
-        let found = self.log(run, &(first..=last), LogEnd::Last, 1, cancel, is_run)?.pop();
-        let found = found.or(latest.filter(|_| !is_later));
-        self.cache(run, |cache| {
-            if at >= cache.driven.0 {
-                cache.driven = (at + 1, found.clone());
-            }
+        if last > at
+            && let Some(line) =
+                self.log(run, &(last..=last), LogEnd::Last, 1, cancel, &is_run)?.pop()
+        {
+            return Ok(Some(line));
+        }
+        let searched = self.cache(run, |cache| cache.driven.0);
+        if searched <= at {
+            let lines =
+                self.log(run, &(searched..=at), LogEnd::First, usize::MAX, cancel, &is_run)?;
+            self.cache(run, |cache| {
+                if cache.driven.0 == searched {
+                    cache.driven.1.extend(lines.iter().map(|line| line.state));
+                    cache.driven.0 = at + 1;
+                }
+            });
+        }
+        let latest = self.cache(run, |cache| {
+            let states = &cache.driven.1;
+            states[..states.partition_point(|&state| state <= at)].last().copied()
         });
-        Ok(found)
+        let Some(state) = latest else { return Ok(None) };
+        Ok(self.log(run, &(state..=state), LogEnd::Last, 1, cancel, is_run)?.pop())
     }
 
     /// Clears the cache if it belongs to a run other than `run`, then calls `access` with the
@@ -513,12 +534,12 @@ mod tests {
         assert_eq!(find(250, false), (None, 0));
         assert_eq!(find(120, true), (None, 0));
         assert_eq!(find(420, false), (None, lines(420) - lines(250)));
-        assert_eq!(find(520, true), (Some(500), 1));
-        assert_eq!(find(530, false), (Some(500), 0));
-        assert_eq!(find(520, false), (Some(500), 0));
-        // Earlier runs are not kept.
-        assert_eq!(find(499, true).0, Some(400));
-        assert_eq!(find(650, false), (Some(500), 1));
+        // The line itself is read again.
+        assert_eq!(find(520, true), (Some(500), 2));
+        assert_eq!(find(530, true), (Some(500), 1));
+        assert_eq!(find(499, true), (None, 0));
+        assert_eq!(find(650, true), (Some(600), 2));
+        assert_eq!(find(550, true), (Some(500), 1));
     }
 
     #[test]

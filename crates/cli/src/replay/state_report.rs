@@ -119,9 +119,11 @@ impl StateReport {
 /// Returns the cause that the mouse of a recording has not reached the goal, if the recording says how
 /// the run ended.
 fn cause(recording: &Recording) -> Option<Cause> {
-    let judge = Judge::from_history(recording.maze()?, recording.history(), &[], false);
-    let facts = recording.log().iter().rev().find_map(|line| EndFacts::from_log_line(&line.text));
-    judge.cause(&facts?)
+    let history = recording.history();
+    let mut lines =
+        recording.log().into_iter().rev().take_while(|line| line.state == history.len());
+    let facts = lines.find_map(|line| EndFacts::from_log_line(&line.text))?;
+    Judge::from_history(recording.maze()?, history, &[], false).cause(&facts)
 }
 
 /// A text that the mouse displays. The field names are JSON keys.

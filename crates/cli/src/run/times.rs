@@ -26,10 +26,12 @@ pub(super) fn of_run(monitor: &Monitor, vehicle: Option<&Vehicle>) -> Option<Run
     let mut planner = Planner::new(vehicle.cloned().unwrap_or_else(default));
     let fastest_run = FastestRun::new(judge.known(), &mut planner);
     let is_driven = |line: &str| line.starts_with(DRIVEN_RUN);
-    // The lines after the last state belong to the number of states.
-    let line = monitor.log(run, last + 1, 1, is_driven).ok()?.pop();
+    let trailing = monitor.trailing(run, last + 1).ok()?;
+    let line = trailing.log_lines(last + 1).filter(|line| is_driven(&line.text)).last();
+    let line = line.or_else(|| monitor.log(run, last, 1, is_driven).ok()?.pop());
     let driven = line.and_then(|line| {
-        FastRun::parse(maze.start().cell, line.text.strip_prefix(DRIVEN_RUN)?).ok()
+        let run = FastRun::parse(maze.start().cell, line.text.strip_prefix(DRIVEN_RUN)?).ok()?;
+        run.goal().is_some().then_some(run)
     });
     let clock = MouseClock::new(&mut planner, maze.size()).with_driven(driven);
     let (times, cells) = (monitor.times(run).ok()?, |run| index.cells(run, block));

@@ -345,10 +345,9 @@ fn a_mouse_of_mms_is_controlled_too() {
         wait_for_phase(live, "running");
         click(live, "reset");
         let result = wait_for_result(live, "exited with code 3");
-        assert_eq!(
-            result,
-            "exited with code 3 after command 11; goal not reached, score 2000; 1 crashed movement"
-        );
+        // How many commands were executed depends on when the button was pressed.
+        let rest = result.strip_prefix("exited with code 3 after command ").expect(&result);
+        assert!(rest.ends_with("; goal not reached, score 2000; 1 crashed movement"), "{result}");
         assert_eq!(live.attribute(".run", "data-ending"), "failed");
 
         let run = simulator.run_number();

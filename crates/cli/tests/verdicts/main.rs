@@ -249,7 +249,7 @@ fn a_mouse_whose_runs_differ_is_random() {
     assert_eq!(search["cause"]["kind"], "gave_up", "of the first run: {search}");
     std::fs::remove_file(&file).unwrap();
     let ended = home.run(&[&command[..], &mouse, &twice].concat());
-    let note = "lost is random in 1 maze, such as maze.txt: runs 1 and 2 differ from step 2 on.";
+    let note = "lost is random in 1 maze, such as maze: runs 1 and 2 differ from step 2 on.";
     assert!(ended.stdout.contains(note), "{ended:?}");
 }
 

@@ -4,7 +4,7 @@
 use axum::Json;
 use axum::extract::Query;
 use mmsim_recording::LogEnd;
-use mmsim_run::{END_FACTS, LegProgress, Phases};
+use mmsim_run::{EndFacts, LegProgress, Phases};
 use serde::{Deserialize, Serialize};
 
 use crate::http::jobs::{ApiError, ApiResult, CancelToken, run_blocking};
@@ -54,7 +54,7 @@ impl LogQuery {
         let filter = self.filter.to_lowercase();
         let matches = |text: &str| {
             let is_found = filter.is_empty() || text.to_lowercase().contains(&filter);
-            is_found && !text.starts_with(END_FACTS)
+            is_found && !EndFacts::is_log_line(text)
         };
         let states = source.states(run)?;
         let at = self.at.min(states.saturating_sub(1));
