@@ -357,7 +357,7 @@ impl Model {
         lines.extend(trailing.map(|line| (history.len(), line)));
         let mut found = recording.log();
         // The end of a run of the mouse is logged too.
-        found.retain(|line| !line.text.starts_with(mmsim_run::END_FACTS));
+        found.retain(|line| !line.text.starts_with("run end: "));
         assert!(found.iter().map(|line| (line.state, &line.text[..])).eq(lines), "{found:?}");
     }
 }
