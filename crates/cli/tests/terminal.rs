@@ -119,7 +119,9 @@ fn lines_of_all_commands_fit_80_columns() {
         let ended = home.run(arguments);
         assert!(ended.stdout.lines().count() > 1, "{arguments:?}: {ended:?}");
         for line in ended.stdout.lines() {
-            assert!(columns(line) <= 80, "{arguments:?}: {line}");
+            // Shells of Windows differ in how they continue a command on another line.
+            let is_command = cfg!(windows) && line.starts_with("  mmsim ");
+            assert!(is_command || columns(line) <= 80, "{arguments:?}: {line}");
         }
     }
     let words: Vec<String> = cases.iter().map(|words| words.join(" ") + " ").collect();
