@@ -46,6 +46,7 @@ fn tables_align_wide_and_combining_characters() {
         ended.stdout
     };
     let runs = stdout(&["fast-run", "mazes", "--vehicle", "wide.toml", "--vehicle", "ukmars"]);
+    let runs = runs.replace('\\', "/");
     let rows: Vec<&str> = runs.lines().filter(|line| line.starts_with("  ")).collect();
     assert!(runs.contains("\nmazes/全日本2017決勝.txt\n  快速   "), "{runs}");
     let widths: Vec<usize> = rows.iter().map(|row| columns(row)).collect();
