@@ -142,8 +142,9 @@ pub(crate) fn run(args: &CompareArgs) -> CommandResult {
     }
     let mut is_worse = false;
     if let (Some(baseline), Some(file)) = (&baseline, &args.against) {
+        let names = report.comparison.mazes();
         for mouse in &mut report.mice {
-            mouse.changes = baseline.changes(mouse)?;
+            mouse.changes = baseline.changes(mouse, names)?;
             is_worse |= warn_of_changes(mouse, file, args.allow);
         }
     }

@@ -21,7 +21,7 @@ use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{
     ClientExit, ExitCause, Gateway, GatewayRun, MouseControl, MouseKind, MouseProcess, PipedMouse,
-    Program, RunEnd, Runs, Session, StartError,
+    Program, RunEnd, RunTimes, Runs, Session, StartError,
 };
 use mmsim_protocol::{Annotation, AnnotationWriter};
 use mmsim_run::{EndFacts, Judge, Phases};
@@ -380,7 +380,7 @@ fn end_client(
     let progress = run.finish();
     // The last request may have been answered after the mouse exited.
     let kind = control.kind();
-    let judge = judge(monitor, &progress.phases);
+    let (judge, times) = judge(args, monitor, &progress.phases);
     let exit = ClientExit { cause, kind, progress, judge };
     if exit.judge.is_some() {
         log_end(monitor, &exit.facts());
@@ -391,7 +391,6 @@ fn end_client(
     {
         warn(format_args!("{option} has no effect: {name} is not a mouse for mms"));
     }
-    let times = times::of_run(monitor, args.server.viewer.vehicle.first());
     if args.json {
         print_json(&exit.report(Some(maze), name).with_times(times))?;
     } else {
@@ -417,16 +416,19 @@ fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32
     })
 }
 
-/// Returns the judge of the states of the current run, unless the mouse has reached the goal or another
-/// maze was loaded.
-fn judge(monitor: &Monitor, phases: &Phases) -> Option<Judge> {
-    if phases.is_goal_reached() {
-        return None;
-    }
-    let Served { run, maze, .. } = monitor.served().ok()?;
-    let blocks = (0..).map_while(|index| monitor.block(run, index).ok()??.unpack());
-    let judge = Judge::from_blocks(&maze, blocks, &[], false);
-    Some(judge).filter(|judge| judge.phases().states > 0 || phases.states == 0)
+/// Judges the current run. Returns the judge, unless the mouse has reached the goal in these phases or
+/// another maze was loaded after them, and the times of the run.
+fn judge(args: &RunArgs, monitor: &Monitor, phases: &Phases) -> (Option<Judge>, Option<RunTimes>) {
+    let judged = || {
+        let Served { run, maze, .. } = monitor.served().ok()?;
+        let blocks = (0..).map_while(|index| monitor.block(run, index).ok()??.unpack());
+        let judge = Judge::from_blocks(&maze, blocks, &[], false);
+        (judge.phases().states > 0 || phases.states == 0).then_some(judge)
+    };
+    let judge = judged();
+    let vehicle = args.server.viewer.vehicle.first();
+    let times = judge.as_ref().and_then(|judge| times::of_run(monitor, judge, vehicle));
+    (judge.filter(|_| !phases.is_goal_reached()), times)
 }
 
 /// Logs how a run ended, so that its recording shows why the mouse failed.
@@ -465,13 +467,15 @@ fn drive(
         warn: |text| warn(text),
     };
     let mut exit = session.run(transport, mouse)?;
-    exit.judge = monitor.and_then(|monitor| judge(monitor, exit.phases()));
-    if let Some(monitor) = monitor.filter(|_| exit.judge.is_some()) {
-        log_end(monitor, &exit.facts());
+    let mut times = None;
+    if let Some(monitor) = monitor {
+        (exit.judge, times) = judge(args, monitor, exit.phases());
+        if exit.judge.is_some() {
+            log_end(monitor, &exit.facts());
+        }
     }
     report_cause(&exit.cause);
     let end = exit.end();
-    let times = monitor.and_then(|monitor| times::of_run(monitor, own_vehicle));
     if args.json {
         print_json(&exit.report(known.name.as_deref(), name).with_times(times))?;
         return Ok(end);

@@ -19,6 +19,12 @@ const CLOSED: &str = "o---o---o\n| S | G |\no---o---o\n";
 const WORDS: [&str; 9] =
     ["ending", "event", "integrity", "kind", "notation", "phase", "route", "severity", "status"];
 
+/// Mice that fail, as commands of a shell.
+const BLOCKED: &str =
+    "printf 'turnRight\\nmoveForward\\nmoveForward\\nmoveForward\\n'; cat > /dev/null";
+const TURNS: &str = "yes turnLeft | head -20; cat > /dev/null";
+const EXITS: &str = "echo mazeWidth; exit 3";
+
 /// Calls of each command with `--json` or `--csv`. `ADDRESS` stands for the address of a simulator.
 const CALLS: &[(&str, &[&str])] = &[
     ("check-server", &["ADDRESS", "--json"]),
@@ -40,6 +46,12 @@ const CALLS: &[(&str, &[&str])] = &[
     ("replay", &["mms.mcap", "--json"]),
     ("replay", &["trial.mcap", "--at", "1", "--json"]),
     ("run", &["--port", "0", "--no-viewer", "--json", "--", "echo", "mazeWidth"]),
+    (
+        "run",
+        &["--maze", "mazes/a.txt", "--port", "0", "--no-viewer", "--json", "sh", "-c", BLOCKED],
+    ),
+    ("run", &["--maze", "mazes/a.txt", "--port", "0", "--no-viewer", "--json", "sh", "-c", TURNS]),
+    ("run", &["--maze", "mazes/a.txt", "--port", "0", "--no-viewer", "--json", "sh", "-c", EXITS]),
     ("solve", &["fastest-path-search", "--connect", "ADDRESS", "--json"]),
     ("trial", &["mazes/a.txt", "--robot", "random", "--path", "--json"]),
     ("trial", &["mazes/a.txt", "--json", "--", "false"]),

@@ -3,7 +3,7 @@
 use mmsim_maze::Escaped;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::comparison::{MouseSummary, SearchRow};
+use crate::comparison::MouseSummary;
 
 /// Smaller differences in s are none: times are rounded to 0.1 ms.
 const MIN_DIFFERENCE_S: f64 = 0.0005;
@@ -72,16 +72,19 @@ pub struct Change {
 
 impl Baseline {
     /// Returns what has become better or worse for a mouse, or `None` if the saved comparison has no mouse
-    /// with its name. The paths of mazes identify them.
+    /// with its name. The paths of mazes identify them; the changes use `names`, one for each maze.
     ///
     /// # Errors
     /// Returns an error if a maze has another fastest run than before, so that times cannot be compared.
-    pub fn changes(&self, summary: &MouseSummary) -> Result<Option<Changes>, String> {
+    pub fn changes(
+        &self,
+        summary: &MouseSummary,
+        names: &[String],
+    ) -> Result<Option<Changes>, String> {
         let Some(saved) = self.mice.iter().find(|saved| saved.mouse == summary.mouse) else {
             return Ok(None);
         };
         let mut changes = Changes::default();
-        let names = unique_columns(&summary.mazes);
         for (search, name) in summary.mazes.iter().zip(names) {
             let path = &search.maze.path;
             let same = |saved: &&SavedSearch| is_same_path(&saved.path, path);
@@ -91,11 +94,11 @@ impl Baseline {
             };
             let times = search.times;
             let [now, before] = [times.and_then(|it| it.optimal_time_s), saved.optimal_time_s];
-            if now.unwrap_or(0.0) - before.unwrap_or(0.0) != 0.0 {
+            if (now.unwrap_or(0.0) - before.unwrap_or(0.0)).abs() > MIN_DIFFERENCE_S {
                 let path = Escaped(path);
                 return Err(format!("{path} has changed, or was saved with another vehicle"));
             }
-            changes.add(&name, times.and_then(|it| it.total_time_s), saved.total_time_s);
+            changes.add(name, times.and_then(|it| it.total_time_s), saved.total_time_s);
         }
         let is_gone = |saved: &&SavedSearch| {
             !summary.mazes.iter().any(|search| is_same_path(&saved.path, &search.maze.path))
@@ -123,17 +126,6 @@ fn is_same_path(one: &str, other: &str) -> bool {
         parts.map(String::from).collect::<Vec<_>>()
     };
     parts(one) == parts(other)
-}
-
-/// Returns a name for each maze that no other one has.
-fn unique_columns(searches: &[SearchRow]) -> Vec<String> {
-    let name = |search: &SearchRow| {
-        let maze = &search.maze;
-        let has_name = |other: &&SearchRow| other.maze.maze == maze.maze;
-        let is_unique = searches.iter().filter(has_name).count() == 1;
-        if is_unique { &maze.maze } else { &maze.path }.clone()
-    };
-    searches.iter().map(name).collect()
 }
 
 impl Changes {

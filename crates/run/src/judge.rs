@@ -4,6 +4,8 @@ use mmsim_fastrun::{FastRun, Planner};
 #[cfg(feature = "recording")]
 use mmsim_maze::Wall;
 use mmsim_maze::{Cell, CellSet, Heading, KnownMaze, Maze, Pose, Unknown, WallState};
+#[cfg(feature = "recording")]
+use mmsim_protocol::State;
 use mmsim_solvers::{PathBounds, steps_between};
 
 use crate::cause::{Cause, EndFacts, Evidence};
@@ -151,7 +153,7 @@ impl Judge {
     /// goal, has jumped, or failed for another reason.
     pub fn cause(&self, facts: &EndFacts) -> Option<Cause> {
         let Phases { goal, first_jump, states, .. } = self.phases;
-        // After a reset, the evidence no longer shows what the mouse has done.
+        // A reset has cleared the evidence of what the mouse did before it.
         let is_reset = states > 0 && self.evidence.is_empty();
         if goal.is_some() || first_jump.is_some() || is_reset {
             return None;
@@ -346,10 +348,16 @@ impl Judge {
                 }
                 count += 1;
                 judge.add(scanned.pose, scanned.has_restart);
-                if let Some(state) = scanned.state(maze.size()) {
+                let state = scanned.state(maze.size());
+                if let Some(state) = &state {
                     judge.believe(true, |cell, heading| state.has_wall(cell, heading));
                 }
-                match (scanned.context.walls_read(), scanned.state(maze.size())) {
+                let before = scanned.index.checked_sub(1).and_then(|index| states.get(index));
+                let before = before.and_then(|before| State::decode(before, maze.size()).ok());
+                let has_same_walls =
+                    before.map(|before| before.walls()) == state.map(|it| it.walls());
+                match (scanned.context.walls_read(), state) {
+                    _ if has_same_walls && !scanned.is_context_new => {}
                     (Some(read), _) if scanned.is_context_new => {
                         judge.note_known(|wall| read.has(wall.cell, wall.heading));
                     }
@@ -379,7 +387,11 @@ impl Judge {
 
 #[cfg(test)]
 mod tests {
+    use mmsim_fastrun::Vehicle;
+    use mmsim_solvers::{FastestPathSearch, Mouse, SearchDriver};
+
     use super::*;
+    use crate::times::tests::DETOUR;
 
     fn pose(x: u8, y: u8, heading: Heading) -> Pose {
         Pose::new(Cell::new(x, y), heading)
@@ -505,5 +517,30 @@ mod tests {
         assert_eq!(drive(&[(1, 0, east), (2, 0, east)], false), expected, "the first one");
         let outcome = judge.figures().outcome;
         assert_eq!((outcome.last_cell, outcome.touches), (Some(Cell::new(0, 0)), 0));
+    }
+
+    /// The judge looks for the proof by bisection. A check in each state finds the same step.
+    #[test]
+    fn the_proof_is_found_in_the_first_state_that_has_it() {
+        let maze: Maze = DETOUR.parse().unwrap();
+        let (mut planner, mut judge) = (Planner::new(Vehicle::expert()), Judge::new(&maze));
+        let map = KnownMaze::unexplored(&maze);
+        let mut mouse = Mouse::new(FastestPathSearch::default(), map, maze.start());
+        let mut driver = SearchDriver::new(&mut mouse, 1000);
+        let (mut first, mut states) = (None, 0);
+        while driver.advance_in(&maze) == Ok(true) {
+            states += 1;
+            let pose = driver.mouse().pose();
+            judge.add(pose, false);
+            judge.read_walls(pose);
+            if FastestRun::new(judge.known(), &mut planner).fastest_run_proven {
+                first.get_or_insert(driver.stats().steps());
+            }
+            assert_eq!(judge.steps_until_fastest_run_proven(&mut planner), first, "state {states}");
+        }
+        assert!(
+            first.is_some_and(|steps| 0 < steps && steps < states - 1),
+            "{first:?} of {states}"
+        );
     }
 }

@@ -9,6 +9,26 @@ use crate::figures::{SearchFigures, SearchOutcome};
 /// The start of a log line with a fast run that a mouse has driven, as text without speeds.
 pub const DRIVEN_RUN: &str = "fast run: ";
 
+/// Reads a log line with a fast run that a mouse has driven from `start` into a goal. Returns `None` for
+/// other lines, and an error if the line describes no such run.
+///
+/// ```
+/// use mmsim_maze::Cell;
+/// use mmsim_run::parse_driven_run;
+/// let start = Cell::new(0, 0);
+/// let run = parse_driven_run("fast run: N 1 s90R 3", start).unwrap()?;
+/// assert_eq!(run.goal(), Some(Cell::new(1, 1)));
+/// assert!(parse_driven_run("ready", start).is_none());
+/// # Ok::<(), String>(())
+/// ```
+pub fn parse_driven_run(line: &str, start: Cell) -> Option<Result<FastRun, String>> {
+    let parsed = FastRun::parse(start, line.strip_prefix(DRIVEN_RUN)?);
+    Some(parsed.map_err(|error| error.to_string()).and_then(|run| match run.goal() {
+        Some(_) => Ok(run),
+        None => Err("the run leaves the lattice".into()),
+    }))
+}
+
 /// The times of a mouse with a vehicle. The field names are JSON keys and CSV column names. All
 /// values except that of the search and the fastest run of the maze are `None` unless the mouse
 /// reached the goal and completed its search.
@@ -213,7 +233,7 @@ pub fn tenth_of_ms(seconds: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use mmsim_solvers::{FloodFill, ShortestPathSearch, Strategy};
 
     use super::*;
@@ -276,7 +296,7 @@ mod tests {
     }
 
     /// The path with the fewest steps has more turns than the fastest one.
-    const DETOUR: &str = "\
+    pub(crate) const DETOUR: &str = "\
 o---o---o---o---o---o
 |                   |
 o   o---o---o---o   o

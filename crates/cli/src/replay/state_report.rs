@@ -1,12 +1,12 @@
 //! The report on one state of a recording.
 
-use mmsim_fastrun::{FastRun, Planner};
+use mmsim_fastrun::Planner;
 use mmsim_maze::{Cell, Escaped, MazeSize, Pose, counted};
 use mmsim_protocol::{Matrix, State};
 use mmsim_recording::{Block, Recording};
 use mmsim_run::{
-    Cause, DRIVEN_RUN, EndFacts, Judge, MapFigures, MovementRules, PhaseReport, RunIndex,
-    StateEvent, StateFigures, TrialReport,
+    Cause, EndFacts, Judge, MapFigures, MovementRules, PhaseReport, RunIndex, StateEvent,
+    StateFigures, TrialReport, parse_driven_run,
 };
 use serde::Serialize;
 
@@ -56,9 +56,10 @@ impl StateReport {
         let lines = if phases.fast_runs > 0 { recording.log() } else { Vec::new() };
         // The lines after the last state belong to the number of states.
         let end = index + usize::from(index + 1 == recording.history().len());
-        let driven = lines.iter().take_while(|line| line.state <= end).filter_map(|line| {
-            FastRun::parse(unexplored.start().cell, line.text.strip_prefix(DRIVEN_RUN)?).ok()
-        });
+        let driven = lines
+            .iter()
+            .take_while(|line| line.state <= end)
+            .filter_map(|line| parse_driven_run(&line.text, unexplored.start().cell)?.ok());
         let cells = |figures| run.cells(figures, |state| block(state).ok_or(()));
         let way = (driven.last(), |run| cells(run).unwrap_or_default());
         let maps = [&map, &known];

@@ -1,17 +1,24 @@
 //! The times of a run of the user's mouse.
 
-use mmsim_fastrun::{FastRun, Planner, Vehicle};
+use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_mouse::RunTimes;
 use mmsim_recording::Block;
-use mmsim_run::{DRIVEN_RUN, FastestRun, Judge, MouseClock, MovementRules, PhaseReport, RunIndex};
+use mmsim_run::{
+    DRIVEN_RUN, FastestRun, Judge, MouseClock, MovementRules, PhaseReport, RunIndex,
+    parse_driven_run,
+};
 use mmsim_server::{Monitor, Served};
 
 use crate::output::note;
 use crate::phase_table;
 
-/// Returns the times of the current run of a simulation, or `None` without states. Without a vehicle, the
-/// default one of the maze times the run.
-pub(super) fn of_run(monitor: &Monitor, vehicle: Option<&Vehicle>) -> Option<RunTimes> {
+/// Returns the times of the current run of a simulation, or `None` without states. The judge has seen this
+/// run. Without a vehicle, the default one of the maze times the run.
+pub(super) fn of_run(
+    monitor: &Monitor,
+    judge: &Judge,
+    vehicle: Option<&Vehicle>,
+) -> Option<RunTimes> {
     let Served { run, maze, .. } = monitor.served().ok()?;
     let last = monitor.status().states.checked_sub(1)?;
     let block = |state: usize| {
@@ -20,8 +27,6 @@ pub(super) fn of_run(monitor: &Monitor, vehicle: Option<&Vehicle>) -> Option<Run
     };
     let index = RunIndex::new(maze.size(), MovementRules::from_maze(&maze));
     let (phases, _) = index.at(last, block).ok()?;
-    let blocks = (0..=last).step_by(Block::STATES).map_while(|state| block(state).ok());
-    let judge = Judge::from_blocks(&maze, blocks, &[], false);
     let default = || Vehicle::default_for(maze.size());
     let mut planner = Planner::new(vehicle.cloned().unwrap_or_else(default));
     let fastest_run = FastestRun::new(judge.known(), &mut planner);
@@ -29,10 +34,7 @@ pub(super) fn of_run(monitor: &Monitor, vehicle: Option<&Vehicle>) -> Option<Run
     let trailing = monitor.trailing(run, last + 1).ok()?;
     let line = trailing.log_lines(last + 1).filter(|line| is_driven(&line.text)).last();
     let line = line.or_else(|| monitor.log(run, last, 1, is_driven).ok()?.pop());
-    let driven = line.and_then(|line| {
-        let run = FastRun::parse(maze.start().cell, line.text.strip_prefix(DRIVEN_RUN)?).ok()?;
-        run.goal().is_some().then_some(run)
-    });
+    let driven = line.and_then(|line| parse_driven_run(&line.text, maze.start().cell)?.ok());
     let clock = MouseClock::new(&mut planner, maze.size()).with_driven(driven);
     let (times, cells) = (monitor.times(run).ok()?, |run| index.cells(run, block));
     let phases = PhaseReport::new(

@@ -4,7 +4,7 @@ use mmsim_fastrun::{
     FastRun, MotionState, NoRun, Planner, Route, Segment, Shape, Side, Trajectory, Vehicle,
 };
 use mmsim_maze::{CellSet, Maze, MazeSize, Unknown};
-use mmsim_run::DRIVEN_RUN;
+use mmsim_run::{DRIVEN_RUN, parse_driven_run};
 use serde::Serialize;
 
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
@@ -165,14 +165,7 @@ pub(crate) fn driven(
     let start = source.describe(run)?.unexplored.start().cell;
     let is_run = |line: &str| line.starts_with(DRIVEN_RUN);
     let line = source.driven_run(run, at, cancel, is_run)?;
-    let text = line.as_ref().and_then(|line| line.text.strip_prefix(DRIVEN_RUN));
-    Ok(text.map(|text| {
-        let parsed = FastRun::parse(start, text).map_err(|error| error.to_string());
-        parsed.and_then(|run| match run.goal() {
-            Some(_) => Ok(run),
-            None => Err("the run leaves the lattice".into()),
-        })
-    }))
+    Ok(line.and_then(|line| parse_driven_run(&line.text, start)))
 }
 
 fn over_known_walls(
