@@ -1,8 +1,8 @@
 //! `mmsim run`: run the user's own mouse.
 
 mod button;
+mod judged;
 mod serving;
-mod times;
 
 use std::cell::Cell;
 use std::error::Error;
@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Args, value_parser};
 use mmsim_client::Transport;
 use mmsim_compare::{OwnRobot, RobotKind, TrialRobot};
 use mmsim_fastrun::Vehicle;
@@ -21,10 +21,8 @@ use mmsim_maze::{KnownMaze, Misreadings, WallSensor};
 use mmsim_mms::ScoreRules;
 use mmsim_mouse::{
     ClientExit, ExitCause, Gateway, GatewayRun, MouseControl, MouseKind, MouseProcess, PipedMouse,
-    Program, RunEnd, RunTimes, Runs, Session, StartError,
+    Program, RunEnd, Runs, Session, StartError,
 };
-use mmsim_protocol::{Annotation, AnnotationWriter};
-use mmsim_run::{EndFacts, Judge, Phases};
 use mmsim_server::{Monitor, Served, listen};
 use mmsim_trial::Settings;
 
@@ -38,8 +36,8 @@ use crate::output::{note, print, print_json, warn};
 use crate::selection::{DEFAULT_MAZES, MAZE_HELP};
 use crate::trial::{DEFAULT_ANSWER_LIMIT, ResultForm, run_watched};
 use button::press_on_input;
+use judged::{Repetitions, judge, judged_run, note_judged};
 use serving::{Serving, control, serve};
-use times::note_times;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -101,6 +99,9 @@ pub(crate) struct RunArgs {
     /// Keep serving after the mouse exits, until Ctrl-C; implied by --open
     #[arg(long)]
     stay: bool,
+    /// Run the mouse N times, and report whether its runs differ
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
+    repeat: u16,
     /// Print a JSON object when the mouse exits
     #[arg(long)]
     json: bool,
@@ -156,6 +157,7 @@ struct RemoteArgs {
             "maze",
             "stay",
             "watch",
+            "repeat",
             "port",
             "misread",
             "misread_fixed",
@@ -254,6 +256,7 @@ fn check(args: &RunArgs, kind: Option<Kind>, program: &Program) -> Result<(), Us
             let set = [
                 ("--connect", remote.connect.is_some()),
                 ("--stop-at-goal", args.stop_at_goal),
+                ("--repeat", args.repeat > 1),
                 ("--misread", server.misread.misreadings().probability > 0.0),
             ];
             let set = set.into_iter().find_map(|(name, is_set)| is_set.then_some(name));
@@ -298,14 +301,14 @@ fn run_locally(args: &RunArgs, program: &Program) -> Result<i32, Box<dyn Error>>
     let serving = Serving { program, control: &control, misreadings, is_trial: false };
     serve(args, &serving, Some(0), Some(&address), |monitor, _| {
         let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control))?;
-        let control = &control;
+        let (control, repetitions) = (&control, Repetitions::new(args.repeat));
         Ok(move || {
             let listen = || {
                 if !has_button.replace(true) {
                     press_on_input(Arc::clone(control));
                 }
             };
-            run_once(args, program, &monitor, &gateway, control, listen)
+            run_once(args, program, &monitor, &gateway, control, &repetitions, listen)
         })
     })
 }
@@ -317,6 +320,7 @@ fn run_once(
     monitor: &Monitor,
     gateway: &Gateway,
     control: &Arc<MouseControl>,
+    repetitions: &Repetitions,
     listen: impl Fn(),
 ) -> Result<RunEnd, Box<dyn Error>> {
     let Served { info, maze, .. } = monitor.served()?;
@@ -328,7 +332,7 @@ fn run_once(
         let started = MouseProcess::start(program, run.address());
         let not_started = |error: StartError| ExitCause::NotStarted(error.into());
         let cause = started.map_or_else(not_started, |mut mouse| mouse.wait(control));
-        return end_client(args, name, (&info.maze, monitor), cause, run, control);
+        return end_client(args, name, (&info.maze, monitor), cause, run, control, repetitions);
     }
     let prints_result = args.json || args.mms.score;
     let copy: Box<dyn Write + Send> =
@@ -359,13 +363,14 @@ fn run_once(
             &known,
             (mouse, Some(&sensor), Some(monitor)),
             control,
+            repetitions,
         );
     }
     if let Ok(Some(_)) = kind {
         note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
     }
     let cause = mouse.map_or_else(ExitCause::NotStarted, |mouse| mouse.wait(control));
-    end_client(args, name, (&info.maze, monitor), cause, run, control)
+    end_client(args, name, (&info.maze, monitor), cause, run, control, repetitions)
 }
 
 /// Ends the run of a mouse that is a client, or that was not recognized, and reports the outcome.
@@ -376,27 +381,30 @@ fn end_client(
     cause: ExitCause,
     run: GatewayRun<'_>,
     control: &MouseControl,
+    repetitions: &Repetitions,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let progress = run.finish();
     // The last request may have been answered after the mouse exited.
     let kind = control.kind();
-    let (judge, times) = judge(args, monitor, &progress.phases);
-    let exit = ClientExit { cause, kind, progress, judge };
-    if exit.judge.is_some() {
-        log_end(monitor, &exit.facts());
-    }
+    let judge = judge(monitor, &progress.phases);
+    let mut exit = ClientExit { cause, kind, progress, judge };
+    let (end, facts) = (exit.end(), exit.facts());
     report_cause(&exit.cause);
     if kind == Some(MouseKind::Client)
         && let Some(option) = args.mms.first_set()
     {
         warn(format_args!("{option} has no effect: {name} is not a mouse for mms"));
     }
+    let judged = exit.judge.as_mut().and_then(|judge| {
+        let random = repetitions.compare(name, judge, &end.outcome.verdict);
+        judged_run(args, monitor, judge, (&end.outcome.verdict, &facts), random)
+    });
     if args.json {
-        print_json(&exit.report(Some(maze), name).with_times(times))?;
+        print_json(&exit.report(Some(maze), name).with_judged(judged))?;
     } else {
-        times.iter().for_each(note_times);
+        judged.iter().for_each(note_judged);
     }
-    Ok(exit.end())
+    Ok(end)
 }
 
 fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32, Box<dyn Error>> {
@@ -412,35 +420,9 @@ fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32
     Runs::new(&control, endpoint, |text| note(text)).run(|| {
         let (size, has_log) = (known.map.size(), known.has_annotations);
         let mouse = PipedMouse::start(program, None, size, has_log, &control, io::sink());
-        drive(args, &program.name, &mut transport, &known, (mouse, None, None), &control)
+        let (mouse, repetitions) = ((mouse, None, None), Repetitions::new(1));
+        drive(args, &program.name, &mut transport, &known, mouse, &control, &repetitions)
     })
-}
-
-/// Judges the current run. Returns the judge, unless the mouse has reached the goal in these phases or
-/// another maze was loaded after them, and the times of the run.
-fn judge(args: &RunArgs, monitor: &Monitor, phases: &Phases) -> (Option<Judge>, Option<RunTimes>) {
-    let judged = || {
-        let Served { run, maze, .. } = monitor.served().ok()?;
-        let blocks = (0..).map_while(|index| monitor.block(run, index).ok()??.unpack());
-        let judge = Judge::from_blocks(&maze, blocks, &[], false);
-        (judge.phases().states > 0 || phases.states == 0).then_some(judge)
-    };
-    let judge = judged();
-    let vehicle = args.server.viewer.vehicle.first();
-    let times = judge.as_ref().and_then(|judge| times::of_run(monitor, judge, vehicle));
-    (judge.filter(|_| !phases.is_goal_reached()), times)
-}
-
-/// Logs how a run ended, so that its recording shows why the mouse failed.
-fn log_end(monitor: &Monitor, facts: &EndFacts) {
-    let (line, mut buffer) = (facts.to_log_line(), [0; 256]);
-    let mut writer = AnnotationWriter::new(&mut buffer);
-    if writer.push(Annotation::Log(&line)).is_ok()
-        && let Some(request) = writer.finish()
-    {
-        // A server that has stopped records nothing.
-        let _ = monitor.answer(None, request, 1);
-    }
 }
 
 /// Runs a mouse for mms once in the maze, and reports the outcome. The mouse may have a sensor that
@@ -452,6 +434,7 @@ fn drive(
     known: &KnownSimulator,
     (mouse, sensor, monitor): (Result<PipedMouse, String>, Option<&WallSensor>, Option<&Monitor>),
     control: &MouseControl,
+    repetitions: &Repetitions,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let own_vehicle = args.server.viewer.vehicle.first();
     let session = Session {
@@ -467,20 +450,18 @@ fn drive(
         warn: |text| warn(text),
     };
     let mut exit = session.run(transport, mouse)?;
-    let mut times = None;
-    if let Some(monitor) = monitor {
-        (exit.judge, times) = judge(args, monitor, exit.phases());
-        if exit.judge.is_some() {
-            log_end(monitor, &exit.facts());
-        }
-    }
+    exit.judge = monitor.and_then(|monitor| judge(monitor, exit.phases()));
     report_cause(&exit.cause);
-    let end = exit.end();
+    let (end, facts) = (exit.end(), exit.facts());
+    let judged = exit.judge.as_mut().zip(monitor).and_then(|(judge, monitor)| {
+        let random = repetitions.compare(name, judge, &end.outcome.verdict);
+        judged_run(args, monitor, judge, (&end.outcome.verdict, &facts), random)
+    });
     if args.json {
-        print_json(&exit.report(known.name.as_deref(), name).with_times(times))?;
+        print_json(&exit.report(known.name.as_deref(), name).with_judged(judged))?;
         return Ok(end);
     }
-    times.iter().for_each(note_times);
+    judged.iter().for_each(note_judged);
     if args.mms.score && end.was_started {
         print(&exit.scores())?;
     }

@@ -20,9 +20,8 @@ const WORDS: [&str; 9] =
     ["ending", "event", "integrity", "kind", "notation", "phase", "route", "severity", "status"];
 
 /// Mice that fail, as commands of a shell.
-const BLOCKED: &str =
-    "printf 'turnRight\\nmoveForward\\nmoveForward\\nmoveForward\\n'; cat > /dev/null";
-const TURNS: &str = "yes turnLeft | head -20; cat > /dev/null";
+const BLOCKED: &str = "printf 'turnRight\\nmoveForward\\nmoveForward\\nmoveForward\\n'";
+const TURNS: &str = "yes turnLeft | head -20";
 const EXITS: &str = "echo mazeWidth; exit 3";
 
 /// Calls of each command with `--json` or `--csv`. `ADDRESS` stands for the address of a simulator.

@@ -50,7 +50,7 @@ pub use pipes::PipedMouse;
 pub use process::{ExitCause, MouseProcess, RunEnd, Shortage, StartError, exit_failure, exit_text};
 pub use program::Program;
 pub use published::PythonError;
-pub use report::{ClientExit, MouseReport, RunTimes};
+pub use report::{ClientExit, JudgedRun, MouseReport};
 pub use robot::{RobotProcess, StopCheck};
 pub use runs::Runs;
 pub use search::{MAX_INVALID_BYTES, SearchEnd, SearchLimits, SearchReport, search};

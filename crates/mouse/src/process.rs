@@ -257,6 +257,7 @@ impl ExitCause {
         facts: &EndFacts,
     ) -> RunEnd {
         let (how, ending, code) = self.describe();
+        let judge = judge.filter(|_| !phases.is_goal_reached());
         let cause = judge.and_then(|judge| judge.cause(facts));
         let error = Some(how.clone()).filter(|_| ending != Ending::Finished);
         let verdict = Verdict::new(phases, ending, error, cause);

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use mmsim_fastrun::FastRun;
 use mmsim_maze::counted;
 use mmsim_mms::{ScoreRules, Scores, SimulatedMouse, TravelStats};
-use mmsim_run::{EndFacts, FastestRun, Judge, Messages, PhaseReport, Verdict, tenth_of_ms};
+use mmsim_run::{
+    Divergence, EndFacts, FastestRun, Judge, Messages, PhaseReport, Verdict, tenth_of_ms,
+};
 use serde::Serialize;
 
 use crate::ENDPOINT_VARIABLE;
@@ -28,22 +30,24 @@ pub struct MouseReport<'m> {
     refused_requests: u64,
     exit_code: Option<i32>,
     signal: Option<i32>,
-    /// The times of the runs, unless the simulator is another process.
+    /// What the judge says about the run, unless the simulator is another process.
     #[serde(flatten)]
-    times: Option<RunTimes>,
+    judged: Option<JudgedRun>,
     /// The report on a mouse for mms.
     #[serde(flatten)]
     mms: Option<MmsReport>,
 }
 
-/// The times of the runs of a mouse. The field names are JSON keys.
+/// What the judge says about a run. The field names are JSON keys.
 #[derive(Serialize)]
-pub struct RunTimes {
+pub struct JudgedRun {
     /// The steps, turns and times of the phases.
     pub phases: PhaseReport,
     /// What the known walls prove about the fastest run.
     #[serde(flatten)]
     pub fastest_run: FastestRun,
+    /// Where the run differs from the first one of several in a row.
+    pub random: Option<Divergence>,
 }
 
 /// What is reported only on a mouse for mms.
@@ -97,15 +101,15 @@ impl<'m> MouseReport<'m> {
             refused_requests,
             exit_code,
             signal,
-            times: None,
+            judged: None,
             mms: None,
         }
     }
 
-    /// Adds the times of the runs.
+    /// Adds what the judge says.
     #[must_use]
-    pub fn with_times(self, times: Option<RunTimes>) -> Self {
-        Self { times, ..self }
+    pub fn with_judged(self, judged: Option<JudgedRun>) -> Self {
+        Self { judged, ..self }
     }
 
     /// Adds the scores of a mouse for mms, and the fast run that took the least time in s.
@@ -147,7 +151,7 @@ pub struct ClientExit {
     pub kind: Option<MouseKind>,
     /// What the mouse has sent and done.
     pub progress: Progress,
-    /// The judge of the states since the last reset, unless the mouse has reached the goal.
+    /// The judge of the states since the last reset, if it is known.
     pub judge: Option<Judge>,
 }
 

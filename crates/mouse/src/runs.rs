@@ -40,7 +40,9 @@ pub struct Runs<'a> {
     pub monitor: Option<&'a Monitor>,
     /// The address that other clients may use between two runs.
     pub address: &'a str,
-    /// False to exit after the first run. A mouse stopped on the page keeps the server running
+    /// The number of runs in a row. A run that is stopped is the last one.
+    pub repeat: u16,
+    /// False to exit after these runs. A mouse stopped on the page keeps the server running
     /// anyway, because the user still has the page open.
     pub stays: bool,
     /// The file to watch. A mouse that cannot start may then be replaced by one that can.
@@ -54,17 +56,18 @@ pub struct Runs<'a> {
 impl<'a> Runs<'a> {
     /// Returns the runs of a mouse in a simulator of another process: one run, and no page.
     pub fn new(control: &'a Arc<MouseControl>, address: &'a str, note: fn(Arguments<'_>)) -> Self {
-        let (monitor, stays, watched, has_page) = (None, false, None, false);
-        Self { control, monitor, address, stays, watched, has_page, note }
+        let (monitor, repeat, stays, watched, has_page) = (None, 1, false, None, false);
+        Self { control, monitor, address, repeat, stays, watched, has_page, note }
     }
 
-    /// Calls `run_once` for the first run and for each further run that the page or a changed file
+    /// Calls `run_once` for the runs in a row and for each further run that the page or a changed file
     /// requests. Returns the exit code.
     ///
     /// # Errors
     /// Returns the error of `run_once`.
     pub fn run<E>(&self, mut run_once: impl FnMut() -> Result<RunEnd, E>) -> Result<i32, E> {
-        let Self { control, monitor, address, mut stays, watched, has_page, note } = *self;
+        let Self { control, monitor, address, mut repeat, mut stays, watched, has_page, note } =
+            *self;
         let reserve = |is_reserved| monitor.iter().for_each(|monitor| monitor.reserve(is_reserved));
         if let (Some(file), Some(monitor)) = (watched, monitor) {
             watch(file.into(), Arc::clone(control), monitor.clone(), note);
@@ -93,6 +96,12 @@ impl<'a> Runs<'a> {
                 return Ok(code);
             }
             stays |= stop.is_some();
+            repeat -= 1.min(repeat);
+            if repeat > 0 && stop.is_none() {
+                control.request_run(StartReason::RunAgain);
+                continue;
+            }
+            repeat = 0;
             if stays && stop.is_none() && !mem::replace(&mut is_announced, true) {
                 note(format_args!("still serving at {address}; press Ctrl-C to stop"));
             }

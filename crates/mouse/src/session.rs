@@ -284,7 +284,7 @@ pub struct MouseExit {
     pub(crate) counts: Counts,
     /// What the mouse did.
     pub(crate) phases: Phases,
-    /// The judge of its states, if it is known and the mouse has not reached the goal.
+    /// The judge of its states, if it is known.
     pub judge: Option<Judge>,
 }
 

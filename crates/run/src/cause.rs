@@ -135,6 +135,9 @@ impl fmt::Display for Cause {
                 f,
                 "believes in a wall {heading} of {cell} that is not there, since state {state}"
             ),
+            Self::Loop { cells: 1, from, state, .. } => {
+                write!(f, "turns without leaving {from}, since state {state}")
+            }
             Self::Loop { cells, from, to, state } => {
                 let cells = counted(*cells, "cell");
                 write!(f, "loops over {cells}, {from} to {to}, since state {state}")

@@ -17,7 +17,7 @@ pub const DRIVEN_RUN: &str = "fast run: ";
 /// use mmsim_run::parse_driven_run;
 /// let start = Cell::new(0, 0);
 /// let run = parse_driven_run("fast run: N 1 s90R 3", start).unwrap()?;
-/// assert_eq!(run.goal(), Some(Cell::new(1, 1)));
+/// assert_eq!(run.goal(), Some(Cell::new(2, 1)));
 /// assert!(parse_driven_run("ready", start).is_none());
 /// # Ok::<(), String>(())
 /// ```

@@ -69,6 +69,7 @@ pub(super) fn serve<R: FnMut() -> Result<RunEnd, Box<dyn Error>>>(
     let run_once = begin(monitor.clone(), selected)?;
     let runs = Runs {
         monitor: Some(&monitor),
+        repeat: args.repeat,
         stays: args.stay || args.watch || viewer.open,
         watched: program.file.as_deref().filter(|_| args.watch),
         has_page: !viewer.no_viewer,

@@ -70,7 +70,7 @@ const TURNS: [&str; 3] =
 fn the_page_states_why_a_mouse_failed_and_shows_the_state() {
     with_mouse(&["--maze", "hedgerow", "--stay"], &TURNS, |browser, _| {
         let live = Panel::live(browser);
-        let cause = "loops over 1 cell, (0, 0) to (0, 0), since state 0";
+        let cause = "turns without leaving (0, 0), since state 0";
         wait_for_result(live, cause);
         let result = live.part(".outcome:not([hidden]) li");
         browser.wait_for_text(&result, &format!("Goal not found: {cause}"));

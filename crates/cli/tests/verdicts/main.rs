@@ -253,6 +253,25 @@ fn a_mouse_whose_runs_differ_is_random() {
     assert!(ended.stdout.contains(note), "{ended:?}");
 }
 
+#[test]
+fn runs_in_a_row_show_whether_a_mouse_is_random() {
+    let Some((home, ..)) = home() else { return };
+    let (mouse, file) = (home.write("random.py", RANDOM), home.path().join("runs"));
+    let options = ["run", "--maze", "maze.txt", "--port", "0", "--no-viewer", "--repeat"];
+    let command = ["python3", mouse.to_str().unwrap(), file.to_str().unwrap()];
+    let ended = home.run(&[&options[..], &["2", "--json"], &command].concat());
+    let lines: Vec<Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let random: Vec<&Value> = lines.iter().map(|report| &report["random"]).collect();
+    assert_eq!(random, [&json!(null), &json!({ "runs": [1, 2], "steps": 1 })]);
+    let note = "random.py is random: runs 1 and 2 differ from step 2 on";
+    assert!(ended.stderr.contains(note), "{ended:?}");
+    // From the fifth run on, the mouse does the same.
+    let ended = home.run(&[&options[..], &["3", "--score"], &command].concat());
+    assert!(ended.stderr.contains("runs 1 and 3 do not differ"), "{ended:?}");
+    assert_eq!(std::fs::read_to_string(file).unwrap(), "xxxxx", "five runs");
+}
+
 /// A mouse for mms that waits for the reply to an invalid line.
 #[test]
 fn a_mouse_that_waits_after_an_invalid_line_says_so() {
