@@ -89,9 +89,13 @@ static inline size_t mmsim_encode_reset(uint8_t *buffer, size_t capacity) {
     return 5;
 }
 
+static inline int mmsim_is_cell(uint8_t x, uint8_t y) {
+    return x < MMSIM_MAX_SIDE && y < MMSIM_MAX_SIDE;
+}
+
 /* Encodes a request for the walls to the left, in front and to the right in this pose. */
 static inline size_t mmsim_encode_walls(uint8_t *buffer, size_t capacity, mmsim_pose pose) {
-    if (capacity < 4 || pose.heading > MMSIM_WEST) return 0;
+    if (!mmsim_is_cell(pose.x, pose.y) || pose.heading > MMSIM_WEST || capacity < 4) return 0;
     buffer[0] = 'W';
     buffer[1] = pose.x;
     buffer[2] = pose.y;
@@ -222,7 +226,7 @@ static inline size_t mmsim_annotate_text(uint8_t *request, size_t capacity, size
     const char head[4] = {'T', (char)x, (char)y, (char)bytes};
     size_t characters = 0;
     for (size_t i = 0; i < bytes; i++) characters += ((uint8_t)text[i] & 0xc0) != 0x80;
-    if (characters > 10 || bytes > 40) return length;
+    if (characters > 10 || bytes > 40 || !mmsim_is_cell(x, y)) return length;
     return mmsim_annotate(request, capacity, length, head, 4, text, bytes);
 }
 
@@ -233,7 +237,7 @@ static inline size_t mmsim_annotate_text(uint8_t *request, size_t capacity, size
 static inline size_t mmsim_annotate_colour(uint8_t *request, size_t capacity, size_t length,
                                            uint8_t x, uint8_t y, char letter) {
     const char head[4] = {'C', (char)x, (char)y, letter};
-    if (letter == 0 || !strchr(MMSIM_COLOURS "-", letter)) return length;
+    if (!mmsim_is_cell(x, y) || letter == 0 || !strchr(MMSIM_COLOURS "-", letter)) return length;
     return mmsim_annotate(request, capacity, length, head, 4, "", 0);
 }
 
@@ -242,7 +246,8 @@ static inline size_t mmsim_annotate_colour(uint8_t *request, size_t capacity, si
 static inline size_t mmsim_annotate_wall(uint8_t *request, size_t capacity, size_t length,
                                          mmsim_pose side, char state) {
     const char head[5] = {'D', (char)side.x, (char)side.y, "NESW"[side.heading & 3], state};
-    if (side.heading > MMSIM_WEST || state == 0 || !strchr("10?-", state)) return length;
+    if (!mmsim_is_cell(side.x, side.y) || side.heading > MMSIM_WEST) return length;
+    if (state == 0 || !strchr("10?-", state)) return length;
     return mmsim_annotate(request, capacity, length, head, 5, "", 0);
 }
 

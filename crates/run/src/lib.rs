@@ -51,8 +51,8 @@ pub use search::{Senses, search};
 #[cfg(feature = "recording")]
 pub use state_figures::{MapFigures, StateEvent, StateFigures, TrialReport, trial_status};
 pub use times::{
-    DRIVEN_RUN, MouseClock, SearchTimes, loss, parse_driven_run, plan, return_time, tenth_of_ms,
-    time_at_start,
+    DRIVEN_RUN, MouseClock, SearchTimes, fast_run_time, loss, parse_driven_run, plan, return_time,
+    tenth_of_ms, time_at_start,
 };
 pub use trail::Trail;
 pub use verdict::{Ending, Goal, Verdict};

@@ -1,7 +1,7 @@
 //! The times of a search and of the fast run after it.
 
 use mmsim_fastrun::{FastRun, Planner, Route, Vehicle};
-use mmsim_maze::{Cell, Maze, MazeSize, Walls};
+use mmsim_maze::{Cell, CellSet, Maze, MazeSize, Walls};
 use serde::Serialize;
 
 use crate::figures::{SearchFigures, SearchOutcome};
@@ -64,12 +64,8 @@ impl SearchTimes {
             let is_ready = figures.goal_reached && figures.is_complete;
             let outcome = Some(&figures.outcome).filter(|_| is_ready);
             let time = outcome.and_then(|outcome| {
-                let (run, SearchOutcome { route, driven, .. }) =
-                    (plan(planner, maze, outcome)?, outcome);
-                match driven {
-                    None if !route.is_empty() => time_along(&run, route, planner.vehicle()),
-                    _ => run.time(planner.vehicle()).ok(),
-                }
+                let run = plan(planner, maze, outcome)?;
+                fast_run_time(planner, maze, outcome, &run)
             });
             let known_walls = outcome.and_then(|outcome| outcome.known_walls.as_ref());
             Self {
@@ -137,34 +133,57 @@ impl<'a> MouseClock<'a> {
     }
 
     /// Returns the least time in s from rest to rest along the cells of a fast run, rounded to 0.1 ms, or
-    /// `None` without cells, or if the vehicle cannot drive along them. A run with a detour, which enters
-    /// a cell again, is timed like a search.
+    /// `None` without cells, or if the vehicle cannot drive along them. The mouse stops and turns before it
+    /// enters a cell again.
     pub fn fast_run_time(&mut self, cells: &[Cell]) -> Option<f64> {
         let driven = self.driven.as_ref().filter(|run| run.cells() == cells);
         let time = if let Some(run) = driven {
             let run = run.with_fastest_speeds(self.planner.vehicle()).ok()?;
             run.time(self.planner.vehicle()).ok()?
         } else {
-            cells.first()?;
-            let run = self.planner.plan_along(self.size, cells).ok()?.clone();
-            time_along(&run, cells, self.planner.vehicle())?
+            time_along(self.planner, self.size, cells)?
         };
         Some(tenth_of_ms(time))
     }
 }
 
-/// Returns the time in s of a run that was planned along these cells, if it enters each of them. Otherwise,
-/// the cells lead into some cells again, and take the time of a search.
-fn time_along(run: &FastRun, cells: &[Cell], vehicle: &Vehicle) -> Option<f64> {
-    if run.cells() == cells {
-        return run.time(vehicle).ok();
+/// Returns the least time in s along cells, or `None` if the vehicle cannot drive along them. A fast run
+/// enters no cell twice: before the mouse enters a cell again, it stops, turns, and begins another run.
+fn time_along(planner: &mut Planner, size: MazeSize, cells: &[Cell]) -> Option<f64> {
+    let (mut time, mut first) = (0.0, 0);
+    loop {
+        let mut entered = CellSet::EMPTY;
+        let new = cells[first..].iter().take_while(|&&cell| entered.insert(cell));
+        let last = first + new.count().checked_sub(1)?;
+        let run = planner.plan_along(size, &cells[first..=last]).ok()?;
+        let run = run.clone();
+        time += run.time(planner.vehicle()).ok()?;
+        let Some(next) = cells.get(last + 1) else { return Some(time) };
+        // The same cell twice is no movement.
+        let before = cells.get(last.checked_sub(1)?)?;
+        let turns = match (before.x == next.x, before.y == next.y) {
+            (true, true) => 2,
+            (false, false) => 1,
+            _ => 0,
+        };
+        time += planner.vehicle().search_time(0, turns);
+        first = last;
     }
-    let quarter_turns = |cells: &[Cell]| match (cells[0], cells[2]) {
-        (from, to) if from == to => 2,
-        (from, to) => u32::from(from.x != to.x && from.y != to.y),
-    };
-    let turns = cells.windows(3).map(quarter_turns).sum();
-    Some(vehicle.search_time(saturate(cells.len().saturating_sub(1)), turns))
+}
+
+/// Returns the time in s from rest to rest of the [planned](plan) fast run of a mouse, and of the detours
+/// that its own fast run has made, or `None` if the vehicle cannot drive them.
+pub fn fast_run_time(
+    planner: &mut Planner,
+    maze: &Maze,
+    outcome: &SearchOutcome,
+    run: &FastRun,
+) -> Option<f64> {
+    let SearchOutcome { route, driven, .. } = outcome;
+    if driven.is_some() || route.is_empty() {
+        return run.time(planner.vehicle()).ok();
+    }
+    time_along(planner, maze.size(), route)
 }
 
 /// Returns the time in s of the fastest run through walls.
@@ -367,17 +386,27 @@ o---o---o---o---o---o
     }
 
     #[test]
-    fn a_detour_takes_the_time_of_a_search() {
+    fn a_mouse_stops_before_it_enters_a_cell_again() {
         let mut planner = Planner::new(Vehicle::expert());
         let mut clock = MouseClock::new(&mut planner, MazeSize::CLASSIC);
-        let mut time = |ys: &[u8]| {
-            let cells: Vec<Cell> = ys.iter().map(|&y| Cell::new(0, y)).collect();
+        let mut time = |cells: &[(u8, u8)]| {
+            let cells: Vec<Cell> = cells.iter().map(|&(x, y)| Cell::new(x, y)).collect();
             clock.fast_run_time(&cells)
         };
         assert_eq!(time(&[]), None);
-        // 3 cells and 90 mm with 17 m/s² and at most 2.5 m/s: 2.5 / 17 s + 630 mm / 2.5 m/s.
-        assert_eq!(time(&[0, 1, 2, 3]), Some(0.3991));
-        // 5 cells of 0.3 s and two U-turns of 0.4 s.
-        assert_eq!(time(&[0, 1, 2, 1, 2, 3]), Some(2.3));
+        let corridor: Vec<(u8, u8)> = (0..4).map(|y| (0, y)).collect();
+        assert_eq!(time(&corridor), Some(tenth_of_ms(straight(3.0))));
+        // Two cells, a U-turn, one cell, a U-turn, and two cells.
+        let back_and_forth = [0, 1, 2, 1, 2, 3].map(|y| (0, y));
+        let expected = straight(2.0) + 0.4 + straight(1.0) + 0.4 + straight(2.0);
+        assert_eq!(time(&back_and_forth), Some(tenth_of_ms(expected)));
+        // A U-turn in a dead end to the east of a corridor.
+        let dead_end = [(0, 0), (0, 1), (1, 1), (0, 1), (0, 2)];
+        let pieces = time(&dead_end[..3]).unwrap() + 0.4 + time(&dead_end[2..]).unwrap();
+        assert!((time(&dead_end).unwrap() - pieces).abs() < 3e-4);
+        // A quarter turn before the end of a loop.
+        let circle = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)];
+        let pieces = time(&circle[..4]).unwrap() + 0.2 + time(&circle[3..]).unwrap();
+        assert!((time(&circle).unwrap() - pieces).abs() < 3e-4);
     }
 }

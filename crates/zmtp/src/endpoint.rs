@@ -17,10 +17,10 @@ pub struct Endpoint {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EndpointError {
-    /// The endpoint does not begin with `tcp://`.
+    /// The endpoint does not begin with `tcp://`, or has no port.
     #[error("expected tcp://HOST:PORT, found {0:?}")]
     Transport(String),
-    /// The port is missing or not a number from 1 to 65535.
+    /// The port is not a number from 1 to 65535.
     #[error("expected a port from 1 to 65535, found {0:?}")]
     Port(String),
     /// The host is missing or a wildcard.
@@ -32,9 +32,8 @@ impl FromStr for Endpoint {
     type Err = EndpointError;
 
     fn from_str(endpoint: &str) -> Result<Self, EndpointError> {
-        let address = endpoint.strip_prefix("tcp://");
-        let address = address.ok_or_else(|| EndpointError::Transport(endpoint.into()))?;
-        let (host, port) = address.rsplit_once(':').unwrap_or(("", address));
+        let address = endpoint.strip_prefix("tcp://").and_then(|address| address.rsplit_once(':'));
+        let (host, port) = address.ok_or_else(|| EndpointError::Transport(endpoint.into()))?;
         let number = port.parse().ok().filter(|&port| port > 0);
         let port = number.ok_or_else(|| EndpointError::Port(port.into()))?;
         if matches!(host, "" | "*") {
@@ -142,17 +141,14 @@ mod tests {
     #[test]
     fn invalid_endpoint_is_refused() {
         let error = |text: &str| text.parse::<Endpoint>().unwrap_err().to_string();
-        for text in ["ipc:///tmp/maze", "inproc://maze", "127.0.0.1:6574", "TCP://host:1", ""] {
+        let others = ["ipc:///tmp/maze", "inproc://maze", "127.0.0.1:6574", "TCP://host:1", ""];
+        for text in others.into_iter().chain(["tcp://127.0.0.1", "tcp://6574"]) {
             assert_eq!(error(text), format!("expected tcp://HOST:PORT, found {text:?}"));
         }
         for port in ["99999", "0", "http", "127.0.0.1", ""] {
             let expected = format!("expected a port from 1 to 65535, found {port:?}");
             assert_eq!(error(&format!("tcp://host:{port}")), expected);
         }
-        assert_eq!(
-            error("tcp://127.0.0.1"),
-            "expected a port from 1 to 65535, found \"127.0.0.1\""
-        );
         assert_eq!(error("tcp://*:6574"), "expected a host name or an IP address, found \"*\"");
         assert_eq!(error("tcp://:6574"), "expected a host name or an IP address, found \"\"");
     }

@@ -2,7 +2,9 @@
 
 use mmsim_fastrun::Planner;
 use mmsim_maze::Maze;
-use mmsim_run::{Ending, SearchFigures, plan, return_time, tenth_of_ms, time_at_start};
+use mmsim_run::{
+    Ending, SearchFigures, fast_run_time, plan, return_time, tenth_of_ms, time_at_start,
+};
 use serde::Serialize;
 
 use super::rules::Rules;
@@ -118,9 +120,11 @@ impl Performance {
         let run = if is_ready { plan(planner, maze, outcome) } else { None };
         let fast_run = run.and_then(|run| {
             let trajectory = run.drive(planner.vehicle()).ok()?;
+            let rest_to_rest = fast_run_time(planner, maze, outcome, &run)?;
+            let detours = rest_to_rest - trajectory.duration();
             Some(FastRunTimes {
-                gate_to_gate: trajectory.gate_to_gate(maze.goals()),
-                rest_to_rest: trajectory.duration(),
+                gate_to_gate: trajectory.gate_to_gate(maze.goals()) + detours,
+                rest_to_rest,
                 return_run: return_time(&run.cells(), planner.vehicle()),
             })
         });
