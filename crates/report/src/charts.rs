@@ -3,7 +3,6 @@
 mod axis;
 mod bars;
 mod distribution;
-mod pairs;
 
 use std::fmt::Display;
 
@@ -12,7 +11,6 @@ use mmsim_maze::{Counted, counted};
 use unicode_width::UnicodeWidthStr as _;
 
 pub use self::bars::{Bar, BarChart, BarGroup};
-use self::pairs::Pair;
 use crate::comparison::Comparison;
 use crate::text::{clean, shortened};
 
@@ -36,8 +34,7 @@ pub(crate) const STYLE: &str = include_str!("charts/style.css");
 /// let comparison = Comparison::new("Mice", vec!["a".into(), "b".into()], vec!["maze".into()])
 ///     .with_measure(Measure::new("turns", "turns", "turns"), |_, _| Some(7.0));
 /// let charts = comparison.charts();
-/// let names: Vec<&str> = charts.iter().map(|chart| chart.name()).collect();
-/// assert_eq!(names, ["turns-distribution", "turns-scatter-2-b", "turns-differences-2-b"]);
+/// assert_eq!(charts[0].name(), "turns-distribution");
 /// assert!(charts[0].svg().starts_with("<svg "));
 /// ```
 #[derive(Clone, Debug)]
@@ -115,24 +112,10 @@ impl ChartFrame<'_> {
 }
 
 impl Comparison {
-    /// Returns the charts of each measure. The first chart shows the distribution of the values in
-    /// the common mazes. A scatter plot and a bar chart of the sorted differences compare each other
-    /// candidate with the reference, if there is a maze in which both have a
-    /// value.
+    /// Returns a chart of each measure, with the distribution of the values in the common mazes.
     pub fn charts(&self) -> Vec<Chart> {
-        (0..self.measures().len()).flat_map(|measure| self.measure_charts(measure)).collect()
-    }
-
-    /// Returns the charts of one measure.
-    pub(crate) fn measure_charts(&self, measure: usize) -> Vec<Chart> {
-        let Some((info, values)) = self.measures().get(measure) else { return Vec::new() };
-        let pairs = (0..self.candidates().len()).filter_map(|candidate| {
-            let reference = values.reference().filter(|&reference| reference != candidate)?;
-            let pair = Pair { comparison: self, measure: info, values, reference, candidate };
-            (!pair.points().is_empty()).then_some(pair)
-        });
-        let pairs = pairs.flat_map(|pair| [pair.scatter(), pair.differences()]);
-        std::iter::once(distribution::chart(self, info, values)).chain(pairs).collect()
+        let measures = self.measures().iter();
+        measures.map(|(measure, values)| distribution::chart(self, measure, values)).collect()
     }
 }
 
@@ -165,8 +148,6 @@ pub(crate) fn count(items: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use resvg::usvg::{Options, Tree};
 
     use super::*;
@@ -207,20 +188,14 @@ mod tests {
     }
 
     #[test]
-    fn names_of_charts_are_unique_file_names() {
+    fn names_of_charts_are_file_names() {
         let charts = comparison(&NAMES, 10).charts();
-        let names: BTreeSet<&str> = charts.iter().map(Chart::name).collect();
-        assert_eq!(names.len(), charts.len());
-        assert_eq!(charts.len(), 1 + 2 * 4, "charts without points are omitted");
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        assert!(names.iter().all(|name| name.chars().all(is_plain)), "{names:?}");
-        let duplicates = comparison(&["a", "b", "b"], 10).charts();
-        let names: BTreeSet<&str> = duplicates.iter().map(Chart::name).collect();
-        assert_eq!(names.len(), duplicates.len());
+        let names: Vec<&str> = charts.iter().map(Chart::name).collect();
+        assert_eq!(names, ["steps-to-goal-distribution"]);
     }
 
     #[test]
-    fn the_charts_of_two_candidates_are_stable() {
+    fn the_chart_of_two_candidates_is_stable() {
         let steps = [
             [Some(40.0), Some(52.0), Some(61.0), None],
             [Some(46.0), Some(50.0), Some(61.0), Some(9.0)],
@@ -230,31 +205,15 @@ mod tests {
         let measure = Measure::new("steps_to_goal", "steps to the goal", "steps");
         let comparison = Comparison::new("Mice", names, mazes)
             .with_measure(measure, |candidate, maze| steps[candidate][maze]);
-        for (chart, kind) in
-            comparison.charts().iter().zip(["distribution", "scatter", "differences"])
-        {
-            let svg = chart
-                .svg()
-                .replace(STYLE, "")
-                .replace("</path>", "</path>\n")
-                .replace("</text>", "</text>\n");
-            insta::assert_snapshot!(kind, svg);
-        }
+        let svg = comparison.charts()[0].svg().replace(STYLE, "");
+        let svg = svg.replace("</path>", "</path>\n").replace("</text>", "</text>\n");
+        insta::assert_snapshot!("distribution", svg);
     }
 
     #[test]
-    fn marks_and_bars_show_who_is_better() {
+    fn each_common_maze_is_a_dot() {
         let comparison = comparison(&NAMES[..2], 30);
         let statistics = &comparison.statistics()[0].candidates[1].statistics;
-        let difference = statistics.difference.as_ref().unwrap();
-        assert!(difference.better > 0 && difference.worse > 0, "{difference:?}");
-        for (chart, class) in comparison.charts()[1..].iter().zip(["point ", ""]) {
-            let svg = chart.svg();
-            // The legend contains each mark once.
-            let count = |kind| svg.matches(&format!("class=\"{class}{kind}\"")).count() - 1;
-            let counts = [count("one"), count("two"), count("same")];
-            assert_eq!(counts, [difference.worse, difference.better, difference.equal]);
-        }
         let dots = comparison.charts()[0].svg().matches("h.01").count();
         assert_eq!(dots, 2 * statistics.common_mazes);
     }

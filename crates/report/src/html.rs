@@ -20,10 +20,6 @@ const POLICY: &str =
 /// The number of measures whose sections are open. The sections of further measures are collapsed.
 const OPEN_MEASURES: usize = 2;
 
-/// The number of charts of a measure that are always visible, in addition to the distribution: two
-/// charts for each of two candidates.
-const OPEN_CHARTS: usize = 4;
-
 /// The path of a candidate through a maze, for pictures in a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MousePath<'a> {
@@ -85,8 +81,9 @@ impl Comparison {
                     main {
                         (self.introduction())
                         (self.pictures_section(path))
-                        @for (index, measure) in statistics.iter().enumerate() {
-                            (self.measure_section(index, measure))
+                        @for (index, (measure, chart)) in
+                            statistics.iter().zip(self.charts()).enumerate() {
+                            (Self::measure_section(index, measure, &chart))
                         }
                         (self.failures_section())
                         (self.mazes_section())
@@ -134,18 +131,11 @@ impl Comparison {
         tables::table(Some("overview"), "Overview", &head, &rows)
     }
 
-    fn measure_section(&self, index: usize, statistics: &MeasureStatistics) -> Markup {
-        let charts = self.measure_charts(index);
-        let (distribution, pairs) = charts.split_at(charts.len().min(1));
-        let (visible, more) = pairs.split_at(pairs.len().min(OPEN_CHARTS));
+    fn measure_section(index: usize, statistics: &MeasureStatistics, chart: &Chart) -> Markup {
         let content = html! {
             (sentences(statistics))
             (tables::statistics(statistics))
-            (figures("figures wide", distribution))
-            (figures("figures", visible))
-            @if !more.is_empty() {
-                details { summary { (more.len()) " more charts" } (figures("figures", more)) }
-            }
+            figure { (chart.inline()) }
         };
         let heading = clean(&statistics.measure.heading());
         html! {
@@ -154,7 +144,7 @@ impl Comparison {
                 @if index < OPEN_MEASURES {
                     (content)
                 } @else {
-                    details { summary { "Tables and charts" } (content) }
+                    details { summary { "Table and chart" } (content) }
                 }
             }
         }
@@ -189,10 +179,6 @@ fn sentences(statistics: &MeasureStatistics) -> Markup {
             ul { @for sentence in sentences { li { (sentence) } } }
         }
     }
-}
-
-fn figures(class: &str, charts: &[Chart]) -> Markup {
-    html! { div class=(class) { @for chart in charts { figure { (chart.inline()) } } } }
 }
 
 fn explanations() -> Markup {
@@ -352,17 +338,15 @@ mod tests {
     }
 
     #[test]
-    fn only_the_first_measures_and_charts_are_open() {
+    fn only_the_first_measures_are_open() {
         let names = ["a", "b", "-", "c", "d"];
         let page = comparison(&names, 25).html(|_, _| None);
         let sections: Vec<&str> = page.split("<section>").skip(1).collect();
-        let (open, _) = sections[0].split_once("<details>").unwrap();
-        assert_eq!(open.matches("<svg").count(), 1 + 4);
-        assert_eq!(sections[0].matches("<svg").count(), 1 + 2 * 3);
+        assert!(sections[..3].iter().all(|section| section.matches("<svg").count() == 1));
         assert!(sections[1].contains("<h2>score</h2><ul>"));
         assert!(
             sections[2].contains(
-                "<h2>processor time (µs)</h2><details><summary>Tables and charts</summary>"
+                "<h2>processor time (µs)</h2><details><summary>Table and chart</summary>"
             )
         );
     }

@@ -105,7 +105,7 @@ fn tables_csv_and_charts_contain_the_times() {
         let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(squeezed(&ended.stdout).contains(&squeezed(text)), "{text}: {}", ended.stdout);
     }
-    assert!(home.path().join("charts/fast_run_time_s-differences-2-flood-fill.svg").exists());
+    assert!(home.path().join("charts/fast_run_time_s-distribution.svg").exists());
     let page = fs::read_to_string(home.path().join("report.html")).unwrap();
     assert!(page.contains("Vehicle expert; searches at 600 mm/s"));
     let headings: Vec<_> =

@@ -57,11 +57,6 @@ impl Axis {
         ticks.map(|tick| (self.at(tick), self.label(tick))).collect()
     }
 
-    /// Returns the same scale with other coordinates.
-    pub(crate) fn with_coordinates(&self, (from, to): (f64, f64)) -> Self {
-        Self { from, to, ..self.clone() }
-    }
-
     /// Formats a tick with as many decimals as its step has. Large numbers have an exponent.
     fn label(&self, tick: f64) -> String {
         let largest = self.first.abs().max(self.last.abs()) * self.step;

@@ -106,7 +106,7 @@ impl Gallery<'_> {
             @for (winner, pictures) in [(&other, &self.losses), (&reference, &self.wins)] {
                 @if !pictures.is_empty() {
                     p { "Largest differences in mazes in which " (winner) " is better:" }
-                    div class="figures mazes" {
+                    div class="mazes" {
                         @for picture in pictures { (picture.draw(measure, [&reference, &other])) }
                     }
                 }
