@@ -1,16 +1,13 @@
 //! Charts as SVG.
 
 mod axis;
-mod bars;
 mod distribution;
 
 use std::fmt::Display;
 
 use maud::{Markup, PreEscaped, html};
 use mmsim_maze::{Counted, counted};
-use unicode_width::UnicodeWidthStr as _;
 
-pub use self::bars::{Bar, BarChart, BarGroup};
 use crate::comparison::Comparison;
 use crate::text::{clean, shortened};
 
@@ -19,9 +16,8 @@ const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 12.0;
 /// The height of a line of text.
 const LINE: f64 = 18.0;
-/// A generous estimate of the mean width of a character. Wide characters, such as `決`, are twice as
-/// wide. The actual width depends on the reader's font.
-const LETTER: f64 = 7.0;
+/// The number of pixels per viewBox unit in a file.
+const FILE_SCALE: f64 = 1.5;
 
 /// The style rules of the charts. All selectors begin with the class of the charts, so that they
 /// can be added to the rules of a page.
@@ -54,57 +50,29 @@ impl Chart {
         &self.name
     }
 
-    /// Returns the chart as an SVG file.
+    /// Returns the chart as an SVG file with its own style rules.
     pub fn svg(&self) -> String {
-        self.frame().file(&self.content)
+        let style = html! { style { (PreEscaped(STYLE)) } };
+        self.draw(Some(FILE_SCALE), &style).into_string() + "\n"
     }
 
     /// Returns the chart as an element of a page that contains the style rules ([`STYLE`]).
     pub(crate) fn inline(&self) -> Markup {
-        self.frame().draw(None, &html! {}, &self.content)
+        self.draw(None, &html! {})
     }
 
-    fn frame(&self) -> ChartFrame<'_> {
-        let (title, subtitle, height) = (&*self.title, &*self.subtitle, self.height);
-        ChartFrame { title, subtitle, max_title: 56, width: WIDTH, height, scale: 1.5 }
-    }
-}
-
-/// The background, the title and the subtitle of a chart.
-struct ChartFrame<'a> {
-    title: &'a str,
-    /// A line below the title, or an empty string.
-    subtitle: &'a str,
-    /// The maximum number of visible characters of the title.
-    max_title: usize,
-    width: f64,
-    height: f64,
-    /// The number of pixels per viewBox unit in a file.
-    scale: f64,
-}
-
-impl ChartFrame<'_> {
-    /// Returns an SVG file with its own style rules.
-    fn file(&self, content: &Markup) -> String {
-        let style = html! { style { (PreEscaped(STYLE)) } };
-        self.draw(Some(self.scale), &style, content).into_string() + "\n"
-    }
-
-    fn draw(&self, scale: Option<f64>, style: &Markup, content: &Markup) -> Markup {
-        let Self { title, subtitle, max_title, width, height, .. } = *self;
-        let colon = if subtitle.is_empty() { "" } else { ": " };
-        let label = clean(&[title, colon, subtitle].concat());
+    fn draw(&self, scale: Option<f64>, style: &Markup) -> Markup {
+        let Self { title, subtitle, height, content, .. } = self;
         let pixels = |length: f64| scale.map(|scale| decimals(scale * length));
         html! {
             svg xmlns="http://www.w3.org/2000/svg" class="chart"
-                viewBox={ "0 0 " (width) " " (decimals(height)) }
-                width=[pixels(width)] height=[pixels(height)] role="img" aria-label=(label) {
+                viewBox={ "0 0 " (WIDTH) " " (decimals(*height)) }
+                width=[pixels(WIDTH)] height=[pixels(*height)] role="img"
+                aria-label={ (clean(title)) ": " (clean(subtitle)) } {
                 (style)
-                rect class="floor" width=(width) height=(decimals(height)) {}
-                text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(title, max_title)) }
-                @if !subtitle.is_empty() {
-                    text class="quiet" x=(MARGIN) y=(MARGIN + 12.0 + LINE) { (shortened(subtitle, 70)) }
-                }
+                rect class="floor" width=(WIDTH) height=(decimals(*height)) {}
+                text class="title" x=(MARGIN) y=(MARGIN + 12.0) { (shortened(title, 56)) }
+                text class="quiet" x=(MARGIN) y=(MARGIN + 12.0 + LINE) { (shortened(subtitle, 70)) }
                 (content)
             }
         }
@@ -135,13 +103,8 @@ fn decimals(number: f64) -> impl Display {
     (number * 10.0).round() / 10.0 + 0.0
 }
 
-/// Estimates the width of a text in viewBox units.
-fn text_width(text: &str) -> f64 {
-    LETTER * count(clean(text).width())
-}
-
 /// Returns the number of items.
-#[expect(clippy::cast_precision_loss, reason = "candidates, mazes or letters")]
+#[expect(clippy::cast_precision_loss, reason = "candidates or mazes")]
 pub(crate) fn count(items: usize) -> f64 {
     items as f64
 }

@@ -46,7 +46,7 @@ mod statistics;
 mod summary;
 mod text;
 
-pub use charts::{Bar, BarChart, BarGroup, Chart};
+pub use charts::Chart;
 pub use comparison::{Candidate, Comparison, Failure, Measure, group_by_reason};
 pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics, Values};

@@ -27,7 +27,7 @@ Examples:
   mmsim trial mazes/ --robot all                  run each robot in each maze of a folder
   mmsim trial my-maze.txt --path                  draw the explored maze and the race
   mmsim trial harbour -o race.svg                 draw the paths of both runs as a picture
-  mmsim trial mazes/ --compare --charts out       compare robots in tables and bar charts
+  mmsim trial mazes/ --compare --charts out       compare robots in tables and charts
   mmsim trial harbour --serve --open              watch a robot in a browser
   mmsim trial mazes/ --published my_robot.py      run a robot with the published interface
   mmsim trial mazes/ --published my_robot.py dfs  give it a word of the published command line
@@ -106,8 +106,7 @@ pub(crate) struct TrialArgs {
     /// all robots. With more than 6 mazes, the tables show only means
     #[arg(long, group = "comparison", conflicts_with_all = ["robot", "as_published", "key_points", "variant", "path", "output", "tour", "serve"])]
     pub(crate) compare: bool,
-    /// Draw each table as four bar charts in DIR (the score in two parts, the score, the explore steps
-    /// and the race steps), and charts of all robots in all mazes
+    /// Draw the scores, explore steps and race steps of all robots as charts in DIR
     #[arg(long, value_name = "DIR", requires = "comparison")]
     pub(crate) charts: Option<PathBuf>,
     /// Write a report on all robots to FILE: one HTML page with tables, charts and pictures

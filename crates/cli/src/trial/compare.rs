@@ -9,7 +9,7 @@ use super::args::TrialArgs;
 use crate::args::CommandResult;
 use crate::grid::{stacked, wrapped};
 use crate::interrupt::StopFlag;
-use crate::output::{create_folder, note, print, print_pretty_json, replace, write_charts};
+use crate::output::{note, print, print_pretty_json, replace, write_charts};
 use crate::searches::explain_shortage;
 
 /// Runs all trials and prints the tables. Robots without a score still appear in the tables and
@@ -38,10 +38,6 @@ pub(super) fn run(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     // The last table contains all robots.
     let Some(robots) = tables.last().filter(|_| !mazes.is_empty()) else { return Ok(true) };
     if let Some(folder) = &args.charts {
-        create_folder(folder)?;
-        for (name, chart) in tables.iter().flat_map(|table| trials.charts(table)) {
-            replace(&folder.join(format!("{name}.svg")), chart.svg().as_bytes())?;
-        }
         write_charts(folder, &trials.comparison(robots))?;
     }
     if let Some(file) = &args.html {

@@ -65,7 +65,7 @@ impl TrialRow {
 pub struct TrialTable {
     /// The title.
     pub title: &'static str,
-    /// The JSON value, which also begins the names of the chart files.
+    /// The JSON value.
     pub key: &'static str,
     /// The robots with their names in the table.
     pub rows: Vec<(String, TrialRobot)>,
@@ -169,7 +169,7 @@ impl<'a> TrialTables<'a> {
         all.find(|(other, _)| *other == robot).map_or(&[], |(_, results)| results)
     }
 
-    pub(super) fn has_columns(&self) -> bool {
+    fn has_columns(&self) -> bool {
         self.mazes.len() <= MAX_COLUMNS
     }
 
