@@ -10,13 +10,12 @@ use std::{env, fs, iter, process};
 
 use mmsim_formats::{ParsedMaze, ReadError};
 use mmsim_maze::{Escaped, counted, needs_escape};
-use mmsim_report::{Comparison, group_by_reason};
+use mmsim_report::Comparison;
 use mmsim_server::BindError;
 use serde::Serialize;
 use serde_json::Serializer;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
-use crate::grid::wrapped;
 use crate::stderr::Stderr;
 
 /// Prints data.
@@ -214,36 +213,6 @@ fn write_and_rename(
         let _ = fs::remove_file(&temporary);
     }
     placed
-}
-
-/// The maximum number of reasons that are listed.
-const MAX_REASONS: usize = 5;
-
-/// Lists the most frequent reasons after a title such as "flood-fill failed". Each reason comes with
-/// the name of its maze. Returns `None` if there is no reason.
-pub(crate) fn list_reasons<'a>(
-    title: &str,
-    all: impl Iterator<Item = (&'a str, &'a str)>,
-) -> Option<String> {
-    let reasons = group_by_reason(all);
-    let count = |mazes: usize| counted(mazes, "maze");
-    let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
-    let title = format!("{} in {}:", Escaped(title), count(total));
-    let mut lines = vec![wrapped(&title, " ", 2) + "\n"];
-    lines.extend(reasons.iter().take(MAX_REASONS).map(|(reason, mazes)| {
-        let such_as = match mazes.len() {
-            0 | 1 => String::new(),
-            many => format!("{}, such as ", count(many)),
-        };
-        let example = mazes.first().map_or("", |maze| maze);
-        let line = format!("  {such_as}{}: {}", Escaped(example), Escaped(reason));
-        wrapped(&line, " ", 4) + "\n"
-    }));
-    if reasons.len() > MAX_REASONS {
-        let others = (reasons.len() - MAX_REASONS) as u64;
-        lines.push(format!("  {} (see --json)\n", counted(others, "other reason")));
-    }
-    (total > 0).then(|| lines.concat())
 }
 
 /// Formats the length of the shortest path to the goal.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use mmsim_maze::{Escaped, counted};
-use mmsim_report::group_by_reason;
+use mmsim_report::list_reasons;
 use mmsim_run::{SearchFigures, tenth_of_ms};
 use serde::Serialize;
 
@@ -230,25 +230,10 @@ impl Ranking {
         );
         let worst: Vec<String> = worst.collect();
         let worst = (!worst.is_empty()).then(|| format!("lost most: {}", worst.join(", ")));
-        let unsolved = self.unsolved_mazes.iter().map(|it| (&*it.error, it));
-        let reasons = group_by_reason(unsolved);
-        let others = reasons.iter().skip(max_reasons).map(|(_, mazes)| mazes.len()).sum();
-        let others = Some(others).filter(|&others: &usize| others > 0).map(|others| {
-            format!("not solved: {} for other reasons (see --tables)", counted(others, "maze"))
-        });
-        let unsolved = reasons.into_iter().take(max_reasons).map(|(reason, mazes)| {
-            let names = mazes.iter().take(max_names).map(|it| Escaped(&it.maze.maze).to_string());
-            let names: Vec<String> = names.collect();
-            let more = match mazes.len() - names.len() {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
-            // The numbers in a reason are those of its first maze.
-            let differs = mazes.iter().any(|it| it.error != reason);
-            let such_as = if differs { "such as " } else { "" };
-            format!("not solved: {}{more}: {such_as}{}", names.join(", "), Escaped(reason))
-        });
-        worst.into_iter().chain(unsolved).chain(others).collect()
+        let unsolved = self.unsolved_mazes.iter().map(|it| (&*it.error, &*it.maze.maze));
+        let unsolved = list_reasons(unsolved, max_names, max_reasons, " (see --tables)");
+        let unsolved = unsolved.into_iter().map(|line| format!("not solved: {line}"));
+        worst.into_iter().chain(unsolved).collect()
     }
 
     /// Returns a table of ranked mice, with a header.

@@ -2,10 +2,16 @@
 
 use std::cmp::Reverse;
 
+use mmsim_maze::{Escaped, counted};
 use serde::Serialize;
 
 use crate::statistics::Values;
 use crate::summary::MeasureStatistics;
+
+/// The maximum number of mazes that a report names for a reason why a candidate failed.
+const MAX_MAZES: usize = 4;
+/// The maximum number of reasons that a report lists for a candidate.
+const MAX_REASONS: usize = 10;
 
 /// A comparison of candidates, such as mice or robots, in the same mazes.
 ///
@@ -19,7 +25,6 @@ use crate::summary::MeasureStatistics;
 ///         (candidate == 0).then_some(31.0)
 ///     })
 ///     .with_failures(|candidate, _| (candidate == 1).then(|| "crashed".into()));
-/// assert_eq!(comparison.failures()[0].candidate, 1);
 /// assert_eq!(comparison.statistics()[0].candidates[1].statistics.mazes, 0);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,7 +42,8 @@ pub struct Comparison {
     candidates: Vec<Candidate>,
     mazes: Vec<String>,
     measures: Vec<(Measure, Values)>,
-    failures: Vec<Failure>,
+    /// Why each candidate failed in each maze, if it did.
+    failures: Vec<Vec<Option<String>>>,
 }
 
 /// A candidate of a comparison.
@@ -108,39 +114,46 @@ impl Measure {
     }
 }
 
-/// A maze in which a candidate failed. The field names are JSON keys.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Failure {
-    /// The index of the candidate.
-    pub candidate: usize,
-    /// The index of the maze.
-    pub maze: usize,
-    /// Why the candidate failed.
-    pub reason: String,
-}
-
-/// Groups mazes by the reason that belongs to each of them, the most frequent reasons first. Reasons that
-/// differ only in digits are one reason, which is shown as in its first maze.
+/// Lists the reasons that belong to mazes, the most frequent ones first, each after the names of its
+/// mazes. Reasons that differ only in digits are one reason, which is shown as in its first maze. Shows
+/// at most `max_mazes` for a reason and at most `max_reasons`, and adds `hint` if there are more reasons.
 ///
 /// ```
 /// let mazes = [("lost", "one"), ("stuck after step 9", "two"), ("stuck after step 15", "three")];
-/// let reasons = mmsim_report::group_by_reason(mazes);
-/// assert_eq!(reasons, [("stuck after step 9", vec!["two", "three"]), ("lost", vec!["one"])]);
+/// let lines = mmsim_report::list_reasons(mazes, 1, 2, "");
+/// assert_eq!(lines, ["two and 1 more: such as stuck after step 9", "one: lost"]);
 /// ```
-pub fn group_by_reason<'a, M>(
-    mazes: impl IntoIterator<Item = (&'a str, M)>,
-) -> Vec<(&'a str, Vec<M>)> {
-    let mut reasons: Vec<(&str, Vec<M>)> = Vec::new();
-    for (reason, maze) in mazes {
-        let words = |text: &'a str| text.split(|letter: char| letter.is_ascii_digit());
-        let words = |text| words(text).filter(|word| !word.is_empty());
-        match reasons.iter_mut().find(|&&mut (other, _)| words(other).eq(words(reason))) {
-            Some((_, mazes)) => mazes.push(maze),
-            None => reasons.push((reason, vec![maze])),
+pub fn list_reasons<'a>(
+    reasons: impl IntoIterator<Item = (&'a str, &'a str)>,
+    max_mazes: usize,
+    max_reasons: usize,
+    hint: &str,
+) -> Vec<String> {
+    let words = |text: &'a str| text.split(|letter: char| letter.is_ascii_digit());
+    let words = |text| words(text).filter(|word| !word.is_empty());
+    let mut groups: Vec<(&str, Vec<(&str, &str)>)> = Vec::new();
+    for one @ (reason, _) in reasons {
+        match groups.iter_mut().find(|&&mut (other, _)| words(other).eq(words(reason))) {
+            Some((_, group)) => group.push(one),
+            None => groups.push((reason, vec![one])),
         }
     }
-    reasons.sort_by_key(|(_, mazes)| Reverse(mazes.len()));
-    reasons
+    groups.sort_by_key(|(_, group)| Reverse(group.len()));
+    let others = groups.iter().skip(max_reasons).map(|(_, group)| group.len()).sum::<usize>();
+    let others =
+        (others > 0).then(|| format!("{} for other reasons{hint}", counted(others, "maze")));
+    let line = |(reason, group): &(&str, Vec<(&str, &str)>)| {
+        let names = group.iter().take(max_mazes).map(|(_, maze)| Escaped(maze).to_string());
+        let names = names.collect::<Vec<_>>().join(", ");
+        let more = match group.len().saturating_sub(max_mazes) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        // The numbers in a reason are those of its first maze.
+        let such_as = if group.iter().any(|(other, _)| other != reason) { "such as " } else { "" };
+        format!("{names}{more}: {such_as}{}", Escaped(reason))
+    };
+    groups.iter().take(max_reasons).map(line).chain(others).collect()
 }
 
 impl Comparison {
@@ -164,12 +177,9 @@ impl Comparison {
 
     /// Sets the failures. `reason` returns the reason why a candidate failed in a maze, or `None` if
     /// it did not fail.
-    pub fn with_failures(mut self, mut reason: impl FnMut(usize, usize) -> Option<String>) -> Self {
-        let (candidates, mazes) = (self.candidates.len(), self.mazes.len());
-        let runs = (0..candidates).flat_map(|one| (0..mazes).map(move |maze| (one, maze)));
-        let failure =
-            |(candidate, maze)| Some(Failure { candidate, maze, reason: reason(candidate, maze)? });
-        self.failures = runs.filter_map(failure).collect();
+    pub fn with_failures(mut self, reason: impl Fn(usize, usize) -> Option<String>) -> Self {
+        let reasons = |one| (0..self.mazes.len()).map(|maze| reason(one, maze)).collect();
+        self.failures = (0..self.candidates.len()).map(reasons).collect();
         self
     }
 
@@ -194,25 +204,11 @@ impl Comparison {
         &self.measures
     }
 
-    /// Returns the failures, ordered by candidate and maze.
-    pub fn failures(&self) -> &[Failure] {
-        &self.failures
-    }
-
-    /// Returns the reasons why a candidate failed, the most frequent ones first, each with the indices
-    /// of the mazes.
-    ///
-    /// ```
-    /// use mmsim_report::Comparison;
-    /// let mazes = ["one", "two", "three"].map(Into::into).into();
-    /// let comparison = Comparison::new("Mice", vec!["a".into()], mazes)
-    ///     .with_failures(|_, maze| Some(["lost", "stuck", "stuck"][maze].into()));
-    /// let reasons = comparison.failure_reasons(0);
-    /// assert_eq!(reasons, [("stuck", vec![1, 2]), ("lost", vec![0])]);
-    /// ```
-    pub fn failure_reasons(&self, candidate: usize) -> Vec<(&str, Vec<usize>)> {
-        let failures = self.failures.iter().filter(|failure| failure.candidate == candidate);
-        group_by_reason(failures.map(|failure| (&*failure.reason, failure.maze)))
+    /// Returns lines that state why a candidate failed.
+    pub(crate) fn failures(&self, candidate: usize) -> Vec<String> {
+        let reasons = self.failures.get(candidate).into_iter().flatten().zip(&self.mazes);
+        let reasons = reasons.filter_map(|(reason, maze)| Some((reason.as_deref()?, &**maze)));
+        list_reasons(reasons, MAX_MAZES, MAX_REASONS, "")
     }
 
     /// Returns the statistics of each measure.

@@ -47,7 +47,7 @@ mod summary;
 mod text;
 
 pub use charts::Chart;
-pub use comparison::{Candidate, Comparison, Failure, Measure, group_by_reason};
+pub use comparison::{Candidate, Comparison, Measure, list_reasons};
 pub use html::MousePath;
 pub use statistics::{Difference, Distribution, Interval, Statistics, Values};
 pub use summary::{CandidateStatistics, MeasureStatistics};

@@ -2,9 +2,14 @@
 
 use mmsim_compare::{Attempt, Contest, ContestEntry, ContestVehicle, MazeResult, Rules, Standing};
 use mmsim_maze::{Escaped, counted};
+use mmsim_report::list_reasons;
 
 use crate::grid::{stacked, wrapped};
-use crate::output::list_reasons;
+
+/// The maximum number of mazes that are named for a reason.
+const MAX_MAZES: usize = 4;
+/// The maximum number of reasons that are listed for a mouse.
+const MAX_REASONS: usize = 5;
 
 /// Returns the rules, the runs in one maze or the scores in several mazes, and the mice without a
 /// fast run.
@@ -93,11 +98,15 @@ fn scores_table(contest: &Contest, mazes: &[MazeResult]) -> String {
 
 /// Lists the most frequent reasons why a mouse made no fast run.
 fn reasons(contest: &Contest, mouse: &str) -> Option<String> {
-    let reasons = contest
-        .mazes
-        .iter()
+    let reasons = contest.mazes.iter();
+    let reasons = reasons
         .filter_map(|maze| Some((maze.entry(mouse)?.attempt.error.as_deref()?, &*maze.maze.maze)));
-    list_reasons(&format!("{mouse} made no fast run"), reasons)
+    let reasons: Vec<_> = reasons.collect();
+    let count = counted(reasons.len(), "maze");
+    let title = wrapped(&format!("{} made no fast run in {count}:", Escaped(mouse)), " ", 2);
+    let lines = list_reasons(reasons, MAX_MAZES, MAX_REASONS, " (see --json)").into_iter();
+    let lines: Vec<_> = lines.map(|line| wrapped(&format!("  {line}"), " ", 4)).collect();
+    (!lines.is_empty()).then(|| [&[title][..], &lines].concat().join("\n") + "\n")
 }
 
 /// Returns a table with the run of each mouse that counts.

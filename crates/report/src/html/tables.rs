@@ -5,12 +5,7 @@ use maud::{Markup, html};
 use crate::comparison::{Comparison, Measure};
 use crate::statistics::{Difference, Distribution, Interval, Values};
 use crate::summary::MeasureStatistics;
-use crate::text::{NumberFormat, clean, shortened};
-
-/// The maximum number of reasons that are listed for a candidate.
-const MAX_REASONS: usize = 10;
-/// The maximum number of mazes that are named for a reason.
-const MAX_EXAMPLES: usize = 3;
+use crate::text::{NumberFormat, clean};
 
 /// Returns a table of the distributions and, if there are several candidates, a table of the
 /// differences to the reference.
@@ -132,66 +127,18 @@ pub(super) fn values(comparison: &Comparison, measure: &Measure, values: &Values
 }
 
 impl Comparison {
-    /// Returns a table of failures, the most frequent reasons first, or nothing if there are no
-    /// failures.
+    /// Returns a list of failures, or nothing if there are none.
     pub(super) fn failures_section(&self) -> Markup {
-        let candidates = self.candidates().iter().enumerate();
-        let reasons: Vec<_> = candidates
-            .map(|(index, candidate)| (candidate, self.failure_reasons(index)))
-            .filter(|(_, reasons)| !reasons.is_empty())
-            .collect();
+        let lines = self.candidates().iter().enumerate().flat_map(|(index, candidate)| {
+            let lines = self.failures(index).into_iter();
+            lines.map(|line| clean(&format!("{}: {line}", candidate.name)))
+        });
+        let lines: Vec<String> = lines.collect();
         html! {
-            @if !self.failures().is_empty() {
-                section {
-                    h2 { "Failures" }
-                    div class="scroll" tabindex="0" role="group" aria-label="Failures" {
-                        table class="grouped" {
-                            thead {
-                                tr {
-                                    td {} th { "failures" } th { "mazes" }
-                                    th class="text" { "reason" } th class="text" { "for example in" }
-                                }
-                            }
-                            @for (candidate, reasons) in &reasons { tbody { (self.reason_rows(&candidate.name, reasons)) } }
-                        }
-                    }
-                }
+            @if !lines.is_empty() {
+                section { h2 { "Failures" } ul { @for line in lines { li { (line) } } } }
             }
         }
-    }
-
-    fn reason_rows(&self, candidate: &str, reasons: &[(&str, Vec<usize>)]) -> Markup {
-        let total: usize = reasons.iter().map(|(_, mazes)| mazes.len()).sum();
-        let (listed, others) = reasons.split_at(MAX_REASONS.min(reasons.len()));
-        let other_mazes: usize = others.iter().map(|(_, mazes)| mazes.len()).sum();
-        let others = match others.len() {
-            0 => None,
-            1 => Some("another reason".into()),
-            count => Some(format!("{count} other reasons")),
-        };
-        let others = others.map(|text| (other_mazes, text, String::new()));
-        let listed = listed
-            .iter()
-            .map(|(text, mazes)| (mazes.len(), shortened(text, 300), self.examples(mazes)));
-        html! {
-            @for (index, (mazes, reason, examples)) in listed.chain(others).enumerate() {
-                tr {
-                    @if index == 0 {
-                        th { (clean(candidate)) }
-                        td { (count("failures", total)) }
-                    } @else { td {} td {} }
-                    td { (mazes) }
-                    td class="text" { (reason) }
-                    td class="text" { (examples) }
-                }
-            }
-        }
-    }
-
-    fn examples(&self, mazes: &[usize]) -> String {
-        let names = mazes.iter().take(MAX_EXAMPLES).filter_map(|&maze| self.mazes().get(maze));
-        let more = if mazes.len() > MAX_EXAMPLES { ", …" } else { "" };
-        names.map(|name| clean(name)).collect::<Vec<_>>().join(", ") + more
     }
 }
 
@@ -217,32 +164,27 @@ mod tests {
             Comparison::new("", names, mazes).with_failures(|candidate, maze| {
                 match (candidate, maze) {
                     (0, 2) => Some("stopped".into()),
-                    (0, 3..8) => Some("crashed <hard>".into()),
+                    (0, 3..8) => Some(format!("crashed <hard> in cell {maze}")),
                     (2, _) => Some(format!("reason {}", char::from(b"abcdefghijkl"[maze % 12]))),
                     _ => None,
                 }
             });
         let text = comparison.failures_section().into_string();
-        let text = text.replace("</tr>", "\n").replace("</th>", "|").replace("</td>", "|");
-        let mut plain = String::new();
-        for piece in text.split('<') {
-            plain += piece.split_once('>').map_or(piece, |(_, text)| text);
-        }
-        insta::assert_snapshot!(plain, @"
-        Failures|failures|mazes|reason|for example in|
-        mine|6|5|crashed &lt;hard&gt;|m3, m4, m5, …|
-        ||1|stopped|m2|
-        left-wall|20|2|reason a|m0, m12|
-        ||2|reason b|m1, m13|
-        ||2|reason c|m2, m14|
-        ||2|reason d|m3, m15|
-        ||2|reason e|m4, m16|
-        ||2|reason f|m5, m17|
-        ||2|reason g|m6, m18|
-        ||2|reason h|m7, m19|
-        ||1|reason i|m8|
-        ||1|reason j|m9|
-        ||2|2 other reasons||
+        let lines: Vec<&str> = text.split("<li>").skip(1).collect();
+        insta::assert_snapshot!(lines.join("\n").replace("</li>", ""), @"
+        mine: m3, m4, m5, m6 and 1 more: such as crashed &lt;hard&gt; in cell 3
+        mine: m2: stopped
+        left-wall: m0, m12: reason a
+        left-wall: m1, m13: reason b
+        left-wall: m2, m14: reason c
+        left-wall: m3, m15: reason d
+        left-wall: m4, m16: reason e
+        left-wall: m5, m17: reason f
+        left-wall: m6, m18: reason g
+        left-wall: m7, m19: reason h
+        left-wall: m8: reason i
+        left-wall: m9: reason j
+        left-wall: 2 mazes for other reasons</ul></section>
         ");
     }
 
