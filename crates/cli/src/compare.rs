@@ -285,20 +285,8 @@ fn verdict(report: &SearchComparison, mouse: &MouseSummary, args: &CompareArgs) 
     [why].into_iter().chain(mazes).chain(command).map(|line| line + "\n").collect()
 }
 
-/// Returns the table of a measure, without the columns that only the report and the JSON have: the
-/// middle half, and the numbers of mazes in which the mouse is better, equal and worse.
+/// Returns the table of a measure.
 fn table(statistics: &MeasureStatistics) -> String {
-    let mut rows = statistics.table();
-    for row in &mut rows {
-        row.truncate(7);
-        row.remove(4);
-    }
-    let (mut caption, reference) = (statistics.caption(), statistics.reference.as_deref());
-    if let (Some(head), Some(reference)) = (rows[0].get_mut(4), reference) {
-        *head = "difference".into();
-        let reference = Escaped(reference);
-        caption = format!("{caption} Differences from {reference}, where both have a value.");
-    }
-    let title = std::mem::replace(&mut rows[0][0], "mouse".into());
-    format!("{title}\n{}{}\n", stacked(&rows), wrapped(&caption, " ", 2))
+    let (table, caption) = (stacked(&statistics.table()), wrapped(&statistics.caption(), " ", 2));
+    format!("{}\n{table}{caption}\n", statistics.measure.heading())
 }

@@ -40,14 +40,6 @@ impl ComparedMouse {
         }
     }
 
-    /// Returns what the mouse does, or its command line.
-    pub fn about(&self) -> &str {
-        match self {
-            Self::Bundled(strategy) => strategy.about(),
-            Self::Own(mouse) => &mouse.command,
-        }
-    }
-
     /// Returns true for a mouse of the user.
     pub const fn is_own(&self) -> bool {
         matches!(self, Self::Own(_))

@@ -137,14 +137,11 @@ impl SearchComparison {
             searches.map(|(maze, figures)| SearchRow::new(maze, figures)).collect()
         });
         let searches: Vec<Vec<SearchRow>> = searches.collect();
-        let described = mice.iter().map(|mouse| mmsim_report::Candidate {
-            name: mouse.name().into(),
-            description: mouse.about().into(),
-        });
+        let names = mice.iter().map(|mouse| mouse.name().to_string()).collect();
         let maze_names = unique_names(mazes);
         let columns = mazes.iter().zip(&maze_names);
         let columns: Vec<_> = columns.map(|(maze, name)| MazeColumns::new(maze, name)).collect();
-        let mut comparison = Comparison::new("Comparison of mice", described.collect(), maze_names)
+        let mut comparison = Comparison::new("Comparison of mice", names, maze_names)
             .with_failures(|mouse, maze| searches[mouse][maze].figures.failure());
         for SearchMeasure { key, name, unit, verb, value, .. } in MEASURES {
             let measure = Measure::new(key, name, unit).with_verb(verb);
@@ -241,7 +238,8 @@ impl MouseSummary {
 
     /// Returns why the mouse loses time, and in which mazes.
     fn verdict(&self) -> String {
-        let lines = [format!("{}: {}", self.mouse, self.ranking.why())].into_iter();
+        let command = self.command.as_ref().map(|it| format!(" ({it})")).unwrap_or_default();
+        let lines = [format!("{}{command}: {}", self.mouse, self.ranking.why())].into_iter();
         lines.chain(self.ranking.mazes(true)).collect::<Vec<_>>().join("; ") + "."
     }
 

@@ -3,7 +3,6 @@
 use std::cmp::Reverse;
 
 use mmsim_maze::{Escaped, counted};
-use serde::Serialize;
 
 use crate::statistics::Values;
 use crate::summary::MeasureStatistics;
@@ -39,30 +38,14 @@ pub struct Comparison {
     pub overview: Vec<Vec<String>>,
     /// Sentences that state which paths the pictures of a report show, or an empty string.
     pub pictures_caption: String,
-    candidates: Vec<Candidate>,
+    candidates: Vec<String>,
     mazes: Vec<String>,
     measures: Vec<(Measure, Values)>,
     /// Why each candidate failed in each maze, if it did.
     failures: Vec<Vec<Option<String>>>,
 }
 
-/// A candidate of a comparison.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Candidate {
-    /// The name, which is unique among the candidates.
-    pub name: String,
-    /// A description, such as the command that starts the mouse. It may be empty.
-    pub description: String,
-}
-
-impl<T: Into<String>> From<T> for Candidate {
-    /// Creates a candidate without a description.
-    fn from(name: T) -> Self {
-        Self { name: name.into(), description: String::new() }
-    }
-}
-
-/// A measure for which lower values are better. The fields are JSON keys.
+/// A measure for which lower values are better.
 ///
 /// ```
 /// use mmsim_report::Measure;
@@ -70,7 +53,7 @@ impl<T: Into<String>> From<T> for Candidate {
 /// assert_eq!(steps.heading(), "steps to the goal");
 /// assert_eq!(Measure::new("time", "search time", "s").heading(), "search time (s)");
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Measure {
     /// The name for programs.
     pub key: String,
@@ -79,8 +62,7 @@ pub struct Measure {
     /// The unit in the plural, or an empty string.
     pub unit: String,
     /// What a candidate has done with a maze in which it has a value, in the past tense: `solved`
-    /// in "the mazes that both solved".
-    #[serde(skip)]
+    /// in "the mazes that all solved".
     pub verb: String,
 }
 
@@ -99,18 +81,9 @@ impl Measure {
     /// Returns the name, followed by the unit unless the name contains it.
     pub fn heading(&self) -> String {
         let Self { name, unit, .. } = self;
-        let has_unit = unit.is_empty() || self.is_counted();
+        // Steps are counted, and a time is measured.
+        let has_unit = unit.is_empty() || name.split(' ').any(|word| word == unit);
         if has_unit { name.clone() } else { format!("{name} ({unit})") }
-    }
-
-    /// Returns true if the name contains the unit: steps are counted, and a time is measured.
-    pub(crate) fn is_counted(&self) -> bool {
-        self.name.split(' ').any(|word| word == self.unit)
-    }
-
-    /// Returns the unit of a difference between two values.
-    pub(crate) fn difference_unit(&self) -> &str {
-        if self.unit == "%" { "percentage points" } else { &self.unit }
     }
 }
 
@@ -158,7 +131,7 @@ pub fn list_reasons<'a>(
 
 impl Comparison {
     /// Creates a comparison of these candidates in the mazes with these names, without measures.
-    pub fn new(title: impl Into<String>, candidates: Vec<Candidate>, mazes: Vec<String>) -> Self {
+    pub fn new(title: impl Into<String>, candidates: Vec<String>, mazes: Vec<String>) -> Self {
         Self { title: title.into(), candidates, mazes, ..Self::default() }
     }
 
@@ -189,8 +162,8 @@ impl Comparison {
         self
     }
 
-    /// Returns the candidates.
-    pub fn candidates(&self) -> &[Candidate] {
+    /// Returns the names of the candidates.
+    pub fn candidates(&self) -> &[String] {
         &self.candidates
     }
 

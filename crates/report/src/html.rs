@@ -1,15 +1,15 @@
 //! Reports as HTML.
 
 mod pictures;
-mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use mmsim_maze::{Cell, Maze};
 
 use crate::charts::{Chart, STYLE as CHART_STYLE};
-use crate::comparison::{Candidate, Comparison};
+use crate::comparison::{Comparison, Measure};
+use crate::statistics::Values;
 use crate::summary::MeasureStatistics;
-use crate::text::clean;
+use crate::text::{NumberFormat, clean};
 
 const STYLE: &str = include_str!("html/style.css");
 
@@ -42,13 +42,10 @@ impl Comparison {
     /// Returns a report as an HTML page without scripts that needs no other files.
     ///
     /// The report begins with the overview and the notes. It contains pictures of the mazes with the
-    /// largest differences in the first measure, the statistics as tables and sentences, charts,
-    /// failures, and the values in each maze.
+    /// largest differences in the first measure, the statistics and a chart of each measure, failures,
+    /// and the values in each maze.
     /// `path` returns the path of a candidate in a maze for these pictures. If it returns `None`,
     /// the picture is omitted.
-    ///
-    /// Each number is in an HTML element such as `<data class="mean" value="12.375">12.4</data>`,
-    /// whose value is the exact number and whose class is the JSON key of the number.
     ///
     /// ```
     /// use mmsim_maze::{Cell, Maze};
@@ -62,7 +59,7 @@ impl Comparison {
     /// let page = comparison.html(|_candidate, _maze| {
     ///     Some(MousePath::through_cells(&maze, &[Cell::new(0, 0), Cell::new(1, 0)]))
     /// });
-    /// assert!(page.contains(r#"<data class="mean" value="3">3.000</data>"#));
+    /// assert!(page.contains("<tr><th>b</th><td>1</td><td>3.000</td>"));
     /// # Ok::<(), mmsim_maze::ParseMazeError>(())
     /// ```
     pub fn html<'a>(&self, path: impl Fn(usize, usize) -> Option<MousePath<'a>>) -> String {
@@ -95,46 +92,18 @@ impl Comparison {
         page.into_string() + "\n"
     }
 
-    /// Returns the title, the overview, the notes and the candidates.
+    /// Returns the title, the overview and the notes.
     fn introduction(&self) -> Markup {
-        let described = self.candidates().iter().filter(|one| !one.description.is_empty());
-        let described: Vec<&Candidate> = described.collect();
         html! {
             h1 { (clean(&self.title)) }
-            (self.overview_table())
+            (table(Some("overview"), "Overview", &self.overview))
             @for note in &self.notes { p { (clean(note)) } }
-            @if !described.is_empty() {
-                (tables::table(
-                    None,
-                    "Descriptions",
-                    &html! { td {} th class="text" { "description" } },
-                    &html! {
-                        @for Candidate { name, description } in described {
-                            tr { th { (clean(name)) } td class="text" { (clean(description)) } }
-                        }
-                    },
-                ))
-            }
         }
-    }
-
-    fn overview_table(&self) -> Markup {
-        let Some((head, rows)) = self.overview.split_first() else { return html! {} };
-        let head = html! {
-            @for cell in head { @if cell.is_empty() { td {} } @else { th { (clean(cell)) } } }
-        };
-        let rows = html! {
-            @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
-                tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
-            }
-        };
-        tables::table(Some("overview"), "Overview", &head, &rows)
     }
 
     fn measure_section(index: usize, statistics: &MeasureStatistics, chart: &Chart) -> Markup {
         let content = html! {
-            (sentences(statistics))
-            (tables::statistics(statistics))
+            (table(None, &statistics.caption(), &statistics.table()))
             figure { (chart.inline()) }
         };
         let heading = clean(&statistics.measure.heading());
@@ -157,26 +126,57 @@ impl Comparison {
                 @for (measure, values) in self.measures() {
                     details {
                         summary class="measure" { (clean(&measure.heading())) }
-                        (tables::values(self, measure, values))
+                        (self.values_table(measure, values))
                     }
                 }
             }
         }
     }
+
+    /// Returns a list of failures, or nothing if there are none.
+    fn failures_section(&self) -> Markup {
+        let lines = self.candidates().iter().enumerate().flat_map(|(index, name)| {
+            let lines = self.failures(index).into_iter();
+            lines.map(|line| clean(&format!("{}: {line}", clean(name))))
+        });
+        let lines: Vec<String> = lines.collect();
+        html! {
+            @if !lines.is_empty() {
+                section { h2 { "Failures" } ul { @for line in lines { li { (line) } } } }
+            }
+        }
+    }
+
+    /// Returns a table with a row for each maze and a column for each candidate.
+    fn values_table(&self, measure: &Measure, values: &Values) -> Markup {
+        let format = NumberFormat::for_values(values.rows().iter().flatten().flatten().copied());
+        let head = ["maze".into()].into_iter().chain(self.candidates().iter().cloned()).collect();
+        let rows = self.mazes().iter().enumerate().map(|(index, maze)| {
+            let value = |value: Option<f64>| value.map_or("–".into(), |it| format.plain(it));
+            let cells = values.rows().iter().map(|row| value(row[index]));
+            [maze.clone()].into_iter().chain(cells).collect()
+        });
+        let rows: Vec<_> = [head].into_iter().chain(rows).collect();
+        table(None, &measure.heading(), &rows)
+    }
 }
 
-/// Returns how many mazes each candidate solved, and the differences between the candidates.
-fn sentences(statistics: &MeasureStatistics) -> Markup {
-    let differences = match statistics.candidates.len() {
-        0 | 1 => Vec::new(),
-        _ => statistics.sentences(),
-    };
-    let sentences = std::iter::once(statistics.coverage()).chain(differences);
-    // A line does not begin with a percent sign.
-    let sentences = sentences.map(|sentence| clean(&sentence).replace(" %", "\u{a0}%"));
+/// Returns a table that scrolls sideways on a narrow screen. The first row is the header, and the first
+/// column contains the names of the rows.
+fn table(class: Option<&str>, caption: &str, rows: &[Vec<String>]) -> Markup {
+    let Some((head, rows)) = rows.split_first() else { return html! {} };
+    let caption = clean(caption);
     html! {
-        @if !statistics.candidates.is_empty() {
-            ul { @for sentence in sentences { li { (sentence) } } }
+        div class="scroll" tabindex="0" role="group" aria-label=(caption) {
+            table class=[class] {
+                caption { (caption) }
+                thead { tr { @for cell in head { th { (clean(cell)) } } } }
+                tbody {
+                    @for (name, cells) in rows.iter().filter_map(|row| row.split_first()) {
+                        tr { th { (clean(name)) } @for cell in cells { td { (clean(cell)) } } }
+                    }
+                }
+            }
         }
     }
 }
@@ -187,19 +187,13 @@ fn explanations() -> Markup {
             h2 { "How to read this report" }
             ul {
                 li {
-                    "Lower values are better. Means, medians and quartiles refer to the mazes in which every "
-                    "mouse has a value, so that all mice are compared in the same mazes. Mice with values in "
-                    "fewer than half as many mazes as another one are ignored."
-                }
-                li {
-                    "Half of the values are in the middle half, which lies between the first and the third "
-                    "quartile. Quartiles are interpolated linearly between the nearest values. The standard "
-                    "deviation is that of a sample."
+                    "Lower values are better. Means, medians and charts refer to the mazes in which every mouse "
+                    "has a value. Mice with values in fewer than half as many mazes as another one are ignored."
                 }
                 li {
                     "Differences are paired: they are means over the mazes in which both mice have a value. "
-                    "The 95\u{a0}% interval is the confidence interval of such a mean, by Student's t-distribution. An "
-                    "interval that contains 0 means that the difference may be due to chance."
+                    "The 95\u{a0}% interval is the confidence interval of such a mean, by Student's t-distribution. "
+                    "If it contains 0, the difference may be due to chance."
                 }
             }
         }
@@ -208,10 +202,7 @@ fn explanations() -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::Value;
-
     use super::*;
-    use crate::comparison::Measure;
 
     /// Returns a comparison with several measures, in some of which candidates have no values.
     fn comparison(names: &[&str], mazes: usize) -> Comparison {
@@ -237,54 +228,21 @@ mod tests {
 
     const NAMES: [&str; 4] = ["mine", "<script>alert(1)</script>", "]]>\u{0}", "\" onload=\"x"];
 
-    /// Returns the class and the value of each `<data>` element.
-    fn data(html: &str) -> Vec<(&str, f64)> {
-        let elements = html.split("<data class=\"").skip(1).map(|rest| {
-            let (class, rest) = rest.split_once("\" value=\"").unwrap();
-            (class, rest.split_once('"').unwrap().0.parse().unwrap())
-        });
-        elements.collect()
-    }
-
-    /// Adds the names and values of all numbers in an object, at any depth, except those of `skipped`
-    /// keys.
-    fn numbers(value: &Value, skipped: &str, found: &mut Vec<(String, f64)>) {
-        for (key, value) in
-            value.as_object().into_iter().flatten().filter(|(key, _)| *key != skipped)
-        {
-            found.extend(value.as_f64().map(|number| (key.clone(), number)));
-            numbers(value, skipped, found);
-        }
+    /// Returns the text of each cell of the tables that is not a name, in order.
+    fn cells(html: &str) -> Vec<&str> {
+        html.split("<td>").skip(1).map(|rest| rest.split_once("</td>").unwrap().0).collect()
     }
 
     #[test]
-    fn the_numbers_equal_those_of_the_json() {
+    fn each_measure_has_its_table_and_chart() {
         let comparison = comparison(&NAMES, 25);
         let page = comparison.html(|_, _| None);
         let sections: Vec<&str> = page.split("<section>").skip(1).collect();
         for (statistics, section) in comparison.statistics().iter().zip(sections) {
-            let json = serde_json::to_value(statistics).unwrap();
-            let candidates = json["candidates"].as_array().unwrap();
-            let (mut distributions, mut differences) = (Vec::new(), Vec::new());
-            for candidate in candidates {
-                numbers(candidate, "difference", &mut distributions);
-                numbers(&candidate["difference"], "", &mut differences);
-            }
-            // The caption states the number of common mazes.
-            distributions.retain(|(key, _)| key != "common_maze_count");
-            let mut expected = [distributions, differences].concat();
-            let mut shown: Vec<_> = data(section)
-                .into_iter()
-                .map(|(class, value)| (class.to_string(), value))
-                .collect();
-            assert_eq!(shown.len(), 3 * 8 + 1 + 2 * 7, "one candidate has no values");
-            // The order of columns is not that of the keys.
-            let by_key = |one: &(String, f64), other: &(String, f64)| {
-                one.0.cmp(&other.0).then(one.1.total_cmp(&other.1))
-            };
-            expected.sort_by(by_key);
-            shown.sort_by(by_key);
-            assert_eq!(shown, expected);
+            let expected: Vec<String> =
+                statistics.table()[1..].iter().flat_map(|row| row[1..].to_vec()).collect();
+            assert_eq!(cells(section), expected);
+            assert_eq!(section.matches("<svg").count(), 1);
         }
     }
 
@@ -293,11 +251,52 @@ mod tests {
         let comparison = comparison(&NAMES, 6);
         let page = comparison.html(|_, _| None);
         let (_, tables) = page.split_once("Values in each maze").unwrap();
-        let shown: Vec<f64> = data(tables).into_iter().map(|(_, value)| value).collect();
+        let (shown, missing): (Vec<_>, Vec<_>) =
+            cells(tables).into_iter().partition(|&cell| cell != "–");
+        let shown: Vec<f64> = shown.into_iter().map(|cell| cell.parse().unwrap()).collect();
         let values = comparison.measures().iter().flat_map(|(_, values)| {
             (0..6).flat_map(move |maze| values.rows().iter().filter_map(move |row| row[maze]))
         });
-        assert_eq!(shown, values.collect::<Vec<_>>());
+        let values: Vec<f64> = values.collect();
+        assert_eq!(shown.len() + missing.len(), 3 * 6 * NAMES.len());
+        assert_eq!(shown.len(), values.len());
+        for (shown, value) in shown.into_iter().zip(values) {
+            assert!((shown - value).abs() <= 0.05, "{shown} is not {value}");
+        }
+    }
+
+    #[test]
+    fn failures_are_grouped_by_reason() {
+        let mazes = (0..20).map(|maze| format!("m{maze}")).collect();
+        let names = vec!["mine".into(), "flood-fill".into(), "left-wall".into()];
+        let comparison =
+            Comparison::new("", names, mazes).with_failures(|candidate, maze| {
+                match (candidate, maze) {
+                    (0, 2) => Some("stopped".into()),
+                    (0, 3..8) => Some(format!("crashed <hard> in cell {maze}")),
+                    (2, _) => Some(format!("reason {}", char::from(b"abcdefghijkl"[maze % 12]))),
+                    _ => None,
+                }
+            });
+        let text = comparison.failures_section().into_string();
+        let lines: Vec<&str> = text.split("<li>").skip(1).collect();
+        insta::assert_snapshot!(lines.join("\n").replace("</li>", ""), @"
+        mine: m3, m4, m5, m6 and 1 more: such as crashed &lt;hard&gt; in cell 3
+        mine: m2: stopped
+        left-wall: m0, m12: reason a
+        left-wall: m1, m13: reason b
+        left-wall: m2, m14: reason c
+        left-wall: m3, m15: reason d
+        left-wall: m4, m16: reason e
+        left-wall: m5, m17: reason f
+        left-wall: m6, m18: reason g
+        left-wall: m7, m19: reason h
+        left-wall: m8: reason i
+        left-wall: m9: reason j
+        left-wall: 2 mazes for other reasons</ul></section>
+        ");
+        let comparison = Comparison::new("", vec!["mine".into()], vec!["maze".into()]);
+        assert_eq!(comparison.failures_section().into_string(), "");
     }
 
     #[test]
@@ -319,11 +318,9 @@ mod tests {
     #[test]
     fn headings_have_text_and_the_keyboard_scrolls_tables() {
         let mut comparison = comparison(&NAMES, 25);
-        let mice = vec![Candidate { description: "a mouse".into(), ..NAMES[0].into() }];
-        let described = Comparison::new("Mice", mice, vec![]).html(|_, _| None);
         comparison.overview =
-            vec![vec![String::new(), "solved".into()], vec!["mine".into(), "25".into()]];
-        let page = comparison.html(|_, _| None) + &described;
+            vec![vec!["mouse".into(), "solved".into()], vec!["mine".into(), "25".into()]];
+        let page = comparison.html(|_, _| None);
         for empty in ["<th></th>", "<h1></h1>", "<h2></h2>", "<h3></h3>", "<caption></caption>"] {
             assert!(!page.contains(empty), "{empty}");
         }
@@ -342,8 +339,7 @@ mod tests {
         let names = ["a", "b", "-", "c", "d"];
         let page = comparison(&names, 25).html(|_, _| None);
         let sections: Vec<&str> = page.split("<section>").skip(1).collect();
-        assert!(sections[..3].iter().all(|section| section.matches("<svg").count() == 1));
-        assert!(sections[1].contains("<h2>score</h2><ul>"));
+        assert!(sections[1].contains("<h2>score</h2><div"));
         assert!(
             sections[2].contains(
                 "<h2>processor time (µs)</h2><details><summary>Table and chart</summary>"

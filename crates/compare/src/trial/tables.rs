@@ -221,7 +221,7 @@ impl<'a> TrialTables<'a> {
             table.rows.iter().map(|(_, robot)| self.results_of(robot)).collect();
         let score = |robot: usize, maze: usize| results[robot][maze].score();
         let measure = |key, name, unit| Measure::new(key, name, unit).with_verb("scored in");
-        let robots = table.rows.iter().map(|(name, _)| name.as_str().into()).collect();
+        let robots = table.rows.iter().map(|(name, _)| name.clone()).collect();
         let mazes = self.mazes.iter().map(|maze| maze.name.clone()).collect();
         Comparison::new("Robots in the two-run trial", robots, mazes)
             .with_pictures_caption("The lines are the races.")

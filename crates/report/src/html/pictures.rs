@@ -85,7 +85,7 @@ impl Comparison {
         let losses = differences.iter().take_while(|(_, difference)| *difference < 0.0);
         let wins = differences.iter().rev().take_while(|(_, difference)| *difference > 0.0);
         Gallery {
-            names: [reference, other].map(|index| &*self.candidates()[index].name),
+            names: [reference, other].map(|index| &*self.candidates()[index]),
             losses: losses.filter_map(|&(maze, _)| picture(maze)).take(MAX_LOSSES).collect(),
             wins: wins.filter_map(|&(maze, _)| picture(maze)).take(MAX_WINS).collect(),
         }
