@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mmsim_fastrun::{Planners, Vehicle, VehicleParameters};
 use mmsim_maze::{Escaped, counted};
-use mmsim_report::{Comparison, Distribution, Measure, MeasureStatistics, Statistics};
+use mmsim_report::{Comparison, Measure, MeasureStatistics, Statistics};
 use mmsim_run::{Cause, Divergence, Ending, SearchFigures, SearchTimes, Senses};
 use serde::Serialize;
 
@@ -106,12 +106,7 @@ pub struct MouseSummary {
     fastest_run_found: usize,
     /// The number of searches with each ending.
     endings: BTreeMap<Ending, usize>,
-    /// The mean of each measure over the mazes in which all mice have a value.
-    #[serde(flatten)]
-    means: BTreeMap<&'static str, Option<f64>>,
-    /// The mean length of the shortest path in the true maze, over the mazes in which all mice
-    /// reached the goal.
-    shortest_path: Option<f64>,
+    /// The statistics of each measure.
     statistics: BTreeMap<&'static str, Statistics>,
     /// What is better and worse than in a saved comparison, if there is one with this mouse.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -151,13 +146,6 @@ impl SearchComparison {
             });
         }
         let statistics = comparison.statistics();
-        let to_goal = comparison.measures().iter().find(|(one, _)| one.key == "steps_to_goal");
-        let solved = to_goal.map(|(_, values)| values.common_mazes());
-        let shortest_paths = solved
-            .unwrap_or_default()
-            .into_iter()
-            .filter_map(|maze| searches.first()?[maze].figures.shortest_path.map(f64::from));
-        let shortest_path = Distribution::new(shortest_paths.collect()).map(|paths| paths.mean);
         let names: Vec<&str> = mice.iter().map(ComparedMouse::name).collect();
         let rankings = Ranking::all(&names, &columns, &searches);
         let mice = mice.iter().zip(rankings).zip(searches).enumerate();
@@ -166,7 +154,7 @@ impl SearchComparison {
             let statistics = statistics.map(|(measure, statistics)| {
                 (measure.key, statistics.candidates[index].statistics.clone())
             });
-            MouseSummary::new(mouse, ranking, statistics.collect(), shortest_path, searches)
+            MouseSummary::new(mouse, ranking, statistics.collect(), searches)
         });
         let mice: Vec<MouseSummary> = mice.collect();
         let misreads = senses.misreadings.probability > 0.0;
@@ -208,14 +196,12 @@ impl MouseSummary {
         mouse: &ComparedMouse,
         ranking: Ranking,
         statistics: BTreeMap<&'static str, Statistics>,
-        shortest_path: Option<f64>,
         mazes: Vec<SearchRow>,
     ) -> Self {
         let searches = || mazes.iter().map(|search| &search.figures);
         let reached = || searches().filter(|search| search.goal_reached);
         let count =
             |is_so: fn(&SearchFigures) -> bool| reached().filter(|search| is_so(search)).count();
-        let mean = |statistics: &Statistics| Some(statistics.distribution.as_ref()?.mean);
         let ending = |ending| (ending, searches().filter(|search| search.ending == ending).count());
         Self {
             mouse: mouse.name().into(),
@@ -228,8 +214,6 @@ impl MouseSummary {
             shortest_path_found: count(|search| search.path_found == search.shortest_path),
             fastest_run_found: count(|search| search.times.is_some_and(|it| it.is_optimal())),
             endings: Ending::ALL.into_iter().map(ending).collect(),
-            means: statistics.iter().map(|(&key, statistics)| (key, mean(statistics))).collect(),
-            shortest_path,
             statistics,
             changes: None,
             mazes,
@@ -265,8 +249,7 @@ impl MouseSummary {
 
     fn row(&self, misreads: bool) -> Vec<String> {
         let Self { goal_reached, gave_up_rightly, ranking: Ranking { reachable, .. }, .. } = self;
-        let (mazes, time) =
-            (self.mazes.len(), self.means.get("processor_time_us").copied().flatten());
+        let (mazes, time) = (self.mazes.len(), &self.statistics["processor_time_us"].distribution);
         let mut row = vec![self.mouse.clone(), mazes.to_string()];
         row.push(format!("{goal_reached}/{reachable}"));
         row.push(format!("{gave_up_rightly}/{}", mazes - reachable));
@@ -278,7 +261,7 @@ impl MouseSummary {
             let crashes: u32 = searches().filter_map(|search| search.crashes).sum();
             row.extend([runs.to_string(), crashes.to_string()]);
         }
-        row.push(time.map_or("-".into(), |time| format!("{time:.1}")));
+        row.push(time.as_ref().map_or("-".into(), |time| format!("{:.1}", time.mean)));
         row
     }
 }
