@@ -75,7 +75,7 @@ pub struct SearchComparison {
     pub notes: Vec<String>,
     /// A table of how often each mouse succeeded, with a header.
     pub overview: Vec<Vec<String>>,
-    /// The statistics of the measures in tables.
+    /// The statistics of each measure.
     pub statistics: Vec<MeasureStatistics>,
     /// The summary of each mouse.
     pub mice: Vec<MouseSummary>,
@@ -162,8 +162,6 @@ impl SearchComparison {
             mazes.iter().any(|it| planners.for_size(it.maze.size()).vehicle() == *vehicle)
         };
         let vehicles = planners.vehicles().filter(drives).map(vehicle_note);
-        let shown = MEASURES.iter().zip(statistics).filter(|(measure, _)| measure.is_in_text);
-        let statistics = shown.map(|(_, statistics)| statistics).collect();
         let notes = [CAPTION.into()].into_iter().chain(vehicles);
         let notes = notes.chain(misreads.then(|| senses.to_string()));
         let notes = notes.chain(mice.iter().filter_map(MouseSummary::random)).collect();
@@ -242,14 +240,13 @@ impl MouseSummary {
         let mut head = vec!["mouse", "mazes", "goal reached", "correctly gave up", "failed"];
         head.extend(["shortest path found", "shortest path proven", "fastest run found"]);
         head.extend(misreads.then_some(["fast runs", "crashes"]).into_iter().flatten());
-        head.push("processor time (µs)");
         let head = head.into_iter().map(String::from).collect();
         [head].into_iter().chain(mice.iter().map(|mouse| mouse.row(misreads))).collect()
     }
 
     fn row(&self, misreads: bool) -> Vec<String> {
         let Self { goal_reached, gave_up_rightly, ranking: Ranking { reachable, .. }, .. } = self;
-        let (mazes, time) = (self.mazes.len(), &self.statistics["processor_time_us"].distribution);
+        let mazes = self.mazes.len();
         let mut row = vec![self.mouse.clone(), mazes.to_string()];
         row.push(format!("{goal_reached}/{reachable}"));
         row.push(format!("{gave_up_rightly}/{}", mazes - reachable));
@@ -261,7 +258,6 @@ impl MouseSummary {
             let crashes: u32 = searches().filter_map(|search| search.crashes).sum();
             row.extend([runs.to_string(), crashes.to_string()]);
         }
-        row.push(time.as_ref().map_or("-".into(), |time| format!("{:.1}", time.mean)));
         row
     }
 }
