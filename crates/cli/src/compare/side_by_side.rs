@@ -1,10 +1,10 @@
 //! The searches of several mice in one maze, side by side on the viewer page.
 
-use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::{env, fs};
+use std::time::Duration;
+use std::{env, fs, io};
 
 use mmsim_compare::{
     ComparedMouse, MazeColumns, MouseSummary, NamedMaze, Ranking, SearchComparison,
@@ -21,7 +21,10 @@ use crate::output::warn;
 use crate::recordings::{self, recording_budget};
 use crate::searches::DEFAULT_TIME_LIMIT;
 use crate::terminal::columns;
-use crate::{page, stderr};
+use crate::{exit, page, stderr};
+
+/// The time between two checks whether a recorded mouse has ended.
+const POLL: Duration = Duration::from_millis(20);
 
 /// Returns the command that shows a mouse beside its best rival: in the first maze that only the rival
 /// solved, or else where the mouse lost most. Returns `None` if it has lost nothing or has no rival.
@@ -86,11 +89,18 @@ pub(super) fn open(
     let [maze] = mazes else {
         return Err(UsageError::not_one("compare", "--open", "maze", mazes.len()).into());
     };
+    // Otherwise, an interrupt would end the process and leave the folder.
+    let interrupt = Interrupt::catch()?;
     let (folder, mut recorded) = (tempfile::tempdir()?, 0);
     let budget = recording_budget(&ReadingArgs::default());
     let mut config = ViewerConfig::default().with_budget(Arc::clone(&budget));
     for (index, mouse) in mice.iter().enumerate() {
-        match record(args, mouse, maze, &folder.path().join(index.to_string()))? {
+        let recordings = folder.path().join(index.to_string());
+        if !run(&mut recording(args, mouse, maze, &recordings)?, &interrupt)? {
+            drop(folder);
+            exit(Interrupt::CODE);
+        }
+        match first_recording(&recordings)? {
             Some(file) => {
                 recorded += 1;
                 config = config.with_recording(mouse.name(), recordings::open(&file, &budget)?);
@@ -105,21 +115,19 @@ pub(super) fn open(
     let viewer_args =
         ViewerArgs { viewer_port: args.viewer_port, open: true, vehicle, ..ViewerArgs::default() };
     let viewer = page::bind(&viewer_args, HOST, true)?;
-    let interrupt = Interrupt::catch()?;
     stderr::write_in_background();
     page::serve(viewer, config, &viewer_args)?;
     interrupt.wait();
     Ok(true)
 }
 
-/// Runs a mouse in the maze with `mmsim run`, which records it to the folder. Returns the recording of
-/// its first run, or `None` if the mouse has reported no state.
-fn record(
+/// Returns the command `mmsim run` that runs a mouse in the maze and records it to the folder.
+fn recording(
     args: &CompareArgs,
     mouse: &ComparedMouse,
     maze: &NamedMaze,
     folder: &Path,
-) -> Result<Option<PathBuf>, Box<dyn Error>> {
+) -> io::Result<Command> {
     let mmsim = env::current_exe()?;
     let mut command = Command::new(&mmsim);
     command.args(["run", "-q", "--no-viewer", "--port", "0", "--maze"]).arg(&maze.path);
@@ -141,9 +149,26 @@ fn record(
             command.arg(program.get_program()).args(program.get_args());
         }
     }
-    let null = Stdio::null;
-    command.stdin(null()).stdout(null()).stderr(null()).status()?;
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    Ok(command)
+}
+
+/// Runs a command. Returns false if an interrupt has stopped it.
+fn run(command: &mut Command, interrupt: &Interrupt) -> io::Result<bool> {
+    let mut child = command.spawn()?;
+    while child.try_wait()?.is_none() {
+        if interrupt.wait_for(POLL) {
+            child.kill()?;
+            child.wait()?;
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Returns the recording of the first run in a folder, or `None` if the mouse has reported no state.
+fn first_recording(folder: &Path) -> io::Result<Option<PathBuf>> {
     let files = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
-    let files = files.collect::<Result<Vec<_>, std::io::Error>>()?;
+    let files = files.collect::<io::Result<Vec<_>>>()?;
     Ok(files.into_iter().filter(|file| file.extension().is_some_and(|it| it == "mcap")).min())
 }

@@ -271,6 +271,18 @@ fn a_client_that_passes_through_a_wall_fails() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_the_mice() {
+    check_interrupt(&[]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_while_recording_leaves_no_folder() {
+    check_interrupt(&["--open"]);
+}
+
+/// Checks that Ctrl-C ends a mouse that hangs, and that no temporary files remain.
+#[cfg(unix)]
+fn check_interrupt(options: &[&str]) {
     use mmsim_tests::wait_for;
 
     let home = Home::new();
@@ -278,11 +290,15 @@ fn ctrl_c_stops_the_mice() {
         return;
     }
     home.write("a.txt", MAZE);
-    let pid = home.path().join("pid");
+    let (pid, temporary) = (home.path().join("pid"), home.path().join("tmp"));
+    fs::create_dir(&temporary).unwrap();
     let text = "import os, time\nopen('pid.new', 'w').write(str(os.getpid()))\nos.rename('pid.new', 'pid')\ntime.sleep(1000)";
     let mouse = script(&home, "hangs", text);
-    let arguments = ["compare", "a.txt", "--mouse", &mouse, "--time-limit", "600"];
-    let mut child = home.command(&arguments).stdout(Stdio::null()).spawn().unwrap();
+    let arguments =
+        ["compare", "a.txt", "--mouse", &mouse, "--strategies", "none", "--time-limit", "600"];
+    let mut command = home.command(&[&arguments[..], options].concat());
+    command.env("TMPDIR", &temporary).stdout(Stdio::null());
+    let mut child = command.spawn().unwrap();
     let pid = wait_for("the mouse", || fs::read_to_string(&pid).ok());
     let kill = |signal: &str, id: &str| {
         Command::new("kill").args([signal, id]).stderr(Stdio::null()).status().unwrap().success()
@@ -290,6 +306,7 @@ fn ctrl_c_stops_the_mice() {
     assert!(kill("-INT", &child.id().to_string()));
     assert_eq!(wait_for_exit(&mut child).code(), Some(130));
     wait_for("the end of the mouse", || (!kill("-0", &pid)).then_some(()));
+    assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0);
 }
 
 #[test]
