@@ -119,18 +119,6 @@ fn swing_as_published_may_crash() {
     ");
 }
 
-#[test]
-fn a_comparison_explains_why_the_report_recommends_more_corners() {
-    let home = Home::new();
-    let ended = home.run(&["trial", "wrong turn", "--compare"]);
-    let last = ended.stdout.rsplit("\n\n").next().unwrap();
-    insta::assert_snapshot!(last, @"
-    Of the tours in the report, 1 key point is best as published (mean score
-    28.233). With a correct A*, just-arrive is best (21.733), because further
-    corners cost more steps than they save.
-    ");
-}
-
 /// Returns the picture that a trial in the maze `wrong turn` draws.
 fn picture(home: &Home, arguments: &[&str]) -> String {
     let ended = home.run(&[&["trial", "wrong turn"], arguments].concat());

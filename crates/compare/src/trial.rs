@@ -1,6 +1,5 @@
 //! The two-run trial of several robots in several mazes.
 
-mod conclusion;
 mod result;
 mod robot;
 mod tables;

@@ -7,7 +7,7 @@ use mmsim_maze::counted;
 
 use super::args::TrialArgs;
 use crate::args::CommandResult;
-use crate::grid::{stacked, wrapped};
+use crate::grid::stacked;
 use crate::interrupt::StopFlag;
 use crate::output::{note, print, print_pretty_json, replace, write_charts};
 use crate::searches::explain_shortage;
@@ -30,10 +30,8 @@ pub(super) fn run(args: &TrialArgs, mazes: &[NamedMaze]) -> CommandResult {
     if args.json {
         print_pretty_json(&trials.rows())?;
     } else if !mazes.is_empty() {
-        let conclusion = trials.conclusion(args.settings());
-        let conclusion = conclusion.map(|text| wrapped(text.trim_end(), " ", 0) + "\n");
         let texts = tables.iter().map(|table| stacked(&trials.cells(table)));
-        print(&texts.chain(conclusion).collect::<Vec<_>>().join("\n"))?;
+        print(&texts.collect::<Vec<_>>().join("\n"))?;
     }
     // The last table contains all robots.
     let Some(robots) = tables.last().filter(|_| !mazes.is_empty()) else { return Ok(true) };

@@ -117,7 +117,7 @@ impl TrialTable {
 pub struct TrialTables<'a> {
     /// The tables.
     pub tables: &'a [TrialTable],
-    pub(super) mazes: &'a [NamedMaze],
+    mazes: &'a [NamedMaze],
     /// The results of each robot in all mazes. A robot that is in two tables runs only once.
     results: Vec<(&'a TrialRobot, Vec<TrialResult>)>,
 }
@@ -164,7 +164,7 @@ impl<'a> TrialTables<'a> {
         Ok(Some(Self { tables, mazes, results: results.collect() }))
     }
 
-    pub(super) fn results_of(&self, robot: &TrialRobot) -> &[TrialResult] {
+    fn results_of(&self, robot: &TrialRobot) -> &[TrialResult] {
         let mut all = self.results.iter();
         all.find(|(other, _)| *other == robot).map_or(&[], |(_, results)| results)
     }
