@@ -12,7 +12,7 @@ use std::{net, thread};
 
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token};
-use mmsim_benches::{harbour, median, serve};
+use mmsim_benches::{harbour, is_measuring, median, median_ratio, print_row, serve};
 
 /// The number of simultaneous clients in each measurement.
 const CLIENTS: [usize; 3] = [1, 2, 10];
@@ -134,13 +134,11 @@ fn round(clients: &mut [TcpStream], requests: usize) -> RoundStats {
 }
 
 fn main() {
-    let is_test = std::env::args().any(|argument| argument == "--test");
-    let (rounds, requests) = if is_test { (1, 100) } else { (ROUNDS, REQUESTS) };
+    let (rounds, requests) = if is_measuring() { (ROUNDS, REQUESTS) } else { (1, 100) };
     let server = serve(harbour());
     let listener = TcpListener::bind(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
     let plain = listener.local_addr().unwrap().to_string();
     thread::spawn(|| plain_loop(listener));
-    println!("clients: medians of {rounds} rounds (mmsim, plain loop, ratio)");
     for count in CLIENTS {
         let mut ours: Vec<_> = (0..count).map(|_| connect_zmtp(server.address())).collect();
         let mut plain_clients: Vec<_> =
@@ -148,18 +146,26 @@ fn main() {
         let rounds: Vec<_> = (0..rounds)
             .map(|_| (round(&mut ours, requests), round(&mut plain_clients, requests)))
             .collect();
-        let row = |name: &str, figure: fn(&RoundStats) -> f64| {
-            let side = |figures: Vec<f64>| median(&figures);
-            println!(
-                "clients/{count:>2} {name}: {:>9.1} {:>9.1} {:>6.3}",
-                side(rounds.iter().map(|(ours, _)| figure(ours)).collect()),
-                side(rounds.iter().map(|(_, plain)| figure(plain)).collect()),
-                side(rounds.iter().map(|(ours, plain)| figure(ours) / figure(plain)).collect()),
-            );
+        if !is_measuring() {
+            continue;
+        }
+        // The median, and the median of the ratios to the plain event loop.
+        let medians = |figure: fn(&RoundStats) -> f64| {
+            let (ours, plain): (Vec<_>, Vec<_>) =
+                rounds.iter().map(|(ours, plain)| (figure(ours), figure(plain))).unzip();
+            (median(&ours), median_ratio(&ours, &plain))
         };
-        row("p50 in µs     ", |round| round.p50);
-        row("p99 in µs     ", |round| round.p99);
-        row("requests per s", |round| round.rate);
+        let (p50, p50_ratio) = medians(|round| round.p50);
+        let (p99, p99_ratio) = medians(|round| round.p99);
+        let (rate, rate_ratio) = medians(|round| round.rate);
+        print_row(
+            "clients",
+            &format!("clients at the same time: {count}"),
+            &format!(
+                "{p50_ratio:.2}, {p99_ratio:.2} and {rate_ratio:.2} times a plain event loop (median \
+                 {p50:.0} µs, 99th percentile {p99:.0} µs, {rate:.0} requests/s)"
+            ),
+        );
     }
     server.stop().unwrap();
 }

@@ -7,7 +7,7 @@ use std::hash::{DefaultHasher, Hasher};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Searches, classic_mazes, median};
+use mmsim_benches::{Searches, classic_mazes, is_measuring, median, print_row, ratio};
 use mmsim_client::{Exchange, InMemory};
 use mmsim_maze::{KnownMaze, Maze, MazeSize, Unknown, WyRand};
 use mmsim_protocol::{Annotation, Colour, state_bytes};
@@ -68,14 +68,14 @@ fn microseconds(time: Duration) -> f64 {
 }
 
 fn main() {
-    let is_test = std::env::args().any(|argument| argument == "--test");
-    let count = if is_test { 20_000 } else { 1_000_000 };
+    let count = if is_measuring() { 1_000_000 } else { 20_000 };
     let mazes = classic_mazes();
     let (is_new, hashes) = new_states(&mazes, count);
 
     let mut searches = Searches::new(&mazes);
     let mut history = History::new(MazeSize::CLASSIC);
     let (mut pushes, mut number) = (vec![Duration::MAX; count], 0);
+    let mut copies = Duration::ZERO;
     pushes.fill(Duration::ZERO);
     let before = resident_bytes();
     let mut is_new = is_new.into_iter();
@@ -86,37 +86,35 @@ fn main() {
                 history.push(black_box(state)).unwrap();
                 pushes[number] = start.elapsed();
                 number += 1;
+                let start = Instant::now();
+                drop(black_box(state.to_vec()));
+                copies += start.elapsed();
             }
         });
     }
     let after = resident_bytes();
-    println!(
-        "history: {count} distinct states of {} searches in {} mazes with {} strategies",
-        searches.count(),
-        mazes.len(),
-        Searches::STRATEGIES
-    );
-
     let mut reader = history.reader();
     for (index, &expected) in hashes.iter().enumerate() {
         assert_eq!(hash(reader.get(index).unwrap()), expected, "state {index}");
     }
     assert_eq!((history.len(), history.get(count)), (count, None));
 
-    #[expect(clippy::cast_precision_loss, reason = "only printed")]
-    let bytes = |total: usize| mean(total as f64, count);
-    println!("history/memory: {:.1} bytes per state, counted", bytes(history.bytes()));
-    if let (Some(before), Some(after)) = (before, after) {
-        let growth = after.saturating_sub(before);
+    if is_measuring() {
+        // Systems that do not report the growth of the process get the counted bytes.
+        let growth = before.zip(after).map(|(before, after)| after.saturating_sub(before));
+        #[expect(clippy::cast_precision_loss, reason = "only printed")]
+        let bytes = mean(growth.unwrap_or(history.bytes()) as f64, count);
         let plain = state_bytes(MazeSize::CLASSIC) + size_of::<Vec<u8>>();
-        println!(
-            "history/memory: {:.1} bytes per state, growth of the process (at most 24; a plain list takes {plain} or more)",
-            bytes(growth)
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let result = format!(
+            "{} of the bytes of a plain list ({bytes:.1} per state; goal: 24)",
+            ratio(bytes / plain as f64)
         );
+        print_row("history", &format!("memory of {count} states"), &result);
+        print_pushes(&pushes, copies);
     }
-    print_pushes(&pushes);
     print_reads(&history, &hashes);
-    print_annotated(&mazes[..mazes.len().min(if is_test { 2 } else { 30 })]);
+    print_annotated(&mazes[..mazes.len().min(if is_measuring() { 30 } else { 2 })]);
 }
 
 /// Returns the requests of a flood-fill mouse that displays what the template mouse of mms displays:
@@ -194,37 +192,32 @@ fn print_annotated(mazes: &[Maze]) {
         }
     }
     let [plain, annotated] = times.map(|times| median(&times));
-    println!(
-        "history/annotated: {annotated:.2} µs per state, including `W` and `A`; {plain:.2} without \
-         `A` (medians of {ROUNDS} alternating rounds)"
-    );
-    let [plain, annotated] = memory;
-    println!(
-        "history/annotated: {annotated:.1} bytes per state; {plain:.1} without `A` (at most 16 more)"
-    );
+    let [plain_bytes, annotated_bytes] = memory;
+    if is_measuring() {
+        let result = format!(
+            "{} times the time and {} times the bytes without `A` ({annotated:.2} µs, \
+             {:.1} bytes more; goal: 16)",
+            ratio(annotated / plain),
+            ratio(annotated_bytes / plain_bytes),
+            annotated_bytes - plain_bytes
+        );
+        print_row("history", "states with annotations", &result);
+    }
 }
 
-fn print_pushes(pushes: &[Duration]) {
+fn print_pushes(pushes: &[Duration], copies: Duration) {
     let mean_time = mean(microseconds(pushes.iter().sum()), pushes.len());
-    println!("history/push: {mean_time:.2} µs mean (at most 3)");
-    // The two kinds are reported separately, because the system may interrupt any push, but
-    // compression always takes time.
-    for (kind, compresses) in [("with compression", true), ("without compression", false)] {
-        let mut pushes: Vec<_> = pushes
-            .iter()
-            .enumerate()
-            .filter(|(number, _)| (number % BLOCK_STATES == 0) == compresses)
-            .map(|(_, push)| microseconds(*push))
-            .collect();
-        pushes.sort_by(f64::total_cmp);
-        let (median, longest) = (pushes[pushes.len() / 2], pushes[pushes.len() - 1]);
-        let stalls = pushes.iter().filter(|&&push| push > 2000.0).count();
-        println!(
-            "history/push {kind}: {median:.2} µs median, {longest:.0} µs maximum, \
-             {stalls} of {} over 2 ms",
-            pushes.len()
-        );
-    }
+    let compressing: Vec<_> =
+        pushes.iter().step_by(BLOCK_STATES).map(|push| microseconds(*push)).collect();
+    let longest = pushes.iter().max().copied().unwrap_or_default();
+    let result = format!(
+        "{} times a copy of the state (mean {mean_time:.2} µs; goal: 3); {:.0} µs with compression \
+         (median); at most {:.0} µs",
+        ratio(pushes.iter().sum::<Duration>().as_secs_f64() / copies.as_secs_f64()),
+        median(&compressing),
+        microseconds(longest)
+    );
+    print_row("history", "adding a state", &result);
 }
 
 fn print_reads(history: &History, hashes: &[u64]) {
@@ -242,10 +235,6 @@ fn print_reads(history: &History, hashes: &[u64]) {
     reads.sort();
     let median = microseconds(reads[READS / 2]);
     let p99 = microseconds(reads[READS * 99 / 100]);
-    println!(
-        "history/read at random: {median:.1} µs median (at most 100), {p99:.1} µs 99th percentile"
-    );
-
     let start = Instant::now();
     let mut reader = history.reader();
     let mut read = 0;
@@ -253,11 +242,13 @@ fn print_reads(history: &History, hashes: &[u64]) {
         black_box(state);
         read += 1;
     }
-    let rate = read_rate(read, start.elapsed());
-    println!("history/read in order: {rate:.0} states per second (at least 500000)");
-}
-
-#[expect(clippy::cast_precision_loss, reason = "only printed")]
-fn read_rate(states: usize, time: Duration) -> f64 {
-    states as f64 / time.as_secs_f64()
+    let in_order = mean(microseconds(start.elapsed()), read);
+    if is_measuring() {
+        let result = format!(
+            "{} times a read in order (median {median:.1} µs; goal: 100; 99th percentile {p99:.1} µs; \
+             in order {in_order:.2} µs; goal: 2)",
+            ratio(median / in_order)
+        );
+        print_row("history", "reading any state", &result);
+    }
 }

@@ -5,10 +5,11 @@ mod array_queue;
 #[cfg(feature = "server")]
 mod searches;
 
+use std::fmt::Write;
 use std::hint::black_box;
-use std::iter;
 use std::path::Path;
 use std::time::Instant;
+use std::{env, iter};
 
 use criterion::{BatchSize, Criterion, Throughput};
 use mmsim_formats::Catalogue;
@@ -90,13 +91,26 @@ impl<'a, T> Row<'a, T> {
 }
 
 /// The number of rounds. Each round measures every function in the comparison.
-const ROUNDS: usize = 51;
+const ROUNDS: usize = 21;
 /// How many times each round calls each function.
 const INPUTS: u32 = 1000;
 
+/// Returns whether to measure, and not only to check the answers: `cargo bench` measures,
+/// `cargo bench -- --test` and `cargo test --benches` do not.
+pub fn is_measuring() -> bool {
+    let has_argument = |name: &str| env::args().any(|argument| argument == name);
+    has_argument("--bench") && !has_argument("--test") && !has_argument("--list")
+}
+
+/// Prints a row of the table in README.md, which the script `table` collects.
+pub fn print_row(benchmark: &str, row: &str, result: &str) {
+    println!("| {benchmark} | {row} | {result} |");
+}
+
 /// Measures each row's function with criterion, on randomly chosen inputs. Then runs several
 /// rounds, each of which measures all functions one after another, so that changes in the machine's
-/// speed affect all rows equally. Prints each row's median time and median ratio to the first row.
+/// speed affect all rows equally. Prints the median time of the first row, and the median ratios of
+/// the other rows to it.
 ///
 /// # Panics
 /// Panics if there are no inputs or no rows.
@@ -114,8 +128,7 @@ pub fn compare<T>(criterion: &mut Criterion, name: &str, inputs: &[T], rows: &[R
         });
     }
     group.finish();
-    let has_argument = |name: &str| std::env::args().any(|argument| argument == name);
-    if has_argument("--bench") && !has_argument("--test") && !has_argument("--list") {
+    if is_measuring() {
         compare_alternately(name, inputs, rows);
     }
 }
@@ -133,13 +146,39 @@ fn compare_alternately<T>(name: &str, inputs: &[T], rows: &[Row<'_, T>]) {
             times.push(start.elapsed().as_secs_f64() / f64::from(INPUTS));
         }
     }
-    println!("{name}, medians of {ROUNDS} alternating rounds:");
-    let first = times[0].clone();
-    for (Row { name, .. }, times) in rows.iter().zip(times) {
-        let ratio =
-            median(&times.iter().zip(&first).map(|(this, first)| this / first).collect::<Vec<_>>());
-        println!("  {name:<32} {:>10.1} ns  {ratio:>6.2} times", median(&times) * 1e9);
+    let mut result = in_units(median(&times[0]));
+    for (Row { name, .. }, others) in rows.iter().zip(&times).skip(1) {
+        let ratio = ratio(median_ratio(others, &times[0]));
+        write!(result, "; {name}: {ratio} times").unwrap();
     }
+    print_row(name, &rows[0].name, &result);
+}
+
+/// Formats a time with its unit and three digits.
+pub fn in_units(seconds: f64) -> String {
+    match seconds {
+        ..1e-6 => format!("{} ns", ratio(seconds * 1e9)),
+        ..1e-3 => format!("{} µs", ratio(seconds * 1e6)),
+        _ => format!("{} ms", ratio(seconds * 1e3)),
+    }
+}
+
+/// Formats a ratio with at least three digits.
+pub fn ratio(number: f64) -> String {
+    let decimals = match number {
+        ..10.0 => 2,
+        ..100.0 => 1,
+        _ => 0,
+    };
+    format!("{number:.decimals$}")
+}
+
+/// Returns the median of the ratios of two measurements, which were taken round by round.
+///
+/// # Panics
+/// Panics if there are no numbers.
+pub fn median_ratio(ours: &[f64], peers: &[f64]) -> f64 {
+    median(&ours.iter().zip(peers).map(|(ours, peer)| ours / peer).collect::<Vec<_>>())
 }
 
 /// Returns the median of the numbers.

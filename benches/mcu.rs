@@ -1,7 +1,7 @@
 //! Counts the instructions of floods, steps and encodings on Cortex-M processors, which QEMU
 //! simulates. The program for these processors is in the folder `mcu`.
 //!
-//! With `--test`, all moves in all mazes are compared with those on this computer, and nothing else
+//! In test mode, all moves in all mazes are compared with those on this computer, and nothing else
 //! is measured.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-use mmsim_benches::{all_mazes, classic_mazes};
+use mmsim_benches::{all_mazes, classic_mazes, is_measuring, print_row, ratio};
 use mmsim_maze::{KnownMaze, Maze, Step, WyRand};
 use mmsim_solvers::{BundledStrategy, Mouse, Move};
 
@@ -52,6 +52,9 @@ const STRATEGIES: [BundledStrategy; 3] = [
     BundledStrategy::ShortestPathSearch,
 ];
 
+/// The computation that the others are compared with.
+const PEER: &str = "textbook-queue-in-c";
+
 /// The names of the computations in the program, and their names in the table.
 const ROWS: [(&str, &str); 8] = [
     ("flood", "flood"),
@@ -71,13 +74,12 @@ const MAX_STEPS: usize = 2000;
 const MEASURED: usize = 40;
 
 fn main() -> io::Result<()> {
-    let is_test = env::args().any(|argument| argument == "--test");
     if Command::new("qemu-system-arm").arg("--version").output().is_err() {
         assert!(env::var_os("MMSIM_QEMU").is_none(), "qemu-system-arm cannot be run");
         eprintln!("note: qemu-system-arm is not installed, so nothing is measured");
         return Ok(());
     }
-    if is_test {
+    if !is_measuring() {
         let (small, large): (Vec<_>, _) = all_mazes()
             .into_iter()
             .partition(|maze| maze.size().width().max(maze.size().height()) <= 16);
@@ -89,7 +91,7 @@ fn main() -> io::Result<()> {
     let (mut mazes, mut rng) = (classic_mazes(), WyRand::new(1));
     let mixed: Vec<_> =
         (0..MEASURED.min(mazes.len())).map(|_| mazes.swap_remove(rng.index(mazes.len()))).collect();
-    let mut table = BTreeMap::<String, Vec<String>>::new();
+    let mut table = BTreeMap::<String, Vec<[f64; 2]>>::new();
     for board in &BOARDS {
         let counts = board.run(&mixed, &[])?;
         let overhead = counts["nothing"][0][1];
@@ -99,13 +101,15 @@ fn main() -> io::Result<()> {
             let most = counts.iter().map(|&[.., most]| most).max().unwrap_or(0) - overhead;
             let instructions = |ticks: f64| (ticks * board.instructions_per_tick).round();
             let mean = instructions(f64::from(total - runs * overhead) / f64::from(runs));
-            table.entry(name).or_default().push(format!("{mean} / {}", instructions(most.into())));
+            table.entry(name).or_default().push([mean, instructions(most.into())]);
         }
     }
-    println!("| instructions, mean / max | {} |", BOARDS.map(|board| board.core).join(" | "));
-    println!("|---|---|---|---|");
     for (name, label) in ROWS {
-        println!("| {label} | {} |", table[name].join(" | "));
+        let cores = BOARDS.iter().zip(&table[name]).zip(&table[PEER]);
+        let results = cores.map(|((board, [mean, most]), [peer, _])| {
+            format!("{}: {} ({mean}, at most {most})", board.core, ratio(mean / peer))
+        });
+        print_row("mcu", label, &results.collect::<Vec<_>>().join("; "));
     }
     Ok(())
 }

@@ -5,9 +5,9 @@
 
 use std::hint::black_box;
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use mmsim_benches::classic_mazes;
-use mmsim_maze::{Cell, Heading, Maze, WyRand};
+use criterion::{Criterion, criterion_group, criterion_main};
+use mmsim_benches::{Row, classic_mazes};
+use mmsim_maze::{Cell, Heading, Maze};
 use mmsim_solvers::ShortestPath;
 use mmsim_trial::{Action, race_optimum};
 use pathfinding::prelude::{astar, bfs};
@@ -27,19 +27,15 @@ fn compare(criterion: &mut Criterion, name: &str, planners: &[Planner<'_>]) {
             assert_eq!(plan(maze), planners[0].1(maze), "{peer}");
         }
     }
-    let mut group = criterion.benchmark_group(name);
-    group.throughput(Throughput::Elements(1));
-    for (name, plan) in planners {
-        let mut rng = WyRand::new(1);
-        group.bench_function(*name, |b| {
-            b.iter_batched(
-                || &mazes[rng.index(mazes.len())],
-                |maze| black_box(plan(black_box(maze))),
-                BatchSize::SmallInput,
-            );
-        });
-    }
-    group.finish();
+    let rows: Vec<Row<'_, Maze>> = planners
+        .iter()
+        .map(|&(name, plan)| {
+            Row::new(name, move |maze| {
+                black_box(plan(maze));
+            })
+        })
+        .collect();
+    mmsim_benches::compare(criterion, name, &mazes, &rows);
 }
 
 fn cells(criterion: &mut Criterion) {
@@ -55,7 +51,7 @@ fn cells(criterion: &mut Criterion) {
             |cell: &Cell| u16::from(cell.x.abs_diff(to.x)) + u16::from(cell.y.abs_diff(to.y));
         Some(astar(&maze.start().cell, steps, heuristic, |cell| *cell == to)?.1)
     };
-    compare(criterion, "a_star/mixed", &[("mmsim", &ours), ("pathfinding astar", &peer)]);
+    compare(criterion, "plan/cells", &[("mmsim", &ours), ("pathfinding astar", &peer)]);
 }
 
 /// Returns the cells that the robot can reach in one time step.
@@ -90,7 +86,7 @@ fn time_steps(criterion: &mut Criterion) {
     };
     let planners: [Planner<'_>; 3] =
         [("mmsim", &ours), ("pathfinding bfs", &by_bfs), ("pathfinding astar", &by_a_star)];
-    compare(criterion, "race/mixed", &planners);
+    compare(criterion, "plan/race", &planners);
 }
 
 criterion_group!(benches, cells, time_steps);

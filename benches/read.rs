@@ -4,6 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use mmsim_benches::{Row, compare};
 use mmsim_formats::parse_maze;
 use mmsim_generator::{Style, generate};
 use mmsim_maze::{Cell, Heading, Maze, MazeSize, WyRand};
@@ -31,21 +32,23 @@ fn read(criterion: &mut Criterion) {
         let mut random = |_| char::from_digit(rng.below(16), 16).unwrap();
         let random = usual.chars().map(|c| if c == '\n' { c } else { random(c) }).collect();
         let closed = usual.replace(|c| c != '\n', "f");
-        let mut group = criterion.benchmark_group(format!("read/{name}"));
-        for (row, text, is_maze) in [
+        let texts = [
             ("text", maze.to_string(), true),
             ("hex, usual bits", usual, true),
             ("hex, east first", east_first, true),
             ("hex, closed cells", closed, false),
             ("hex, random digits", random, false),
-        ] {
+        ];
+        let rows = texts.map(|(row, text, is_maze)| {
             assert_eq!(
                 parse_maze(text.as_bytes()).is_ok_and(|read| read.walls() == maze.walls()),
                 is_maze
             );
-            group.bench_function(row, |b| b.iter(|| parse_maze(black_box(text.as_bytes()))));
-        }
-        group.finish();
+            Row::new(row, move |()| {
+                let _ = black_box(parse_maze(black_box(text.as_bytes())));
+            })
+        });
+        compare(criterion, &format!("read/{name}"), &[()], &rows);
     }
 }
 

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mmsim_benches::{Row, classic_mazes, compare, serve};
+use mmsim_benches::{Row, classic_mazes, compare, in_units, is_measuring, print_row, serve};
 use mmsim_client::{InMemory, SearchRun, Timeout, Transport, Zmq, search_run};
 use mmsim_fastrun::{Planner, Vehicle};
 use mmsim_maze::{KnownMaze, Maze};
@@ -48,13 +48,8 @@ fn explored<S: Strategy>(maze: &Maze, strategy: S, max_states: u32) -> (Mouse<S>
     (mouse, steps)
 }
 
-/// Prints the mean number of steps until the mice are back at the start.
-fn print_mean(strategy: &str, steps: u32, mazes: u32) {
-    let mean = f64::from(steps) / f64::from(mazes);
-    println!("{strategy}: {mean:.2} steps until back at the start, mean of {mazes} mazes");
-}
-
-/// Asserts that both searches find the best run of each maze and prove it, and prints their steps.
+/// Asserts that both searches find the best run of each maze and prove it, and prints their mean
+/// numbers of steps.
 /// Then measures the time of complete searches of the strategies that count steps.
 fn whole_searches(criterion: &mut Criterion) {
     let mut mazes = classic_mazes();
@@ -68,7 +63,7 @@ fn whole_searches(criterion: &mut Criterion) {
         assert_eq!(mouse.pose().cell, maze.start().cell);
         steps
     });
-    print_mean("shortest-path-search", steps.sum(), count);
+    let steps_to_shortest = steps.sum::<u32>();
 
     let vehicle = Vehicle::expert();
     let mut planner = Planner::new(vehicle.clone());
@@ -86,8 +81,19 @@ fn whole_searches(criterion: &mut Criterion) {
         assert_eq!(mouse.pose().cell, maze.start().cell);
         steps
     });
-    print_mean("fastest-path-search with expert", steps.sum(), count);
-    println!("{:.1?} per step, mean of all mazes", time_per_step / count);
+    let steps_to_fastest = steps.sum::<u32>();
+    if is_measuring() {
+        print_row(
+            "search/proof",
+            "fastest-path-search, expert",
+            &format!(
+                "{:.2} times the steps of shortest-path-search ({:.0}); {} per step",
+                f64::from(steps_to_fastest) / f64::from(steps_to_shortest),
+                f64::from(steps_to_fastest) / f64::from(count),
+                in_units((time_per_step / count).as_secs_f64())
+            ),
+        );
+    }
 
     let baseline = Row::new("shortest-path-search", |maze: &Maze| {
         black_box(explored(maze, ShortestPathSearch::new(), 10_000).1);

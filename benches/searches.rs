@@ -26,14 +26,6 @@ pub struct Searches<'m> {
 }
 
 impl<'m> Searches<'m> {
-    /// The number of strategies.
-    pub const STRATEGIES: usize = BundledStrategy::ALL.len();
-
-    /// Returns the number of searches run so far.
-    pub const fn count(&self) -> usize {
-        self.count
-    }
-
     /// Creates a sequence of searches in these mazes.
     pub const fn new(mazes: &'m [Maze]) -> Self {
         Self { mazes, rng: WyRand::new(1), count: 0 }

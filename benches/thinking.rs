@@ -2,20 +2,19 @@
 //! keep the processor busy for a while, like real mice that compute their next step. For
 //! comparison, also measures a bare libzmq REP socket.
 //!
-//! Each round measures mmsim and the bare REP socket alternately. Each row of the output shows the
-//! median and the slowest round. On Linux, run the command with `taskset -c 0` to measure on a
-//! single processor.
+//! Each round measures mmsim and the bare REP socket alternately. On Linux, run the command with
+//! `taskset -c 0` to measure on a single processor.
 
 use std::process::{Child, Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{harbour, median};
+use mmsim_benches::{harbour, is_measuring, median, median_ratio, print_row};
 use mmsim_server::{Server, Simulation, StopHandle};
 use rustix::time::{ClockId, clock_gettime};
 
 /// How long the clients keep the processor busy before each request, in microseconds.
-const THINKING_US: [u64; 6] = [0, 5, 20, 60, 100, 200];
+const THINKING_US: [u64; 3] = [0, 60, 200];
 
 const ROUNDS: usize = 5;
 /// The number of requests to each server in a round.
@@ -155,7 +154,6 @@ fn has_python() -> bool {
 type Client = fn(&str, Duration) -> f64;
 
 fn main() {
-    let is_test = std::env::args().any(|argument| argument == "--test");
     let mut clients: Vec<(&str, Client)> = vec![("libzmq", libzmq_client)];
     if has_python() {
         clients.push(("Python", python_client));
@@ -163,32 +161,29 @@ fn main() {
         println!("thinking: Python with pyzmq not found, skipping its rows");
     }
     let (thinking, rounds) =
-        if is_test { (&THINKING_US[..1], 1) } else { (&THINKING_US[..], ROUNDS) };
-    println!(
-        "time of a request in µs without thinking time (worst round), and processor time of the \
-         server's thread per request in µs; {} processors",
-        processors()
-    );
+        if is_measuring() { (&THINKING_US[..], ROUNDS) } else { (&THINKING_US[..1], 1) };
     for is_busy in [false, true] {
         let _processes = is_busy.then(BusyProcesses::start);
         let load = if is_busy { "busy machine" } else { "idle machine" };
         for (name, client) in &clients {
+            let mut results = Vec::new();
             for &thinking_us in thinking {
-                let mut ours = Vec::new();
-                let mut bare = Vec::new();
+                let (mut ours, mut bare, mut server) = (Vec::new(), Vec::new(), Vec::new());
                 for _ in 0..rounds {
-                    ours.push(round(TimedServer::mmsim(), *client, thinking_us));
-                    bare.push(round(TimedServer::libzmq(), *client, thinking_us));
+                    let (time, processor_time) = round(TimedServer::mmsim(), *client, thinking_us);
+                    ours.push(time);
+                    server.push(processor_time);
+                    bare.push(round(TimedServer::libzmq(), *client, thinking_us).0);
                 }
-                let server: Vec<f64> =
-                    ours.iter().map(|(_, processor_time)| *processor_time).collect();
-                println!(
-                    "thinking/{name:<6} {thinking_us:>3} µs, {load}: mmsim {}, bare REP {}, \
-                     server {:4.1}",
-                    summary(&ours),
-                    summary(&bare),
+                results.push(format!(
+                    "{thinking_us} µs: {:.2} times a bare REP socket ({:.0} µs; server {:.0} µs)",
+                    median_ratio(&ours, &bare),
+                    median(&ours),
                     median(&server)
-                );
+                ));
+            }
+            if is_measuring() {
+                print_row(&format!("thinking/{load}"), name, &results.join("; "));
             }
         }
     }
@@ -199,11 +194,4 @@ fn main() {
 fn round(server: TimedServer, client: Client, thinking_us: u64) -> (f64, f64) {
     let time = client(&server.address, Duration::from_micros(thinking_us));
     (time, server.stop().as_secs_f64() * 1e6 / f64::from(REQUESTS))
-}
-
-/// Formats the median and the maximum of the round-trip times.
-fn summary(rounds: &[(f64, f64)]) -> String {
-    let times: Vec<f64> = rounds.iter().map(|(time, _)| *time).collect();
-    let worst = times.iter().copied().fold(0.0, f64::max);
-    format!("{:6.1} ({worst:7.1})", median(&times))
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use mmsim_benches::{Searches, classic_mazes, harbour};
+use mmsim_benches::{Searches, classic_mazes, harbour, is_measuring, print_row};
 use mmsim_maze::{KnownMaze, Maze, MazeSize, WyRand};
 use mmsim_protocol::{MapState, Order, state_bytes};
 use mmsim_server::{Server, Simulation};
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 /// The number of rounds. Each round measures the request rate first without and then with load on
 /// the viewer.
-const ROUNDS: usize = 61;
+const ROUNDS: usize = 31;
 /// The number of round trips in each measurement.
 const TRIPS: usize = 2_000;
 
@@ -184,7 +184,7 @@ fn simulation_of_searches(mazes: &[Maze], count: usize) -> Simulation {
     simulation
 }
 
-/// Prints the time to open a page that shows a history of `count` states, and the time to fetch a
+/// Measures the time to open a page that shows a history of `count` states, and the time to fetch a
 /// random state.
 fn scrub(mazes: &[Maze], count: usize) {
     let simulation = simulation_of_searches(mazes, count);
@@ -201,36 +201,40 @@ fn scrub(mazes: &[Maze], count: usize) {
         assert!(!page.get(&format!("/api/sources/live{path}")).is_empty());
     }
     page.draw(1, count - 1);
-    println!("watched/open: {:.1} ms for {count} states", start.elapsed().as_secs_f64() * 1e3);
+    let open = start.elapsed().as_secs_f64() * 1e3;
     let times = indices.iter().zip(expected).map(|(&index, expected)| {
         let start = Instant::now();
         assert_eq!(Some(page.draw(1, index)), expected);
         start.elapsed().as_secs_f64() * 1e3
     });
     let (median, min, max) = summarize(times.collect());
-    println!("watched/scrub: {median:.2} ms to any state (median; {min:.2} to {max:.2})");
+    if is_measuring() {
+        print_row(
+            "watched/open",
+            &format!("page with {count} states"),
+            &format!(
+                "{:.1} times the time to fetch any state ({open:.1} ms; {median:.2} ms, {min:.2} \
+                 to {max:.2})",
+                open / median
+            ),
+        );
+    }
     viewer.stop();
     server.stop().unwrap();
 }
 
 fn main() {
-    let is_test = std::env::args().any(|argument| argument == "--test");
-    let (trips, rounds, count) = if is_test { (500, 1, 5000) } else { (TRIPS, ROUNDS, 1_000_000) };
-    let filter = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
-    let is_selected = |row: &str| filter.as_ref().is_none_or(|filter| row.contains(filter));
-    for (row, load) in [("S", follow as Load), ("S while GIFs are drawn", request_gifs)] {
-        if !is_selected(row) {
-            continue;
-        }
+    let (trips, rounds, count) =
+        if is_measuring() { (TRIPS, ROUNDS, 1_000_000) } else { (500, 1, 5000) };
+    for (row, load) in
+        [("page that follows the search", follow as Load), ("two GIFs", request_gifs)]
+    {
         let (median, min, max) = compare(trips, rounds, load);
-        if !is_test {
-            println!(
-                "watched/{row}: {median:.3} of the rate without viewers \
-                 (median of {rounds} rounds, {min:.3} to {max:.3}; at least 0.9)"
-            );
+        if is_measuring() {
+            let result =
+                format!("{median:.2} of the rate without it ({min:.2} to {max:.2}; goal: 0.9)");
+            print_row("watched/S", row, &result);
         }
     }
-    if is_selected("open scrub") {
-        scrub(&classic_mazes(), count);
-    }
+    scrub(&classic_mazes(), count);
 }
