@@ -20,7 +20,8 @@ pub struct PhaseReport {
     pub fast_run: Option<RunReport>,
     /// The best complete fast run, or `None` if there is none.
     pub best_run: Option<RunReport>,
-    /// All runs together. The time is that since the first state.
+    /// All runs together. The time never falls from state to state. It contains no turns in the start
+    /// cell before a fast run.
     pub total: RunReport,
     /// The number of fast runs that have begun.
     pub fast_runs: u32,
@@ -72,10 +73,10 @@ impl PhaseReport {
             _ => fast(run),
         });
         let total = phases.total;
-        let explored = fast_run.map_or([total.steps, total.turns], |run| {
-            [total.steps - run.steps, total.turns - run.turns]
-        });
-        let explored = clock.as_ref().map(|it| it.search_time(explored[0], explored[1]));
+        let driven = fast_run.unwrap_or_default();
+        // The turns of a fast run include those in the start cell.
+        let turns = total.turns - driven.turns - u64::from(phases.turns_at_start);
+        let explored = clock.as_ref().map(|it| it.search_time(total.steps - driven.steps, turns));
         let last = fast_run.map_or(Some(0.0), |run| run.time_s);
         Self {
             search_run: search(phases.search_run, &clock),
@@ -162,6 +163,8 @@ impl PhaseLog {
 #[cfg(test)]
 mod tests {
     use mmsim_fastrun::Vehicle;
+    use mmsim_maze::{Heading, Maze, Walls};
+    use proptest::prelude::*;
 
     use super::*;
 
@@ -204,5 +207,37 @@ mod tests {
         );
         let untimed = PhaseReport::new(&phases, None, cells, |_, _| 0.0);
         assert!(untimed.rows().iter().all(|(_, run)| run.time_s.is_none()));
+    }
+
+    proptest! {
+        #[test]
+        fn the_total_time_never_falls(
+            (start, goal) in (any::<(u8, u8)>(), any::<(u8, u8)>()),
+            moves in prop::collection::vec((0u8..8, 0usize..4), 1..80),
+        ) {
+            let size = MazeSize::new(4, 3).unwrap();
+            let cell = |(x, y): (u8, u8)| Cell::new(x % size.width(), y % size.height());
+            let goals = [cell(goal)].into_iter().collect();
+            let maze = Maze::new(Walls::open(size), cell(start), goals);
+            prop_assume!(maze.is_ok());
+            let maze = maze.unwrap();
+            let mut log = PhaseLog::new(MovementRules::from_maze(&maze));
+            let mut planner = Planner::new(Vehicle::expert());
+            let (mut pose, mut before) = (maze.start(), 0.0);
+            log.add(pose);
+            for (kind, heading) in moves {
+                let heading = Heading::ALL[heading];
+                pose = match kind {
+                    0 => maze.start(),
+                    1..4 => Pose::new(pose.cell, heading),
+                    _ => Pose::new(size.neighbour(pose.cell, heading).unwrap_or(pose.cell), heading),
+                };
+                log.add(pose);
+                let report = log.report(&mut planner, size, |_, _| 0.0).unwrap();
+                let Some(time) = report.total.time_s else { continue };
+                prop_assert!(time >= before, "{} s after {} s: {:?}", time, before, log.phases);
+                before = time;
+            }
+        }
     }
 }

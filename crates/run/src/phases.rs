@@ -65,7 +65,7 @@ pub struct Phases {
     /// All steps and turns.
     pub total: MotionCount,
     /// The number of quarter turns in the start cell since the last return run.
-    turns_at_start: u32,
+    pub(crate) turns_at_start: u32,
 }
 
 /// The phase in which a mouse is.
