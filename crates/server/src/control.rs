@@ -17,6 +17,8 @@ pub(crate) struct Control {
     pub(crate) has_client: AtomicBool,
     /// True if a client has sent the newest state or the newest `reset`.
     pub(crate) has_client_states: AtomicBool,
+    /// True if the states are recorded.
+    pub(crate) is_recorded: AtomicBool,
     /// The number of requests with annotations.
     pub(crate) annotations: AtomicU64,
     /// True while only this program may search the maze.
@@ -33,6 +35,7 @@ impl Control {
             status: StatusCell::default(),
             has_client: AtomicBool::new(false),
             has_client_states: AtomicBool::new(false),
+            is_recorded: AtomicBool::new(false),
             annotations: AtomicU64::new(0),
             is_reserved: AtomicBool::new(false),
             is_stopping: AtomicBool::new(false),

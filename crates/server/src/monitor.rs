@@ -18,7 +18,8 @@ pub(crate) type Query = Box<dyn FnOnce(&mut SimulationService<'_>) + Send>;
 
 /// Reads the simulation of a running server. A monitor can also replace the maze.
 ///
-/// [`status`](Self::status), [`annotations`](Self::annotations), [`has_client`](Self::has_client) and
+/// [`status`](Self::status), [`unsaved_states`](Self::unsaved_states),
+/// [`annotations`](Self::annotations), [`has_client`](Self::has_client) and
 /// [`has_client_states`](Self::has_client_states) do not wait for the server's thread. All other
 /// methods send queries, which the server's thread runs between requests. A query takes microseconds. A
 /// slow caller never delays a search.
@@ -65,6 +66,13 @@ impl Monitor {
     /// server is not running yet.
     pub fn status(&self) -> Status {
         self.control.status.read()
+    }
+
+    /// Returns the number of states that a reset deletes: all states of the current run, or none if the
+    /// server records them. It refuses states that it cannot record.
+    pub fn unsaved_states(&self) -> usize {
+        let is_recorded = self.control.is_recorded.load(Ordering::Acquire);
+        if is_recorded { 0 } else { self.status().states }
     }
 
     /// Returns a description of the served simulation.

@@ -48,6 +48,7 @@ impl<'s> SimulationService<'s> {
         control: &'s Control,
     ) -> Self {
         let (clock, times) = (Clock::start(), Times::new(TICK_NS));
+        control.is_recorded.store(recorder.is_some(), Ordering::Release);
         let service = Self {
             simulation,
             times,

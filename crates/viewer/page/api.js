@@ -15,7 +15,7 @@ const MAX_KEPT_STATES = 20_000;
  * @typedef {{ options: string, width: number, height: number, shortest_path: number | null, drawing: string, picture: string }} MazeReading
  * @typedef {{ goal_reached: boolean, ending: string, error: string | null, text: string }} Outcome
  * @typedef {{ mouse: string, own: boolean, kind: "mms" | "client" | null, reason: string, outcome: Outcome | null }} MouseStatus
- * @typedef {{ run: number | null, states: number | null, annotations: number | null, maze: string | null,
+ * @typedef {{ run: number | null, states: number | null, unsaved_states: number, annotations: number | null, maze: string | null,
  *   mouse_status: MouseStatus | null, pace: number | null, paused: boolean, client: boolean, recordings: number, server: string, opened: string[] }} ServerEvent
  * @typedef {{ id: string, run: number, title: string, maze: string, width: number, height: number, vehicle: string,
  *   start: [number, number], goals: [number, number][], states: number, truth: boolean,

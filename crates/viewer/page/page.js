@@ -113,17 +113,12 @@ function showExported() {
   for (const part of document.querySelectorAll("aside section")) part.setAttribute("inert", "");
 }
 
-/** Returns the number of states that a reset deletes. Recorded states are in a file. */
-function unsavedStates() {
-  return info.records ? 0 : (panels.get(LIVE)?.states ?? lastEvent?.states ?? 0);
-}
-
 /** Returns the panel of the live simulation, which is opened if the user has closed it. */
 function showLive() {
   if (!info.live || panels.has(LIVE)) return panels.get(LIVE);
   const live = openPanel(LIVE);
   if (info.own) live.hint = `${info.own} has not reported a state yet.`;
-  runForm = new RunForm(live.element, info, unsavedStates);
+  runForm = new RunForm(live.element, info);
   if (lastEvent) updateLive(lastEvent);
   return live;
 }

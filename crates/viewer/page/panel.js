@@ -106,11 +106,6 @@ export class Panel {
     void this.#draw(); // also retries a draw that failed while the connection was lost
   }
 
-  /** The number of states of the newest run, which the panel may not have loaded yet. */
-  get states() {
-    return this.#hasNewRun ? (this.#latest?.states ?? 0) : this.timeline.states;
-  }
-
   /** Requests the shown state again, with the times of another vehicle. */
   retime() {
     this.#mustRetime = true;

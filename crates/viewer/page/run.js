@@ -11,20 +11,20 @@ export class RunForm {
   #form;
   #own;
   #isTrial;
-  #unsavedStates;
+  /** The number of states that a reset deletes. */
+  #unsavedStates = 0;
   #buttons;
   #strategy;
   #shown = "";
   /** The last event. @type {Pick<api.ServerEvent, "mouse_status" | "paused" | "client">} */
   #event = { mouse_status: null, paused: false, client: false };
 
-  /** @param {HTMLElement} panel @param {api.PageInfo} info @param {() => number} unsavedStates */
-  constructor(panel, { strategies, own, trial }, unsavedStates) {
+  /** @param {HTMLElement} panel @param {api.PageInfo} info */
+  constructor(panel, { strategies, own, trial }) {
     const form = query(panel, "form.run", HTMLFormElement);
     this.#form = form;
     this.#own = own;
     this.#isTrial = trial;
-    this.#unsavedStates = unsavedStates;
     /** @param {string} name @param {() => Promise<unknown>} act */
     const button = (name, act) =>
       buttonOf(form, name, () => {
@@ -57,7 +57,7 @@ export class RunForm {
   async #runAgain() {
     const warning = "Another client is searching the maze. It will lose its states.";
     const isSearching = this.#event.client && !(this.#isRunning && this.#event.mouse_status?.own);
-    const states = isSearching ? this.#unsavedStates() : 0;
+    const states = isSearching ? this.#unsavedStates : 0;
     if (states > 0 && !(await confirmAction("Run", this.#own ?? "", states, { warning }))) return;
     await api.act("run-again");
   }
@@ -66,7 +66,7 @@ export class RunForm {
     clearError();
     const strategy = this.#strategy.value;
     // The states of a bundled strategy are deleted without confirmation, since another run reproduces them.
-    const states = this.#event.mouse_status && !this.#event.mouse_status.own ? 0 : this.#unsavedStates();
+    const states = this.#event.mouse_status && !this.#event.mouse_status.own ? 0 : this.#unsavedStates;
     if (states > 0 && !(await confirmAction("Run", strategy, states))) return;
     api.runStrategy(strategy).catch(showError);
   }
@@ -77,7 +77,7 @@ export class RunForm {
    * @returns {Promise<"" | "confirm" | "run">} "run" to run the user's own mouse there
    */
   async confirmMaze(maze) {
-    const states = this.#unsavedStates();
+    const states = this.#unsavedStates;
     const running = this.#isRunning ? this.#event.mouse_status?.mouse : undefined;
     if (states === 0 && !running) return "confirm";
     const warning = running ? `${running} is running. It will be stopped, because its map belongs to the old maze.` : "";
@@ -89,7 +89,8 @@ export class RunForm {
   }
 
   /** @param {api.ServerEvent} event */
-  show({ mouse_status: mouse, paused, client }) {
+  show({ mouse_status: mouse, paused, client, unsaved_states: unsaved }) {
+    this.#unsavedStates = unsaved;
     const shown = JSON.stringify([mouse, paused, client]);
     if (shown === this.#shown) return;
     this.#shown = shown;

@@ -435,30 +435,48 @@ fn bundled_mice_do_not_disturb_a_client() {
     watched.stop();
 }
 
-#[test]
-fn changes_are_sent_as_events() {
-    let watched = WatchedServer::new("127.0.0.1", None);
+/// Returns a function that waits until the stream of events has contained a text.
+fn events(watched: &WatchedServer) -> impl FnMut(&str) + use<> {
     let mut stream = watched.connect();
     write!(stream, "GET /events HTTP/1.1\r\nhost: {}\r\n\r\n", watched.host).unwrap();
     let (mut received, mut buffer) = (String::new(), [0; 4096]);
-    let mut wait_until_received = |text: &str| {
+    move |text| {
         while !received.contains(text) {
             let count = stream.read(&mut buffer).unwrap();
             assert_ne!(count, 0, "the stream ended before {text}: {received}");
             received += std::str::from_utf8(&buffer[..count]).unwrap();
         }
-    };
+    }
+}
+
+#[test]
+fn only_states_that_are_not_recorded_are_unsaved() {
+    let folder = tempfile::tempdir().unwrap();
+    for (recordings, unsaved) in [(None, 3), (Some(folder.path()), 0)] {
+        let watched = WatchedServer::new("127.0.0.1", recordings);
+        let mut wait_until_received = events(&watched);
+        watched.send_states(3);
+        wait_until_received(&format!(r#""states":3,"unsaved_states":{unsaved},"#));
+        drop(wait_until_received);
+        watched.stop();
+    }
+}
+
+#[test]
+fn changes_are_sent_as_events() {
+    let watched = WatchedServer::new("127.0.0.1", None);
+    let mut wait_until_received = events(&watched);
     wait_until_received(concat!(
-        r#","run":1,"states":0,"annotations":0,"maze":"a/small.txt","mouse_status":null,"pace":20.0,"paused":false,"#,
+        r#","run":1,"states":0,"unsaved_states":0,"annotations":0,"maze":"a/small.txt","mouse_status":null,"pace":20.0,"paused":false,"#,
         r#""client":false,"recordings":2,"opened":[]}"#
     ));
     watched.send_states(3);
-    wait_until_received(r#""states":3"#);
+    wait_until_received(r#""states":3,"unsaved_states":3"#);
     assert_eq!(ask(&connect(&watched.server, zmq::REQ), b"At"), b"ok");
     wait_until_received(r#""annotations":1"#);
     watched.post("/api/maze", &json!({"path": "closed.txt"}));
     wait_until_received(
-        r#","run":2,"states":0,"annotations":1,"maze":"closed.txt","mouse_status":null"#,
+        r#","run":2,"states":0,"unsaved_states":0,"annotations":1,"maze":"closed.txt","mouse_status":null"#,
     );
     wait_until_received(r#""client":false"#);
     watched.act(&json!({"action": "pause"}));

@@ -106,6 +106,8 @@ struct ServerEvent {
     server_id: String,
     run: Option<u32>,
     states: Option<usize>,
+    /// The number of states that a reset deletes.
+    unsaved_states: usize,
     /// The number of requests with annotations that the server has answered.
     annotations: Option<u64>,
     maze: Option<String>,
@@ -134,6 +136,7 @@ impl ServerEvent {
             server_id: state.server_id.clone(),
             run: status.map(|status| status.run),
             states: status.map(|status| status.states),
+            unsaved_states: live.map_or(0, |live| live.monitor.unsaved_states()),
             annotations: live.map(|live| live.monitor.annotations()),
             maze: live.map(LiveServer::maze),
             mouse_status: live.and_then(LiveServer::mouse_status),
@@ -210,6 +213,7 @@ mod tests {
             server_id: "a".into(),
             run: Some(1),
             states: Some(states),
+            unsaved_states: states,
             annotations: Some(0),
             maze: None,
             mouse_status: None,
