@@ -99,7 +99,7 @@ function showPhases(panel, phases) {
  * Shows what the mouse has achieved until the last state, and offers the state that shows why it failed.
  * @param {HTMLElement} panel @param {import("./api.js").RunResult} result @param {StateView} view @param {(index: number) => void} seek
  */
-export function showResult(panel, result, { optimistic_distance: possible, fastest_run: bounds }, seek) {
+export function showResult(panel, result, { at, optimistic_distance: possible, fastest_run: bounds }, seek) {
   const { steps_to_goal: goal, repeated_steps: repeated, steps_until_proven: proven, path_found: found, shortest_path: optimum } = result;
   const { error, cause } = result;
   const lines = [goal === null ? `Goal not found${error ? `: ${error}` : ""}` : `Goal found after ${pluralize(goal, "step")}`];
@@ -120,7 +120,7 @@ export function showResult(panel, result, { optimistic_distance: possible, faste
   }
   const items = lines.map((textContent) => Object.assign(document.createElement("li"), { textContent }));
   const state = cause?.state;
-  if (state !== undefined) {
+  if (state !== undefined && state !== at) {
     const button = Object.assign(document.createElement("button"), { name: "show-cause", textContent: "Show this state" });
     button.onclick = () => seek(state);
     items[0].append(" ", button);

@@ -68,6 +68,8 @@ export class Panel {
   #announced = -1;
   /** The highlighted cell, y * width + x. @type {number | null} */
   #cell = null;
+  /** Index of the state that shows why the mouse failed, or -1. */
+  #failedAt = -1;
   /** The size of the maze, such as `16 × 16`. */
   #size = "";
 
@@ -159,7 +161,7 @@ export class Panel {
     this.source = source;
     this.#size = `${source.width} × ${source.height}`;
     this.shown = null;
-    this.#settled = this.#announced = -1;
+    this.#settled = this.#announced = this.#failedAt = -1;
     this.#overview.clear();
     this.#map = new MazeMap(drawing, source, this.#style);
     this.#viewport.install(this.#map.svg, source);
@@ -248,7 +250,11 @@ export class Panel {
     }
     this.timeline.show();
     showFigures(this.element, this.source, shown?.view);
-    if (!this.#isAtEnd) query(this.element, ".outcome").hidden = true;
+    if (!this.#isAtEnd) {
+      // The state that shows why the mouse failed has only the first line of the result, which says so.
+      query(this.element, ".outcome").hidden = shown?.index !== this.#failedAt;
+      query(this.element, ".outcome").classList.add("at-failure");
+    }
     this.#showCell();
     setAttributes(this.element, { "data-index": shown?.index ?? "" });
     this.#showSlowly();
@@ -330,7 +336,10 @@ export class Panel {
     return this.shown !== null && this.shown.index === this.timeline.states - 1;
   }
 
-  /** Shows what the mouse has achieved, in the last state. */
+  /**
+   * Shows what the mouse has achieved, in the last state. If the mouse has failed, moves to the state that shows why,
+   * unless the user has chosen the shown state.
+   */
   async #showResult() {
     const { source, shown } = this;
     if (!source || !shown || !this.#isAtEnd || shown.view.trial || this.timeline.states > MAX_RESULT_STATES) return;
@@ -338,6 +347,11 @@ export class Panel {
     if (!result || shown !== this.shown) return;
     showResult(this.element, result, shown.view, (index) => this.timeline.seek(index));
     query(this.element, ".outcome").hidden = false;
+    query(this.element, ".outcome").classList.remove("at-failure");
+    this.#failedAt = result.cause?.state ?? -1;
+    const { following, isChosen } = this.timeline;
+    const isElsewhere = this.#failedAt >= 0 && this.#failedAt !== shown.index;
+    if (isElsewhere && following && !isChosen) this.timeline.moveLinked(this.#failedAt);
   }
 
   /** Makes the export links save the shown state, layers and theme. */

@@ -24,6 +24,8 @@ const UNLIMITED_PLAYBACK = { seconds: 3, minRate: 2560 };
 
 export class Timeline {
   following = true;
+  /** True if the user has chosen the shown state, even the newest one. */
+  isChosen = false;
   playing = false;
   states = 0;
   /** Called when the user or playback moves to another state. */
@@ -84,7 +86,7 @@ export class Timeline {
   start(states) {
     this.states = states;
     this.axis.start(states);
-    this.playing = false;
+    this.playing = this.isChosen = false;
     this.#moveTo(true, 0);
   }
 
@@ -92,7 +94,10 @@ export class Timeline {
   grow(states) {
     if (states <= this.states) return; // an older event, received late
     this.states = states;
-    if (this.following) return this.#onChange();
+    if (this.following) {
+      this.isChosen = false;
+      return this.#onChange();
+    }
     this.#timer ||= setTimeout(() => {
       this.#timer = 0;
       this.show();
@@ -101,6 +106,7 @@ export class Timeline {
 
   follow() {
     this.playing = false;
+    this.isChosen = true;
     this.onMove();
     this.#moveTo(true, 0);
   }

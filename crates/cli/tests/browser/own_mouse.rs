@@ -67,15 +67,34 @@ const TURNS: [&str; 3] =
     ["sh", "-c", "for turn in 1 2 3 4 5 6 7 8 9 10 11 12; do echo turnRight; read reply; done"];
 
 #[test]
-fn the_page_states_why_a_mouse_failed_and_shows_the_state() {
-    with_mouse(&["--maze", "hedgerow", "--stay"], &TURNS, |browser, _| {
+fn the_page_states_why_a_mouse_failed_and_opens_at_the_state() {
+    let options = ["--maze", "hedgerow", "--stay", "--record", "runs"];
+    with_mouse(&options, &TURNS, |browser, simulator| {
         let live = Panel::live(browser);
         let cause = "turns without leaving (0, 0), since state 0";
         wait_for_result(live, cause);
-        let result = live.part(".outcome:not([hidden]) li");
-        browser.wait_for_text(&result, &format!("Goal not found: {cause}"));
-        live.click(".outcome [name=show-cause]");
-        live.wait_for_state(0);
+        let opens_at_cause = |panel: Panel<'_>| {
+            panel.wait_for_state(0);
+            let result = panel.part(".outcome:not([hidden]) li");
+            browser.wait_for_text(&result, &format!("Goal not found: {cause}"));
+        };
+        opens_at_cause(live);
+        // A user who has gone to another state stays there, and can go back.
+        let button = ".outcome [name=show-cause]";
+        assert!(!is_shown(browser, live, button));
+        let last = simulator.info().states - 1;
+        live.click("[name=follow]");
+        live.wait_for_state(last);
+        let is_visible = "return document.querySelector(arguments[0])?.checkVisibility()";
+        let _: bool = browser.wait_until("a result", is_visible, &[json!(live.part(button))]);
+        assert_eq!(live.data("index"), last.to_string());
+        live.click(button);
+        opens_at_cause(live);
+
+        browser.click("#recordings [name=open]");
+        let recording = Panel { browser, source: "1" };
+        browser.wait_until_exists(&recording.part(".map svg"));
+        opens_at_cause(recording);
     });
 }
 
