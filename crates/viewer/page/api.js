@@ -80,7 +80,7 @@ export function showUnlessOver(error) {
 
 /** The run of an exported page. */
 const exported = isExported ? new EmbeddedRun(document) : null;
-/** The runs that the page keeps, by the ID of their source. @type {Map<string, { run: number, states: number, data: EmbeddedRun }>} */
+/** The runs that the page keeps, by the ID of their source. @type {Map<string, { run: number, states: number, vehicle: string, data: EmbeddedRun }>} */
 const kept = new Map();
 let isConnected = true;
 
@@ -95,16 +95,17 @@ export const isKept = (source) => source !== null && kept.get(source.id)?.run ==
 export const isShowable = (source) => isConnected || isKept(source);
 
 /**
- * Keeps a whole run, so that the page can show it without the server. Returns the number of its states, or null if the
- * server cannot be reached or the run is too long.
- * @param {Source} source @param {number} states @param {AbortSignal} signal
+ * Keeps a whole run with the times of a vehicle, so that the page can show it without the server. Returns the number of
+ * its states, or null if the server cannot be reached or the run is too long.
+ * @param {Source} source @param {number} states @param {string} vehicle @param {AbortSignal} signal
  */
-export async function keep(source, states, signal) {
-  if (isKept(source) && kept.get(source.id)?.states === states) return states;
+export async function keep(source, states, vehicle, signal) {
+  const old = kept.get(source.id);
+  if (isKept(source) && old?.states === states && old.vehicle === vehicle) return states;
   if (isOffline() || states > MAX_KEPT_STATES) return null;
-  const text = await (await request(sourceUrl(source, "data.html"), { signal })).text();
+  const text = await (await request(sourceUrl(source, "data.html", { vehicle }), { signal })).text();
   const data = new EmbeddedRun(new DOMParser().parseFromString(text, "text/html"));
-  kept.set(source.id, { run: source.run, states, data });
+  kept.set(source.id, { run: source.run, states, vehicle, data });
   return states;
 }
 

@@ -65,6 +65,7 @@ export class FastRun {
     this.#chart = new FastRunChart(this.#area, this.#player.axis, (time) => this.#player.seek(time));
     this.#vehicle = query(this.#details, "[name=vehicle]", HTMLSelectElement);
     this.#vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
+    this.#vehicle.disabled = vehicles.length === 1; // an exported page has the times of one vehicle
     this.#vehicle.onchange = () => {
       remember("vehicle", this.#vehicle.value);
       document.dispatchEvent(new Event("vehicle"));

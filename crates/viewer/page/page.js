@@ -15,9 +15,9 @@ import { RunForm } from "./run.js";
 
 const LIVE = "live";
 /** The parts of the page that need the server. */
-const NEEDS_SERVER = "aside section, .run, .export, [name=close], #show-live, #compare";
+const NEEDS_SERVER = "aside section, .run, .export, [name=close], #show-live, #compare, [name=vehicle]";
 /** The parts of a panel that need the server, unless the page keeps the run. */
-const NEEDS_RUN = ".history, .log, [name=vehicle]";
+const NEEDS_RUN = ".history, .log";
 
 /** @type {Map<string, Panel>} */
 const panels = new Map();

@@ -327,7 +327,7 @@ export class Panel {
     const started = performance.now();
     const { source, timeline } = this;
     // A server that is busy may send the run later.
-    const states = source && (await api.keep(source, timeline.states, this.#abort.signal).catch(() => null));
+    const states = source && (await api.keep(source, timeline.states, this.#fastRun.vehicleFor(source), this.#abort.signal).catch(() => null));
     if (states && source === this.source) setAttributes(this.element, { "data-kept": states });
     await sleep(KEEP_PAUSE * (performance.now() - started));
   });
@@ -359,9 +359,10 @@ export class Panel {
     if (!this.source) return;
     const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
     const options = { ...this.#layers, theme };
+    const vehicle = this.#fastRun.vehicleFor(this.source);
     for (const link of this.element.querySelectorAll("a[download]")) {
       const resource = link.getAttribute("data-export") ?? "";
-      const parameters = { "recording.mcap": {}, "page.html": {}, "animation.gif": options }[resource] ?? { at: this.shown?.index, ...options };
+      const parameters = { "recording.mcap": {}, "page.html": { vehicle }, "animation.gif": options }[resource] ?? { at: this.shown?.index, ...options };
       if (this.shown) setAttributes(link, { href: api.sourceUrl(this.source, resource, parameters) });
       else link.removeAttribute("href");
       link.ariaDisabled = `${!this.shown}`;

@@ -21,13 +21,12 @@ use base64::write::EncoderWriter;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use mmsim_drawing::page_json;
-use mmsim_fastrun::Planner;
-use mmsim_recording::{Block, LogEnd, Recording};
+use mmsim_fastrun::{Planner, Vehicle};
+use mmsim_recording::{Block, LogEnd, MemoryBudget, Recording};
 use mmsim_run::EndFacts;
 use serde::ser::{SerializeSeq, Serializer as _};
 use serde_json::{Serializer, Value, json};
 
-use crate::app::ViewerConfig;
 use crate::http::assets;
 use crate::http::events::PageInfo;
 use crate::http::jobs::{ApiError, ApiResult, CancelToken};
@@ -39,7 +38,7 @@ use crate::source::{StateSource, fast_runs, pictures, recordings};
 const ID: &str = "1";
 
 /// Writes a recording as one HTML file, which shows the recording in a browser without a server. The
-/// page plays the fast runs of `vehicles`.
+/// first given one of `vehicles`, or the default of the maze, times the runs.
 /// Calls `on_progress` with the number of states that have been written.
 ///
 /// ```
@@ -69,7 +68,8 @@ pub fn export_html(
     on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
     let source = StateSource::recording(title, recording);
-    write(&source, vehicles, Content::Page, out, &CancelToken::default(), on_progress)
+    let vehicle = vehicles.selected(source.current_run()?.1.size);
+    write(&source, vehicle, Content::Page, out, &CancelToken::default(), on_progress)
 }
 
 /// What a file contains.
@@ -86,7 +86,8 @@ pub(crate) fn to_file(
     source: &Arc<StateSource>,
     run: u32,
     content: Content,
-    config: &ViewerConfig,
+    vehicle: Vehicle,
+    budget: &Arc<MemoryBudget>,
     cancel: &CancelToken,
 ) -> ApiResult<File> {
     source.describe(run)?;
@@ -95,13 +96,13 @@ pub(crate) fn to_file(
     } else {
         // The live run may grow or end while it is written.
         let file = io::BufReader::new(recordings::save(source, run, cancel)?);
-        let recording = Recording::read_within(file, &config.budget)
+        let recording = Recording::read_within(file, budget)
             .map_err(|error| ApiError::conflict(format!("cannot export the run: {error}")))?;
         Arc::new(StateSource::recording(&source.describe(run)?.title, recording))
     };
     let written = || -> io::Result<File> {
         let mut file = tempfile::tempfile()?;
-        write(&source, &config.vehicles, content, BufWriter::new(&mut file), cancel, |_| {})?;
+        write(&source, vehicle, content, BufWriter::new(&mut file), cancel, |_| {})?;
         file.rewind()?;
         Ok(file)
     };
@@ -116,24 +117,25 @@ impl From<ApiError> for io::Error {
     }
 }
 
-/// Writes a recording.
+/// Writes a recording with the times of a vehicle.
 fn write(
     source: &StateSource,
-    vehicles: &Vehicles,
+    vehicle: Vehicle,
     content: Content,
     mut out: impl Write,
     cancel: &CancelToken,
     mut on_progress: impl FnMut(usize),
 ) -> io::Result<()> {
-    let (run, description, states) = source.current_run()?;
-    let mut planner = Planner::new(vehicles.selected(description.size));
+    let (run, _, states) = source.current_run()?;
+    let vehicles = Vehicles::only(vehicle.clone());
+    let mut planner = Planner::new(vehicle);
     let (head, tail) = match content {
         Content::Page => assets::document(&title(source)?)?,
         Content::Data => Default::default(),
     };
     out.write_all(head.as_bytes())?;
     element(&mut out, "responses", |out| {
-        Ok(serde_json::to_writer(out, &responses(source, vehicles, cancel)?)?)
+        Ok(serde_json::to_writer(out, &responses(source, &vehicles, cancel)?)?)
     })?;
     element(&mut out, "log", |out| write_log(source, cancel, out))?;
     for first in (0..states).step_by(Block::STATES) {
@@ -244,7 +246,6 @@ pub(crate) mod tests {
     use base64::Engine as _;
     use flate2::read::GzDecoder;
     use mmsim_client::{InMemory, search_run};
-    use mmsim_fastrun::Vehicle;
     use mmsim_maze::{KnownMaze, Maze};
     use mmsim_recording::save;
     use mmsim_server::Simulation;
@@ -373,6 +374,7 @@ pub(crate) mod tests {
         let page_info: Value =
             serde_json::from_str(responses["/api/page"].as_str().unwrap()).unwrap();
         assert_eq!(page_info["opened"], json!(["1"]));
+        assert_eq!(page_info["vehicles"], json!(["kerise"]), "that of the times");
         assert!(page.contains("<title>run.mcap: old quarter – mmsim</title>"));
     }
 
@@ -402,9 +404,9 @@ pub(crate) mod tests {
     #[test]
     fn a_cancelled_export_ends() {
         let source = StateSource::recording("run.mcap", recording());
-        let (vehicles, cancel) = (Vehicles::default(), CancelToken::cancelled());
+        let (vehicle, cancel) = (Vehicle::expert(), CancelToken::cancelled());
         let error =
-            write(&source, &vehicles, Content::Page, io::sink(), &cancel, |_| ()).unwrap_err();
+            write(&source, vehicle, Content::Page, io::sink(), &cancel, |_| ()).unwrap_err();
         assert_eq!(error.to_string(), "request cancelled");
     }
 }

@@ -74,7 +74,7 @@ fn content(panel: Panel<'_>, at: usize) -> String {
         const hasResult = !panel.querySelector('.outcome').hidden;
         if (!isComplete || lines !== arguments[1] || hasResult !== (state === states)) return null;
         const copy = panel.cloneNode(true);
-        for (const part of copy.querySelectorAll('.export, .run, [name=close]')) part.remove();
+        for (const part of copy.querySelectorAll('.export, .run, [name=close], [name=vehicle]')) part.remove();
         delete copy.dataset.kept;
         return copy.outerHTML.replaceAll('><', '>\\n<');";
     let lines = if at < 30 { at + 1 } else { 30 + (at - 30) / 5 + 1 };
@@ -185,10 +185,12 @@ fn the_live_run_is_exported() {
         }
         let live = Panel::live(browser);
         live.wait_for_state(299);
+        live.choose("[name=vehicle]", "ares");
         live.click("[data-export='page.html']");
         let file = downloaded(browser, "html");
         assert_eq!(file.file_name().unwrap(), "oblong-long-meadow.html");
         open(browser, &file);
+        browser.wait_for_text(&panel(browser).part(".phases .vehicle"), "Times of ares");
         for at in [299, 255, 256, 0] {
             panel(browser).slide_to(at);
             panel(browser).assert_shows(&maze, &states[..=at]);

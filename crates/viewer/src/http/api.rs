@@ -94,8 +94,8 @@ fn buffered_routes() -> Vec<Route> {
         ("/api/sources/{id}/fast-runs/{vehicle}", get(true_fast_runs)),
         ("/api/sources/{id}/mouse-fast-runs/{vehicle}", get(mouse_fast_runs)),
         ("/api/sources/{id}/recording.mcap", get(save_recording)),
-        ("/api/sources/{id}/page.html", get(|run| export_run(run, Content::Page))),
-        ("/api/sources/{id}/data.html", get(|run| export_run(run, Content::Data))),
+        ("/api/sources/{id}/page.html", get(|run, timed| export_run(run, timed, Content::Page))),
+        ("/api/sources/{id}/data.html", get(|run, timed| export_run(run, timed, Content::Data))),
         ("/api/recordings", get(recordings::list_recordings)),
         ("/api/recordings/open", post(recordings::open_recording)),
         ("/api/recordings/close", post(recordings::close_recording)),
@@ -259,14 +259,14 @@ async fn state_view(
 }
 
 #[derive(Deserialize)]
-struct TimedResult {
+struct TimedRun {
     /// The name of the vehicle that times the runs, or `None` for that of the source.
     vehicle: Option<String>,
 }
 
 async fn run_result(
     run: RequestedRun,
-    Query(TimedResult { vehicle }): Query<TimedResult>,
+    Query(TimedRun { vehicle }): Query<TimedRun>,
 ) -> ApiResult<Json<Option<RunResult>>> {
     let vehicle = vehicle_for(&run, vehicle)?;
     run.read(move |source, run, cancel| source.result(run, vehicle, cancel)).await
@@ -331,13 +331,17 @@ async fn save_recording(RequestedRun { state, source, run }: RequestedRun) -> Ap
 }
 
 async fn export_run(
-    RequestedRun { state, source, run }: RequestedRun,
+    requested: RequestedRun,
+    Query(TimedRun { vehicle }): Query<TimedRun>,
     content: Content,
 ) -> ApiResult<Response> {
+    let vehicle = vehicle_for(&requested, vehicle)?;
+    let RequestedRun { state, source, run } = requested;
     Arc::clone(&state)
         .exports
         .run(move |cancel| {
-            let file = export::to_file(&source, run, content, &state.config, cancel)?;
+            let file =
+                export::to_file(&source, run, content, vehicle, &state.config.budget, cancel)?;
             // A browser must never show the page as a page of this server.
             download(&source, run, "html", BINARY, read_stream(file))
         })

@@ -50,6 +50,11 @@ impl Vehicles {
         Ok(vehicles)
     }
 
+    /// Returns a single vehicle.
+    pub(crate) fn only(vehicle: Vehicle) -> Self {
+        Self { first: Some(vehicle.clone()), all: vec![vehicle] }
+    }
+
     /// Returns the vehicle that the page selects for a maze of this size.
     pub(crate) fn selected(&self, size: MazeSize) -> Vehicle {
         self.first.clone().unwrap_or_else(|| Vehicle::default_for(size))
