@@ -67,7 +67,7 @@ function showRun(panel, name, run) {
 
 /** Shows what is known about the fastest run. @param {HTMLElement} panel @param {import("./api.js").FastestRun | null | undefined} run */
 function showFastestRun(panel, run) {
-  const time = run?.known_run_time_s == null ? "no run known" : formatTime(run.known_run_time_s);
+  const time = run?.known_run_time_s == null ? "none known" : formatTime(run.known_run_time_s);
   setText(panel, ".fastest-run .known", run ? time : "–");
   setText(panel, ".fastest-run .run-proven", run?.fastest_run_proven ? "proven" : "not proven");
   setText(panel, ".phases .vehicle", run ? `Times of ${run.vehicle}` : "");

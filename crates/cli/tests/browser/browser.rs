@@ -293,6 +293,11 @@ impl Browser {
         self.run("return document.querySelector(arguments[0]).textContent", &[json!(selector)])
     }
 
+    /// Returns a picture of the window as a PNG image.
+    pub(crate) fn picture(&self) -> Vec<u8> {
+        self.wait(self.client.screenshot())
+    }
+
     /// Sends a command of the Chrome `DevTools` protocol.
     pub(crate) fn devtools(&self, command: &str, parameters: &Value) -> Value {
         self.command("goog/cdp/execute", &json!({ "cmd": command, "params": parameters }))

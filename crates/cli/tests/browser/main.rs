@@ -36,6 +36,7 @@ mod offline;
 mod own_mouse;
 mod page;
 mod phases;
+mod picture;
 mod policy;
 mod recordings;
 mod routes;

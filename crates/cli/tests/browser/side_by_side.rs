@@ -99,6 +99,9 @@ fn two_panels_are_side_by_side_and_aligned() {
             resize(browser, size);
             wait_for_layout([live, recording], are_beside);
             assert_no_sideways_scrolling(browser);
+            // Only the panels scroll, except on a phone.
+            let is_page = "return document.documentElement.scrollHeight > innerHeight";
+            assert_eq!(browser.run::<bool>(is_page, &[]), size == PHONE, "{size:?}");
             if size == LAPTOP || size == WIDE {
                 for panel in [live, recording] {
                     assert_in_sight(browser, panel, &parts);
