@@ -75,12 +75,12 @@ export class Chart {
   /** Scales the lines and draws the ticks for the number of states and the width of the axis. */
   #scale() {
     const { last, width } = this.#axis;
-    const max = this.#history.states > 1 ? last + 1 : this.#history.states;
-    const step = tickStep(max, width / (formatNumber(max).length * CHARACTER + GAP));
-    const numbers = Array.from({ length: Math.floor(max / step) }, (_, i) => (i + 1) * step);
-    if (max > 0 && step > 1) numbers.unshift(1);
-    showTicks(query(this.#plot, ".x"), "left", numbers.map((number) => [formatNumber(number), 100 * this.#axis.share(number - 1)]));
-    drawGrid(this.#plot, last, this.#rows, numbers.map((number) => number - 1));
+    const { states } = this.#history;
+    const max = states > 1 ? last : 0;
+    const step = tickStep(Math.max(1, max), width / (formatNumber(max).length * CHARACTER + GAP));
+    const numbers = states > 0 ? Array.from({ length: Math.floor(max / step) + 1 }, (_, i) => i * step) : [];
+    showTicks(query(this.#plot, ".x"), "left", numbers.map((number) => [formatNumber(number), 100 * this.#axis.share(number)]));
+    drawGrid(this.#plot, last, this.#rows, numbers);
   }
 
   /** Describes the distances at a state. Returns "" if there are no states. @param {number} index */
@@ -89,8 +89,8 @@ export class Chart {
     if (states === 0) return "";
     const sample = Math.min(Math.floor(index / stride), optimistic.length - 1);
     const sampled = Math.min(sample * stride, states - 1);
-    const since = sampled === index ? "" : ` (at state ${formatNumber(sampled + 1)})`;
-    return `State ${formatNumber(index + 1)}: ${this.#describe(optimistic[sample], pessimistic[sample])}${since}`;
+    const since = sampled === index ? "" : ` (at state ${formatNumber(sampled)})`;
+    return `State ${formatNumber(index)}: ${this.#describe(optimistic[sample], pessimistic[sample])}${since}`;
   }
 
   /** @param {number | null} optimistic @param {number | null} pessimistic */

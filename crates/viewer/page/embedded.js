@@ -49,7 +49,7 @@ export class EmbeddedRun {
     this.#recent.set(number, views);
     if (this.#recent.size > MAX_BLOCKS) this.#recent.delete([...this.#recent.keys()][0]);
     const view = (await views)[index % BLOCK_STATES];
-    return view ? json(view) : notFound(`state ${formatNumber(index + 1)}`);
+    return view ? json(view) : notFound(`state ${formatNumber(index)}`);
   }
 
   /** @param {number} number @returns {Promise<any[]>} */

@@ -222,7 +222,7 @@ export class FastRun {
     list.dataset.routes = names;
     this.#routes.forEach(({ name, trajectory, error }, i) => {
       const row = /** @type {HTMLElement} */ (list.children[i]);
-      const at = OF_MOUSE.includes(name) ? ` in state ${this.#knownAt + 1}` : "";
+      const at = OF_MOUSE.includes(name) ? ` in state ${this.#knownAt}` : "";
       setAttributes(row, { title: error || ROUTES[name][1] + at });
       setText(row, ".duration", trajectory ? `${trajectory.run.time_s.toFixed(3)} s` : "none");
       const loss = trajectory && fastest > 0 && name !== "fastest" ? 100 * (trajectory.run.time_s / fastest - 1) : null;

@@ -1,6 +1,6 @@
 // @ts-check
 // Links to runs at a state. The fragment of the URL names each run and its state, such as
-// `#server=1a2b&live=3@120&recording=1:search.mcap@85&link=phase`. State numbers start at 1.
+// `#server=1a2b&live=3@120&recording=1:search.mcap@85&link=phase`. States are numbered from 0.
 
 import * as api from "./api.js";
 import { isLinkKind } from "./compare_bar.js";
@@ -26,7 +26,7 @@ export function linkUrl(server, panels, kind) {
   for (const { id, source, shown } of panels) {
     if (!source || !shown) continue;
     const run = id === "live" ? `${source.run}` : `${id}:${source.title}`;
-    parameters.append(id === "live" ? "live" : "recording", `${run}@${shown.index + 1}`);
+    parameters.append(id === "live" ? "live" : "recording", `${run}@${shown.index}`);
   }
   if (kind) parameters.set("link", kind);
   const url = new URL(location.href);
@@ -38,17 +38,17 @@ export function linkUrl(server, panels, kind) {
 /** Returns the link in the fragment of a URL, or null if there is none. @param {string} hash @returns {Link | null} */
 export function parseLink(hash) {
   const parameters = new URLSearchParams(hash.slice(1));
-  const live = /^(\d+)@([1-9]\d*)$/.exec(parameters.get("live") ?? "");
+  const live = /^(\d+)@(\d+)$/.exec(parameters.get("live") ?? "");
   const recordings = parameters.getAll("recording").flatMap((text) => {
-    const [, id, name, state] = /^(\d+):(.*)@([1-9]\d*)$/s.exec(text) ?? [];
-    return state ? [{ id, name, index: Number(state) - 1 }] : [];
+    const [, id, name, state] = /^(\d+):(.*)@(\d+)$/s.exec(text) ?? [];
+    return state ? [{ id, name, index: Number(state) }] : [];
   });
   recordings.splice(MAX_RECORDINGS);
   if (!live && recordings.length === 0) return null;
   const kind = parameters.get("link");
   return {
     server: parameters.get("server") ?? "",
-    live: live && { run: Number(live[1]), index: Number(live[2]) - 1 },
+    live: live && { run: Number(live[1]), index: Number(live[2]) },
     recordings,
     kind: isLinkKind(kind) ? kind : null,
   };

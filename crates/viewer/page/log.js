@@ -147,7 +147,7 @@ export class LogPane {
     const item = document.createElement("li");
     const button = document.createElement("button");
     const [number, content] = [document.createElement("small"), document.createElement("span")];
-    number.textContent = formatNumber(state + 1);
+    number.textContent = formatNumber(state);
     content.textContent = line;
     button.append(number, content);
     button.onclick = () => this.#seek(state);

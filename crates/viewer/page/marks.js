@@ -116,7 +116,7 @@ export class Marks {
     button.append(symbol(kind));
     button.tabIndex = -1; // the keys [ and ] go from event to event
     button.title = lines.join("\n");
-    setAttributes(button, { "aria-label": lines.join(", "), "data-states": events.map(({ index }) => index + 1).join(" ") });
+    setAttributes(button, { "aria-label": lines.join(", "), "data-states": events.map(({ index }) => index).join(" ") });
     button.classList.toggle("several", kind !== "log" && events.length > 1);
     button.onclick = () => {
       // Further clicks show the other events of the mark.
@@ -132,11 +132,11 @@ export class Marks {
 }
 
 /** @param {Event} event */
-const describe = ({ kind, index }) => `${KINDS[kind][0]}, state ${formatNumber(index + 1)}`;
+const describe = ({ kind, index }) => `${KINDS[kind][0]}, state ${formatNumber(index)}`;
 
 /** @param {Event[]} events */
 function describeLog(events) {
-  const [first, last] = [events[0].index + 1, events[events.length - 1].index + 1].map(formatNumber);
+  const [first, last] = [events[0].index, events[events.length - 1].index].map(formatNumber);
   return first === last ? `log lines, state ${first}` : `log lines, states ${first} to ${last}`;
 }
 

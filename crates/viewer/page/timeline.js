@@ -1,6 +1,6 @@
 // @ts-check
-// The player controls, which select the state to show. While following, the newest state is shown. Indices start
-// at 0, but the state numbers on the page start at 1.
+// The player controls, which select the state to show. While following, the newest state is shown. States are
+// numbered from 0, as in all outputs.
 
 import * as api from "./api.js";
 import { Axis } from "./axis.js";
@@ -60,11 +60,11 @@ export class Timeline {
     query(panel, ".jump", HTMLFormElement).onsubmit = (event) => {
       event.preventDefault();
       const text = this.#jump.value.replace(/[g\s]/g, ""); // the shortcut g may be pressed twice
-      const number = /^(\d+|\d{1,3}(,\d{3})+)$/.test(text) ? Number(text.replaceAll(",", "")) : 0;
-      const isValid = number > 0 && number <= this.states;
-      this.#setJumpError(text && !isValid ? `Enter a number from 1 to ${formatNumber(this.states)}.` : "");
+      const number = /^(\d+|\d{1,3}(,\d{3})+)$/.test(text) ? Number(text.replaceAll(",", "")) : -1;
+      const isValid = number >= 0 && number < this.states;
+      this.#setJumpError(text && !isValid ? `Enter a number from 0 to ${formatNumber(this.states - 1)}.` : "");
       if (!isValid) return;
-      this.seek(number - 1);
+      this.seek(number);
       this.#jump.value = "";
       panel.focus({ preventScroll: true }); // the next keys are shortcuts again
     };
@@ -167,7 +167,7 @@ export class Timeline {
   show() {
     const { states, target, following, playing } = this;
     const { first, previous, play, next, follow } = this.#buttons;
-    const position = states ? `State ${formatNumber(target + 1)} of ${formatNumber(states)}` : "No states yet";
+    const position = states ? `State ${formatNumber(target)} of ${formatNumber(states - 1)}` : "No states yet";
     setText(this.#panel, ".position", position);
     setAttributes(this.#slider, { max: Math.max(0, states - 1), "aria-valuetext": position });
     this.#slider.value = `${Math.max(0, target)}`;

@@ -106,17 +106,17 @@ fn each_state_is_above_the_thumb_of_the_slider() {
             let numbers = wait_for("the numbers", || {
                 let numbers = ticks(live, "x");
                 let ends = [&numbers[1], &numbers[numbers.len() - 1]];
-                let expected = ends.map(|&(number, ..)| chart_point(live, number - 1).0);
+                let expected = ends.map(|&(number, ..)| chart_point(live, number).0);
                 ends.iter()
                     .zip(expected)
                     .all(|(end, x)| (end.1 - x).abs() < 0.75)
                     .then_some(numbers)
             });
-            assert!(numbers[0].0 == 1 && numbers.len() > 4, "{numbers:?}");
+            assert!(numbers[0].0 == 0 && numbers.len() > 4, "{numbers:?}");
             let step = numbers[1].0;
             for (i, &(number, x, _)) in numbers.iter().enumerate().skip(1) {
                 assert_eq!(number, i * step);
-                assert_near(x, chart_point(live, number - 1).0, &format!("number {number}"));
+                assert_near(x, chart_point(live, number).0, &format!("number {number}"));
                 assert!(x - numbers[i - 1].1 > 25.0, "{numbers:?}");
             }
             assert!([10, 20, 50, 100].contains(&step), "{step}");
@@ -152,7 +152,7 @@ fn the_chart_shows_the_values_at_a_state() {
                 (open, Some(closed)) if open == closed => format!("{open} steps, proven"),
                 (open, Some(closed)) => format!("{open} to {closed} steps"),
             };
-            let expected = format!("State {}: {values}", at + 1);
+            let expected = format!("State {at}: {values}");
             wait_for(&expected, || (live.text(".timeline .tip") == expected).then_some(()));
             // The line ends at the height of the value.
             let script = "

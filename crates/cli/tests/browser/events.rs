@@ -33,7 +33,7 @@ pub(crate) fn wait_for_marks(live: Panel<'_>, expected: &[String]) {
 }
 
 fn name(what: &str, at: usize) -> String {
-    format!("{what}, state {}", at + 1)
+    format!("{what}, state {at}")
 }
 
 fn press(browser: &Browser, live: Panel<'_>, key: char, at: usize) {

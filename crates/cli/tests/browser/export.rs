@@ -134,7 +134,7 @@ fn an_exported_page_opens_at_the_last_state_and_plays() {
         open(browser, &export(&home, &recording));
         let panel = panel(browser);
         panel.wait_for_state(3);
-        assert_eq!(panel.position(), "State 4 of 4");
+        assert_eq!(panel.position(), "State 3 of 3");
         let title: String = browser.run("return document.title", &[]);
         assert_eq!(title, "run.mcap: oblong-long-meadow – mmsim");
         let hidden = "return [...document.querySelectorAll(arguments[0])]
@@ -164,7 +164,7 @@ fn an_exported_page_opens_at_the_last_state_and_plays() {
         // A link opens the file at a state.
         let page = format!("file://{}", recording.with_extension("html").display());
         browser.open("about:blank");
-        browser.open(&format!("{page}#server=&recording=1:run.mcap@2"));
+        browser.open(&format!("{page}#server=&recording=1:run.mcap@1"));
         panel.wait_for_state(1);
         // Previews of files show pages in a sandbox, without access to any storage.
         let preview = home.write("preview.html", "<iframe sandbox='allow-scripts' src='run.html'>");

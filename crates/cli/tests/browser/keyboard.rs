@@ -113,7 +113,7 @@ fn escape_and_enter_leave_a_field() {
         let [enter, escape, home, end] =
             [Key::Enter, Key::Escape, Key::Home, Key::End].map(char::from);
         browser.press(['g', '1', '2', enter]);
-        live.wait_for_state(11);
+        live.wait_for_state(12);
         browser.press([home]);
         live.wait_for_state(0);
         for keys in [&['g', escape][..], &['g', '9', escape], &['/', 'x', escape, escape]] {
@@ -170,7 +170,7 @@ fn everything_works_without_a_pointer() {
         live.wait_for_state(0);
         browser.press("g12".chars());
         key(Key::Enter);
-        live.wait_for_state(11);
+        live.wait_for_state(12);
         // A field with the focus handles its own keys.
         focus("[name=follow]");
         key(Key::Enter);

@@ -140,7 +140,7 @@ fn links_to_recordings_work_without_a_simulator_and_after_a_restart() {
         browser.open("about:blank");
         browser.open(&format!("{}/#{}", page_address(&replay), fragment.replace("meadow", "gone")));
         wait_for_error(browser, "The recording of this link is not available: ");
-        browser.open(&format!("{}/#live=1@1", page_address(&replay)));
+        browser.open(&format!("{}/#live=1@0", page_address(&replay)));
         wait_for_error(browser, "The live run of this link is not available");
         let errors = browser.take_errors();
         assert!(errors.iter().all(|error| error.message.contains("404")), "{errors:?}");
@@ -163,7 +163,7 @@ fn parts_of_the_address_that_are_no_link_are_ignored() {
             "mazes",
             "live=",
             "live=1",
-            "live=1@0",
+            "live=1@-1",
             "live=x@1",
             "recording=1@2",
             "recording=:@",

@@ -34,7 +34,7 @@ fn wait_until_loaded(browser: &Browser, mazes: usize) -> Vec<Resource> {
     // A state is announced after the chart has been drawn.
     let live = Panel::live(browser);
     wait_for("the announcement", || {
-        live.text(".announcement").starts_with("State 10 of 10").then_some(())
+        live.text(".announcement").starts_with("State 9 of 9").then_some(())
     });
     let script = "
         const list = document.querySelector('#mazes ul').getBoundingClientRect();

@@ -40,7 +40,7 @@ fn lines_and_texts_after_the_last_state_are_shown_with_it() {
         live.wait_for_state(0);
         let text = Annotation::Text { cell: Cell::new(0, 0), text: "end" };
         simulator.send(&annotations(&[Annotation::Log("RESULT"), text]));
-        wait_for_lines(["1first", "1RESULT"]);
+        wait_for_lines(["0first", "0RESULT"]);
         let texts = || {
             live.browser.run::<bool>("return document.querySelector('.texts-layer').hidden", &[])
         };
@@ -48,7 +48,7 @@ fn lines_and_texts_after_the_last_state_are_shown_with_it() {
         // The line belongs to the next state if there is one.
         simulator.send(&TestState::new(1, size).message('C', 'F'));
         live.wait_for_state(1);
-        wait_for_lines(["1first", "2RESULT"]);
+        wait_for_lines(["0first", "1RESULT"]);
     });
 }
 
@@ -65,7 +65,7 @@ fn the_log_follows_the_slider_and_can_be_searched() {
                 .map((line) => [line.textContent, line.ariaCurrent === 'true'])";
             browser.run(script, &[])
         };
-        let log = |number: usize| format!("{}line {number} of the mouse", number + 1);
+        let log = |number: usize| format!("{number}line {number} of the mouse");
         let wait_for_lines = |expected: &[usize], current: Option<usize>| {
             let expected: Vec<_> =
                 expected.iter().map(|&number| (log(number), Some(number) == current)).collect();

@@ -103,7 +103,7 @@ fn the_page_says_that_the_simulator_has_gone_and_recovers() {
                 || !document.querySelector('.log').inert;";
         assert!(!browser.run::<bool>(script, &[]));
         browser.press(['/', 'g', ' ', char::from(Key::Left), char::from(Key::Home)]);
-        assert_eq!(live.position(), "State 2 of 2");
+        assert_eq!(live.position(), "State 1 of 1");
         live.assert_shows(&maze, &states);
         assert!(
             !browser.run::<bool>("return document.querySelector('#error').checkVisibility()", &[])
@@ -161,7 +161,7 @@ fn a_finished_search_outlives_its_simulator() {
         browser.press([' ']);
         live.wait_for_state(last);
         browser.press("g12\u{e007}".chars());
-        live.wait_for_state(11);
+        live.wait_for_state(12);
         browser.press(['f']);
         let duration = live.part("[data-route=fastest] .duration");
         assert_ne!(browser.wait_for_text(&duration, " s"), "none");

@@ -162,7 +162,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Returns the text next to the slider, such as `State 120 of 412`.
+    /// Returns the text next to the slider, such as `State 119 of 411`.
     pub(crate) fn position(&self) -> String {
         self.text(".position")
     }

@@ -39,7 +39,7 @@ fn assert_run(browser: &Browser, live: Panel<'_>, run: &str, states: &[TestState
 }
 
 fn go_to(browser: &Browser, live: Panel<'_>, at: usize) {
-    browser.press(format!("g{}\u{e007}", at + 1).chars());
+    browser.press(format!("g{at}\u{e007}").chars());
     live.wait_for_state(at);
 }
 

@@ -54,7 +54,7 @@ fn each_strategy_runs_and_stops() {
             assert_eq!(live.text(".run .name"), name);
             let states = simulator.info().states;
             live.wait_for_run_state(simulator.run_number(), states - 1);
-            assert_eq!(live.position(), format!("State {states} of {states}"));
+            assert_eq!(live.position(), format!("State {0} of {0}", states - 1));
 
             // Run the strategy at full speed to the goal.
             live.set_pace("no limit");

@@ -31,7 +31,7 @@ fn check_states(browser: &Browser, panel: Panel<'_>, report: &Value) {
     panel.wait_for_state(last);
     let text = |selector: &str| panel.text(selector);
     for at in [last, 0, 1, explore / 2, explore - 1, explore, explore + 1, last - 1, last] {
-        browser.press(format!("g{}{}", at + 1, char::from(Key::Enter)).chars());
+        browser.press(format!("g{}{}", at, char::from(Key::Enter)).chars());
         panel.wait_for_state(at);
         let [first, second] = ["run-1", "run-2"].map(|run| row(browser, panel, run)[0].clone());
         assert_eq!(first, at.min(explore).to_string(), "state {at}");
@@ -54,10 +54,10 @@ fn check_states(browser: &Browser, panel: Panel<'_>, report: &Value) {
         let script = "return [...document.querySelectorAll(arguments[0])]
             .flatMap((mark) => mark.title.split('\\n'))";
         let marks: Vec<String> = browser.run(script, &[panel.part(".marks button").into()]);
-        marks.contains(&format!("trial scored, state {}", last + 1)).then_some(marks)
+        marks.contains(&format!("trial scored, state {last}")).then_some(marks)
     });
     for (event, at) in [("run 1 begins", 0), ("run 2 begins", explore)] {
-        assert!(events.contains(&format!("{event}, state {}", at + 1)), "{events:?}");
+        assert!(events.contains(&format!("{event}, state {at}")), "{events:?}");
     }
     assert!(events.iter().any(|event| event.starts_with("goal reached")), "{events:?}");
     assert!(!events.iter().any(|event| event.starts_with("fast run")), "{events:?}");
