@@ -339,7 +339,7 @@ impl Judge {
     ) -> Self {
         let (mut judge, unexplored) = (Self::new(maze), KnownMaze::unexplored(maze));
         let mut crashes = crashes.iter().peekable();
-        let mut count = 0;
+        let (mut count, mut read_before) = (0, None);
         for states in blocks {
             let Some(mut scan) = states.scan() else { break };
             while let Some(scanned) = scan.advance() {
@@ -352,22 +352,21 @@ impl Judge {
                 if let Some(state) = &state {
                     judge.believe(true, |cell, heading| state.has_wall(cell, heading));
                 }
-                let before = scanned.index.checked_sub(1).and_then(|index| states.get(index));
-                let before = before.and_then(|before| State::decode(before, maze.size()).ok());
-                let has_same_walls =
-                    before.map(|before| before.walls()) == state.map(|it| it.walls());
-                match (scanned.context.walls_read(), state) {
-                    _ if has_same_walls && !scanned.is_context_new => {}
-                    (Some(read), _) if scanned.is_context_new => {
+                if let Some(read) = scanned.context.walls_read() {
+                    if read_before.as_ref() != Some(read) {
                         judge.note_known(|wall| read.has(wall.cell, wall.heading));
+                        read_before = Some(read.clone());
                     }
-                    (None, Some(state)) => {
+                } else if let Some(state) = state {
+                    let before = scanned.index.checked_sub(1).and_then(|index| states.get(index));
+                    let before = before.and_then(|it| State::decode(it, maze.size()).ok());
+                    let has_same_walls = before.is_some_and(|it| it.walls() == state.walls());
+                    if scanned.is_context_new || !has_same_walls {
                         let known = scanned.context.known_maze(&state, &unexplored, Some(maze));
                         judge.note_known(|wall| {
                             known.wall(wall.cell, wall.heading) != WallState::Unknown
                         });
                     }
-                    _ => {}
                 }
                 if stops_at_goal && judge.phases.is_goal_reached() {
                     return judge;
