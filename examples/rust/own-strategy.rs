@@ -8,8 +8,8 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use mmsim_client::{Timeout, Zmq, search_run};
-use mmsim_maze::{Cell, Heading, KnownMaze, MazeSize, Pose};
+use mmsim_client::{Exchange, Timeout, Zmq, search_run};
+use mmsim_maze::{Cell, KnownMaze, Pose};
 use mmsim_solvers::{Mouse, Move, SearchError, Strategy, open_steps};
 
 /// Goes to the least visited neighbour. If several neighbours qualify, the strategy chooses the
@@ -65,9 +65,11 @@ fn run() -> Result<bool, Box<dyn Error>> {
         }
     })?;
 
-    let size = MazeSize::CLASSIC;
-    let start = Pose::new(Cell::new(0, 0), Heading::North);
-    let map = KnownMaze::new(size, start.cell, size.central_cells());
+    // Only mmsim describes its maze. For another simulator, use `KnownMaze::new`.
+    let info = Exchange::new(&mut transport).info()?;
+    let (Some(map), Some(start)) = (info.known_maze(), info.start_pose()) else {
+        return Err("expected a maze of 1x1 to 32x32 cells".into());
+    };
     let mut mouse = Mouse::new(Explorer::default(), map, start);
     // Called after each state: inspect it here, or sleep to slow the mouse down.
     let observe = |_: &Mouse<Explorer>, _: &_| ControlFlow::Continue(());
