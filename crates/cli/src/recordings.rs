@@ -64,6 +64,9 @@ pub(crate) fn open(file: &Path, budget: &Arc<MemoryBudget>) -> Result<Recording,
             let show = own_command(&format!("mazes show {file}"));
             format!("{file} is a maze, not a recording (show it with {show})").into()
         }
+        ReadError::Io(_) if file.is_dir() => {
+            format!("{} is a folder (name a recording in it)", file.display()).into()
+        }
         ReadError::Io(source) if source.kind() == ErrorKind::NotFound => {
             format!("no such file: {}", file.display()).into()
         }

@@ -9,6 +9,7 @@ use std::error::Error;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::str::FromStr as _;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -24,6 +25,7 @@ use mmsim_mouse::{
     Program, RunEnd, Runs, Session, StartError,
 };
 use mmsim_server::{Monitor, Served, listen};
+use mmsim_solvers::BundledStrategy;
 use mmsim_trial::Settings;
 
 use crate::args::{KnownMazeArgs, ServerArgs, UsageError, one_of, parse_seconds};
@@ -240,6 +242,12 @@ fn check(args: &RunArgs, kind: Option<Kind>, program: &Program) -> Result<(), Us
     {
         let maze = maze.display();
         return usage(format!("{maze} before -- is no option (for a maze, use --maze {maze})"));
+    }
+    let name = args.command[0].to_str().unwrap_or_default();
+    if BundledStrategy::from_str(name).is_ok() {
+        return usage(format!(
+            "{name} is a bundled strategy (to run it, use mmsim run mmsim solve {name})"
+        ));
     }
     let RunArgs { remote, server, .. } = args;
     let known = &remote.known;

@@ -83,6 +83,8 @@ pub(crate) enum SelectionError {
     WordsAfterFile { file: String, words: String },
     #[error("{} is a recording, not a maze (view it with {replay})", path.display())]
     Recording { path: PathBuf, replay: String },
+    #[error("{} is a program, not a maze (run it as a mouse with {run})", path.display())]
+    Program { path: PathBuf, run: String },
     #[error("{0}")]
     Unreadable(#[from] ReadError),
 }
@@ -130,10 +132,15 @@ impl Selection {
         if let [entry] = catalogue.entries()
             && entry.path() == path
             && entry.parsed().is_err()
-            && is_recording(path)
         {
-            let replay = own_command(&format!("replay {}", path.display()));
-            return Err(SelectionError::Recording { path: path.into(), replay });
+            if is_recording(path) {
+                let replay = own_command(&format!("replay {}", path.display()));
+                return Err(SelectionError::Recording { path: path.into(), replay });
+            }
+            if is_program(path) {
+                let run = own_command(&format!("run {}", path.display()));
+                return Err(SelectionError::Program { path: path.into(), run });
+            }
         }
         Ok(Self { catalogue, path: path.into(), is_default: false, words: String::new() })
     }
@@ -282,15 +289,24 @@ fn is_path(text: &str) -> bool {
     is_known || text.contains(is_separator) || text.starts_with('~') || [".", ".."].contains(&text)
 }
 
-/// Returns true if a file begins like a recording. Reads nothing from a pipe, whose bytes can be read only
-/// once.
+/// Returns true if a file begins like a recording.
 pub(crate) fn is_recording(file: &Path) -> bool {
-    if !file.is_file() {
-        return false;
-    }
-    let mut start = [0; RECORDING_START.len()];
-    let read = File::open(file).and_then(|mut file| file.read_exact(&mut start));
-    read.is_ok() && start == RECORDING_START
+    begins_with(file, RECORDING_START)
+}
+
+/// Returns true for scripts, and for executable files of Linux and Windows.
+fn is_program(file: &Path) -> bool {
+    let starts: [&[u8]; 3] = [b"#!", b"\x7fELF", b"MZ"];
+    ["py", "jar", "js"].contains(&&extension(file)[..])
+        || starts.iter().any(|start| begins_with(file, start))
+}
+
+/// Returns true if a file begins with these bytes. Reads nothing from a pipe, whose bytes can be read only
+/// once.
+fn begins_with(file: &Path, start: &[u8]) -> bool {
+    let mut found = vec![0; start.len()];
+    let mut read = || File::open(file)?.read_exact(&mut found);
+    file.is_file() && read().is_ok() && found == start
 }
 
 /// The readable mazes, in the order in which the command line names them.

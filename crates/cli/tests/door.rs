@@ -181,6 +181,10 @@ fn a_mistake_is_explained() {
     assert_eq!(ended.code, Some(2));
     let message = "error: harbour before -- is no option (for a maze, use --maze harbour)\n";
     assert!(ended.stderr.starts_with(message), "{ended:?}");
+    let ended = home.run(&["run", "flood-fill"]);
+    let message = "error: flood-fill is a bundled strategy (to run it, use mmsim run mmsim solve \
+                   flood-fill)\n";
+    assert!(ended.code == Some(2) && ended.stderr.starts_with(message), "{ended:?}");
     let ended = home.run(&["run", "--maze", "harbuor", "--no-viewer", "--port", "0", "true"]);
     assert!(ended.stderr.contains("(did you mean harbour?)"), "{ended:?}");
 }

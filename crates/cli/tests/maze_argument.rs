@@ -122,19 +122,24 @@ fn every_command_reports_a_wrong_maze_in_the_same_words() {
         (&["~/mazes"], "no such file or folder: ~/mazes\n"),
         (&["small.txt", "open"], "small.txt is a file, so \"open\" cannot follow it"),
         (&["empty"], "no mazes in empty\n"),
-        (&["my-mouse"], "my-mouse: line 1, column 1: expected a maze: "),
     ] {
         for_each_command(&home, maze, |command, ended, shown| {
             if maze == ["empty"] && command == ["mazes", "convert"] {
                 return;
             }
-            // A list shows unreadable files, too.
-            let code = i32::from(!(maze == ["my-mouse"] && command == ["mazes", "list"]));
-            assert!(shown.contains(error) && ended.code == Some(code), "{error}: {shown}");
+            assert!(shown.contains(error) && ended.code == Some(1), "{error}: {shown}");
         });
         let server = home.run(&[maze, &["--port", "0"]].concat());
         let is_command = server.stderr.starts_with("mmsim: no such command or maze: ");
         assert!(is_command || server.stderr.contains(error), "{server:?}");
+    }
+    home.write("mouse.py", "print('mazeWidth')\n");
+    for program in ["my-mouse", "mouse.py"] {
+        for_each_command(&home, &[program], |_, ended, shown| {
+            let run = format!("(run it as a mouse with `mmsim run {program}`)");
+            let error = format!("{program} is a program, not a maze {run}");
+            assert!(shown.contains(&error) && ended.code == Some(1), "{shown}");
+        });
     }
     for_each_command(&home, &["run.mcap"], |command, _, shown| {
         let error = "run.mcap is a recording, not a maze (view it with `mmsim replay run.mcap`)";
@@ -147,6 +152,8 @@ fn every_command_reports_a_wrong_maze_in_the_same_words() {
         assert_eq!(home.run(&["replay", maze]).stderr, error);
     }
     assert_eq!(home.run(&["replay", "no.mcap"]).stderr, "mmsim: no such file: no.mcap\n");
+    let error = "mmsim: empty is a folder (name a recording in it)\n";
+    assert_eq!(home.run(&["replay", "empty"]).stderr, error);
 }
 
 #[test]

@@ -120,8 +120,8 @@ impl PipedMouse {
                 let said = self.output.explain();
                 report(&format!(
                     "no command of mms and no request after {} s{said} (a mouse for mms writes \
-                     commands to stdout, a client connects to {ENDPOINT_VARIABLE}; choose with \
-                     --as)",
+                     commands to stdout, a client connects to {ENDPOINT_VARIABLE}, a robot needs \
+                     --as robot)",
                     RECOGNITION_TIMEOUT.as_secs()
                 ));
                 is_reported = true;

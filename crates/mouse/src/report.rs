@@ -167,6 +167,10 @@ impl ClientExit {
     pub fn end(&self) -> RunEnd {
         let Progress { requests, refused, crashes, phases, .. } = &self.progress;
         let details = match (requests, phases.states) {
+            // The exit code says more than the hint.
+            (0, _) if self.kind.is_none() && self.facts().exit.is_some() => {
+                ", no command of mms and no request".into()
+            }
             (0, _) if self.kind.is_none() => format!(
                 ", no command of mms and no request (a mouse for mms writes commands to stdout, a \
                  client connects to {ENDPOINT_VARIABLE}, a robot needs --as robot)"

@@ -307,7 +307,9 @@ impl Evidence {
     pub(crate) fn cause(&self, maze: &Maze, facts: &EndFacts) -> Option<Cause> {
         let EndFacts { ending, exit, messages, is_refused, blocked } = *facts;
         if let Some(exit) = exit {
-            return Some(Cause::Exited { exit, messages });
+            // A mouse that gives up in a loop may exit with an error, which does not say why.
+            let cycle = self.cycle().filter(|_| matches!(exit, Exit::ExitCode(_)));
+            return cycle.or(Some(Cause::Exited { exit, messages }));
         }
         if matches!(ending, Ending::Failed | Ending::Skipped) {
             return None;
@@ -350,7 +352,7 @@ impl Evidence {
         let poses: Vec<Pose> = self.poses.iter().rev().map(|&(pose, _)| pose).collect();
         let lengths = common_prefixes(&poses);
         let (length, period) = (1..)
-            .zip(&lengths[1..])
+            .zip(lengths.get(1..)?)
             .filter(|&(period, equal)| *equal >= (REPETITIONS - 1) * period)
             .map(|(period, equal)| (equal + period, period))
             .max_by_key(|&(length, period)| (length, std::cmp::Reverse(period)))?;
@@ -412,6 +414,18 @@ mod tests {
     }
 
     #[test]
+    fn an_exit_code_says_less_than_a_loop() {
+        let failed = |exit| EndFacts { exit: Some(exit), ..ended(Ending::Failed) };
+        let [code, killed] = [Exit::ExitCode(1), Exit::Signal(11)];
+        let exited = |exit| Some(Cause::Exited { exit, messages: None });
+        assert_eq!(cause("", &[], failed(code)), exited(code));
+        assert_eq!(cause("00N 01N", &[], failed(code)), exited(code));
+        let turns = "00N 00E 00S 00W 00N 00E 00S 00W 00N 00E 00S 00W";
+        assert!(matches!(cause(turns, &[], failed(code)), Some(Cause::Loop { cells: 1, .. })));
+        assert_eq!(cause(turns, &[], failed(killed)), exited(killed));
+    }
+
+    #[test]
     fn the_first_cause_that_applies_is_the_cause() {
         let exit = Some(Exit::ExitCode(3));
         let messages = Some(Messages::Requests(9));
@@ -424,7 +438,7 @@ mod tests {
             let cause = cause(poses, beliefs, facts);
             texts.push(cause.map_or("-".into(), |cause| cause.to_string()));
         };
-        add(looping, &[wall], all);
+        add("00N 01N", &[wall], all);
         let all = EndFacts { exit: None, ..all };
         add("00N 01N", &[wall], all);
         add(looping, &[wall], EndFacts { blocked: 0, ..all });

@@ -17,7 +17,7 @@ use super::CompareArgs;
 use crate::args::{CommandResult, ReadingArgs, UsageError, ViewerArgs};
 use crate::interrupt::Interrupt;
 use crate::local_server::HOST;
-use crate::output::warn;
+use crate::output::{note, warn};
 use crate::recordings::{self, recording_budget};
 use crate::searches::DEFAULT_TIME_LIMIT;
 use crate::terminal::columns;
@@ -27,7 +27,8 @@ use crate::{exit, page, stderr};
 const POLL: Duration = Duration::from_millis(20);
 
 /// Returns the command that shows a mouse beside its best rival: in the first maze that only the rival
-/// solved, or else where the mouse lost most. Returns `None` if it has lost nothing or has no rival.
+/// solved, or else where the mouse lost most. Without a rival, the command shows the mouse alone in the
+/// first maze that it did not solve. Returns `None` if there is no such maze.
 pub(super) fn command(
     report: &SearchComparison,
     args: &CompareArgs,
@@ -36,8 +37,9 @@ pub(super) fn command(
     let Ranking { worst_mazes, unsolved_mazes, .. } = &mouse.ranking;
     let unsolved = unsolved_mazes.iter().map(|it| (&it.maze, &it.rival));
     let worst = worst_mazes.iter().map(|it| (&it.maze, &it.rival)).take(1);
-    let (maze, rival) = unsolved.chain(worst).find(|(_, rival)| rival.is_some())?;
-    let rival = report.mice.iter().find(|it| rival.as_ref() == Some(&it.mouse))?;
+    let beside = unsolved.clone().chain(worst).find(|(_, rival)| rival.is_some());
+    let (maze, rival) = beside.or_else(|| unsolved.clone().next())?;
+    let rival = report.mice.iter().find(|it| rival.as_ref() == Some(&it.mouse));
     let quoted = |text: &str| {
         // On Windows, a backslash separates folders, and only double quotation marks quote.
         let is_plain = !text.contains([' ', '"', '\'', '&', '%']);
@@ -52,8 +54,9 @@ pub(super) fn command(
     // A bundled maze has a short name.
     let maze = if Path::new(path).exists() { path } else { name };
     let mut parts = vec![format!("mmsim compare --open {}", quoted(maze)?)];
-    let (mut strategies, mice) = (Vec::new(), [mouse, rival]);
-    for mouse in mice {
+    let (mut strategies, mice) = (Vec::new(), [Some(mouse), rival]);
+    let mice = || mice.iter().flatten();
+    for mouse in mice() {
         match &mouse.command {
             None => strategies.push(&*mouse.mouse),
             Some(command) => {
@@ -70,7 +73,7 @@ pub(super) fn command(
     if let Some(tolerance) = args.search.tolerance {
         parts.push(format!("--tolerance {tolerance}"));
     }
-    if mice.iter().any(|mouse| mouse.command.is_some()) {
+    if mice().any(|mouse| mouse.command.is_some()) {
         let limit = args.search.time_limit.as_secs_f64().to_string();
         parts.extend((limit != DEFAULT_TIME_LIMIT).then(|| format!("--time-limit {limit}")));
         parts.extend(args.stop_at_goal.then(|| "--stop-at-goal".into()));
@@ -96,6 +99,7 @@ pub(super) fn open(
     let mut config = ViewerConfig::default().with_budget(Arc::clone(&budget));
     for (index, mouse) in mice.iter().enumerate() {
         let recordings = folder.path().join(index.to_string());
+        note(format_args!("recording {}", Escaped(mouse.name())));
         if !run(&mut recording(args, mouse, maze, &recordings)?, &interrupt)? {
             drop(folder);
             exit(Interrupt::CODE);

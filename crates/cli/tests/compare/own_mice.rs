@@ -309,6 +309,15 @@ fn check_interrupt(options: &[&str]) {
     assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0);
 }
 
+#[cfg(unix)]
+#[test]
+fn the_command_for_a_lone_mouse_opens_a_maze_that_it_did_not_solve() {
+    let home = Home::new();
+    let ended = home.run(&["compare", "harbour", "--mouse", "lost=true", "--strategies", "none"]);
+    let command = "  mmsim compare --open 01-harbour --mouse 'lost=true' --strategies none\n";
+    assert!(ended.stdout.contains(command), "{ended:?}");
+}
+
 #[test]
 fn wrong_mice_are_usage_errors() {
     let home = Home::new();

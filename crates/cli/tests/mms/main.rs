@@ -232,6 +232,7 @@ for line in [
         "signal": null,
         "error": null,
         "cause": null,
+        "random": null,
     });
     report.as_object_mut().unwrap().extend(by_mms.as_object().unwrap().clone());
     let mut found = ended.json();
