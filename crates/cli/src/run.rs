@@ -38,7 +38,7 @@ use crate::output::{note, print, print_json, warn};
 use crate::selection::{DEFAULT_MAZES, MAZE_HELP};
 use crate::trial::{DEFAULT_ANSWER_LIMIT, ResultForm, run_watched};
 use button::press_on_input;
-use judged::{Repetitions, judge, judged_run, note_judged};
+use judged::{Judgements, judge, note_judged};
 use serving::{Serving, control, serve};
 
 const AFTER_HELP: &str = "\
@@ -309,14 +309,14 @@ fn run_locally(args: &RunArgs, program: &Program) -> Result<i32, Box<dyn Error>>
     let serving = Serving { program, control: &control, misreadings, is_trial: false };
     serve(args, &serving, Some(0), Some(&address), |monitor, _| {
         let gateway = Gateway::start(listener, monitor.clone(), Arc::clone(&control))?;
-        let (control, repetitions) = (&control, Repetitions::new(args.repeat));
+        let (control, judgements) = (&control, Judgements::new(args, &program.name));
         Ok(move || {
             let listen = || {
                 if !has_button.replace(true) {
                     press_on_input(Arc::clone(control));
                 }
             };
-            run_once(args, program, &monitor, &gateway, control, &repetitions, listen)
+            run_once(args, program, &monitor, &gateway, control, &judgements, listen)
         })
     })
 }
@@ -328,7 +328,7 @@ fn run_once(
     monitor: &Monitor,
     gateway: &Gateway,
     control: &Arc<MouseControl>,
-    repetitions: &Repetitions,
+    judgements: &Judgements<'_>,
     listen: impl Fn(),
 ) -> Result<RunEnd, Box<dyn Error>> {
     let Served { info, maze, .. } = monitor.served()?;
@@ -340,7 +340,7 @@ fn run_once(
         let started = MouseProcess::start(program, run.address());
         let not_started = |error: StartError| ExitCause::NotStarted(error.into());
         let cause = started.map_or_else(not_started, |mut mouse| mouse.wait(control));
-        return end_client(args, name, (&info.maze, monitor), cause, run, control, repetitions);
+        return end_client(args, name, (&info.maze, monitor), cause, run, control, judgements);
     }
     let prints_result = args.json || args.mms.score;
     let copy: Box<dyn Write + Send> =
@@ -371,14 +371,14 @@ fn run_once(
             &known,
             (mouse, Some(&sensor), Some(monitor)),
             control,
-            repetitions,
+            judgements,
         );
     }
     if let Ok(Some(_)) = kind {
         note_kind(args, program, "a client of the ZeroMQ protocol", "mms");
     }
     let cause = mouse.map_or_else(ExitCause::NotStarted, |mouse| mouse.wait(control));
-    end_client(args, name, (&info.maze, monitor), cause, run, control, repetitions)
+    end_client(args, name, (&info.maze, monitor), cause, run, control, judgements)
 }
 
 /// Ends the run of a mouse that is a client, or that was not recognized, and reports the outcome.
@@ -389,7 +389,7 @@ fn end_client(
     cause: ExitCause,
     run: GatewayRun<'_>,
     control: &MouseControl,
-    repetitions: &Repetitions,
+    judgements: &Judgements<'_>,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let progress = run.finish();
     // The last request may have been answered after the mouse exited.
@@ -403,10 +403,9 @@ fn end_client(
     {
         warn(format_args!("{option} has no effect: {name} is not a mouse for mms"));
     }
-    let judged = exit.judge.as_mut().and_then(|judge| {
-        let random = repetitions.compare(name, judge, &end.outcome.verdict);
-        judged_run(args, monitor, judge, (&end.outcome.verdict, &facts), random)
-    });
+    let judge = exit.judge.as_mut();
+    let judged =
+        judge.and_then(|judge| judgements.add(monitor, judge, &end.outcome.verdict, &facts));
     if args.json {
         print_json(&exit.report(Some(maze), name).with_judged(judged))?;
     } else {
@@ -428,8 +427,8 @@ fn run_remotely(endpoint: &str, args: &RunArgs, program: &Program) -> Result<i32
     Runs::new(&control, endpoint, |text| note(text)).run(|| {
         let (size, has_log) = (known.map.size(), known.has_annotations);
         let mouse = PipedMouse::start(program, None, size, has_log, &control, io::sink());
-        let (mouse, repetitions) = ((mouse, None, None), Repetitions::new(1));
-        drive(args, &program.name, &mut transport, &known, mouse, &control, &repetitions)
+        let (mouse, judgements) = ((mouse, None, None), Judgements::new(args, &program.name));
+        drive(args, &program.name, &mut transport, &known, mouse, &control, &judgements)
     })
 }
 
@@ -442,7 +441,7 @@ fn drive(
     known: &KnownSimulator,
     (mouse, sensor, monitor): (Result<PipedMouse, String>, Option<&WallSensor>, Option<&Monitor>),
     control: &MouseControl,
-    repetitions: &Repetitions,
+    judgements: &Judgements<'_>,
 ) -> Result<RunEnd, Box<dyn Error>> {
     let own_vehicle = args.server.viewer.vehicle.first();
     let session = Session {
@@ -461,10 +460,9 @@ fn drive(
     exit.judge = monitor.and_then(|monitor| judge(monitor, exit.phases()));
     report_cause(&exit.cause);
     let (end, facts) = (exit.end(), exit.facts());
-    let judged = exit.judge.as_mut().zip(monitor).and_then(|(judge, monitor)| {
-        let random = repetitions.compare(name, judge, &end.outcome.verdict);
-        judged_run(args, monitor, judge, (&end.outcome.verdict, &facts), random)
-    });
+    let judge = exit.judge.as_mut().zip(monitor);
+    let judged = judge
+        .and_then(|(judge, monitor)| judgements.add(monitor, judge, &end.outcome.verdict, &facts));
     if args.json {
         print_json(&exit.report(known.name.as_deref(), name).with_judged(judged))?;
         return Ok(end);

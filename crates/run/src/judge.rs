@@ -352,21 +352,24 @@ impl Judge {
                 if let Some(state) = &state {
                     judge.believe(true, |cell, heading| state.has_wall(cell, heading));
                 }
-                if let Some(read) = scanned.context.walls_read() {
-                    if read_before.as_ref() != Some(read) {
+                // Most states show the walls of the state before them.
+                let before = scanned.index.checked_sub(1).and_then(|index| states.get(index));
+                let is_repeated = |state: &State<'_>| {
+                    let before = before.and_then(|it| State::decode(it, maze.size()).ok());
+                    before.is_some_and(|it| it.walls() == state.walls())
+                };
+                match (scanned.context.walls_read(), state) {
+                    (Some(read), _) if read_before.as_ref() != Some(read) => {
                         judge.note_known(|wall| read.has(wall.cell, wall.heading));
                         read_before = Some(read.clone());
                     }
-                } else if let Some(state) = state {
-                    let before = scanned.index.checked_sub(1).and_then(|index| states.get(index));
-                    let before = before.and_then(|it| State::decode(it, maze.size()).ok());
-                    let has_same_walls = before.is_some_and(|it| it.walls() == state.walls());
-                    if scanned.is_context_new || !has_same_walls {
+                    (None, Some(state)) if scanned.is_context_new || !is_repeated(&state) => {
                         let known = scanned.context.known_maze(&state, &unexplored, Some(maze));
                         judge.note_known(|wall| {
                             known.wall(wall.cell, wall.heading) != WallState::Unknown
                         });
                     }
+                    _ => {}
                 }
                 if stops_at_goal && judge.phases.is_goal_reached() {
                     return judge;

@@ -155,8 +155,7 @@ fn time_along(planner: &mut Planner, size: MazeSize, cells: &[Cell]) -> Option<f
         let mut entered = CellSet::EMPTY;
         let new = cells[first..].iter().take_while(|&&cell| entered.insert(cell));
         let last = first + new.count().checked_sub(1)?;
-        let run = planner.plan_along(size, &cells[first..=last]).ok()?;
-        let run = run.clone();
+        let run = planner.plan_along(size, &cells[first..=last]).ok()?.clone();
         time += run.time(planner.vehicle()).ok()?;
         let Some(next) = cells.get(last + 1) else { return Some(time) };
         // The same cell twice is no movement.

@@ -24,18 +24,13 @@ pub(super) fn judge(monitor: &Monitor, phases: &Phases) -> Option<Judge> {
     (judge.phases().states > 0 || phases.states == 0).then_some(judge)
 }
 
-/// Returns what the judge says about a run that has ended, or `None` without states, and logs the end of a
-/// run without the goal. Without a vehicle, the default one of the maze times the run.
-pub(super) fn judged_run(
-    args: &RunArgs,
+/// Returns the times of the run that the judge has seen, or `None` without states. Without a vehicle, the
+/// default one of the maze times the run.
+fn times(
     monitor: &Monitor,
     judge: &Judge,
-    (verdict, facts): (&Verdict, &EndFacts),
-    random: Option<Divergence>,
-) -> Option<JudgedRun> {
-    if !verdict.goal_reached {
-        log_end(monitor, facts);
-    }
+    vehicle: Option<&Vehicle>,
+) -> Option<(PhaseReport, FastestRun)> {
     let Served { run, maze, .. } = monitor.served().ok()?;
     let last = monitor.status().states.checked_sub(1)?;
     let block = |state: usize| {
@@ -44,7 +39,6 @@ pub(super) fn judged_run(
     };
     let index = RunIndex::new(maze.size(), MovementRules::from_maze(&maze));
     let (phases, _) = index.at(last, block).ok()?;
-    let vehicle = args.server.viewer.vehicle.first();
     let default = || Vehicle::default_for(maze.size());
     let mut planner = Planner::new(vehicle.cloned().unwrap_or_else(default));
     let fastest_run = FastestRun::new(judge.known(), &mut planner);
@@ -61,7 +55,7 @@ pub(super) fn judged_run(
         |run| cells(run).unwrap_or_default(),
         |first, last| times.seconds(first, last),
     );
-    Some(JudgedRun { phases, fastest_run, random })
+    Some((phases, fastest_run))
 }
 
 /// Logs how a run ended, so that its recording shows why the mouse failed.
@@ -84,28 +78,43 @@ pub(super) fn note_judged(judged: &JudgedRun) {
     }
 }
 
-/// The runs of a mouse in a row, which show whether it is random.
-pub(super) struct Repetitions {
-    count: u16,
+/// Judges the runs of a mouse in a row, which show whether it is random.
+pub(super) struct Judgements<'a> {
+    args: &'a RunArgs,
+    name: &'a str,
     /// The number of judged runs, and the figures of the first one.
     judged: RefCell<(u16, Option<SearchFigures>)>,
 }
 
-impl Repetitions {
-    pub(super) fn new(count: u16) -> Self {
-        Self { count, judged: RefCell::default() }
+impl<'a> Judgements<'a> {
+    pub(super) fn new(args: &'a RunArgs, name: &'a str) -> Self {
+        Self { args, name, judged: RefCell::default() }
+    }
+
+    /// Returns what the judge says about a run that has ended, or `None` without states, and logs the end
+    /// of a run without the goal.
+    pub(super) fn add(
+        &self,
+        monitor: &Monitor,
+        judge: &mut Judge,
+        verdict: &Verdict,
+        facts: &EndFacts,
+    ) -> Option<JudgedRun> {
+        let random = self.compare(judge, verdict);
+        if !verdict.goal_reached {
+            log_end(monitor, facts);
+        }
+        let vehicle = self.args.server.viewer.vehicle.first();
+        let (phases, fastest_run) = times(monitor, judge, vehicle)?;
+        Some(JudgedRun { phases, fastest_run, random })
     }
 
     /// Compares a run with the first one, and notes the result.
-    pub(super) fn compare(
-        &self,
-        name: &str,
-        judge: &mut Judge,
-        verdict: &Verdict,
-    ) -> Option<Divergence> {
+    fn compare(&self, judge: &mut Judge, verdict: &Verdict) -> Option<Divergence> {
         let (run, first) = &mut *self.judged.borrow_mut();
         *run = run.saturating_add(1);
-        if *run > self.count {
+        // Further runs may be those of a changed mouse.
+        if *run > self.args.repeat {
             return None;
         }
         let figures = judge.figures().with_verdict(verdict.clone());
@@ -116,7 +125,7 @@ impl Repetitions {
         first.random = None;
         first.compare_repetition(*run, &figures);
         match first.random {
-            Some(random) => note(format_args!("{name} is random: {random}")),
+            Some(random) => note(format_args!("{} is random: {random}", self.name)),
             None => note(format_args!("runs 1 and {run} do not differ")),
         }
         first.random
